@@ -1,0 +1,1 @@
+"""feeler: insect-like tactile sensors in simulation."""

@@ -1,0 +1,17 @@
+"""What an antenna is: profiles, morphology, sensors, presets. No simulator in here."""
+
+from feeler.antenna.antenna import Antenna, make_even_sensors
+from feeler.antenna.modes import compute_modes
+from feeler.antenna.profile import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
+
+__all__ = [
+    "PROFILES",
+    "Antenna",
+    "Constant",
+    "Exponential",
+    "Linear",
+    "Sigmoid",
+    "Tabulated",
+    "compute_modes",
+    "make_even_sensors",
+]

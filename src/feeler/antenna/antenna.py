@@ -1,0 +1,134 @@
+"""An antenna: a chain of rigid segments joined by damped hinge springs, in one plane."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+MAX_SEGMENTS = 1000
+N_SENSORS = 56  # [P] recorded points along the flagellum
+
+
+def make_even_sensors(n_segments: int, n_sensors: int = N_SENSORS) -> np.ndarray:
+    """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are fewer [C]."""
+    if n_sensors >= n_segments:
+        return np.arange(1, n_segments + 1)
+    return np.unique(np.round(np.linspace(1, n_segments, n_sensors)).astype(int))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Antenna:
+    """An antenna as data, base to tip; segment n hangs on hinge n, hinge 1 sits at the clamped base.
+
+    Each array holds one value per segment; a single number stands for the same value in every segment.
+
+    Raises
+    ------
+    InvalidInput
+        An array of the wrong length, not finite, or outside its range, or sensors that name no hinge.
+    """
+
+    segment_length: np.ndarray
+    """Length of each segment [mm], > 0."""
+    segment_mass: np.ndarray
+    """Mass of each segment [g], > 0, spread evenly over its length (a thin rod)."""
+    radius: np.ndarray
+    """Collision radius of each segment [mm], > 0; it enters contact, not inertia."""
+    stiffness: np.ndarray
+    """Stiffness of each segment's proximal hinge [N·mm/rad], ≥ 0, not all zero."""
+    damping: np.ndarray
+    """Damping of each hinge [N·mm·ms/rad], ≥ 0."""
+    rest_angle: np.ndarray = 0.0
+    """Angle of each hinge at which its spring is slack [rad], positive towards +x."""
+    sensors: np.ndarray | None = None
+    """Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly."""
+    name: str = field(default="custom")
+    """Name that labels its tensors."""
+
+    def __post_init__(self) -> None:
+        n = np.size(self.segment_length)
+        if not 1 <= n <= MAX_SEGMENTS:
+            raise InvalidInput(f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values.")
+        for name in ("segment_length", "segment_mass", "radius"):
+            self._store(name, n, positive=True)
+        for name in ("stiffness", "damping"):
+            self._store(name, n, positive=False)
+        self._store("rest_angle", n)
+        if not np.any(self.stiffness > 0):
+            raise InvalidInput("stiffness is 0 in every hinge: nothing holds the antenna. Give at least one hinge > 0.")
+        if np.any(np.abs(self.rest_angle) > np.pi):
+            raise InvalidInput(f"rest_angle must lie within ±π rad, got up to {np.abs(self.rest_angle).max():.3g}.")
+        object.__setattr__(self, "sensors", _check_sensors(self.sensors, n))
+
+    def _store(self, name: str, n: int, positive: bool | None = None) -> None:
+        try:
+            values = np.array(getattr(self, name), dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"{name} must be numbers, got {getattr(self, name)!r}.") from error
+        if values.ndim == 0:
+            values = np.full(n, values)
+        if values.shape != (n,):
+            raise InvalidInput(
+                f"{name} must be one number or {n} numbers (one per segment), got an array of shape {values.shape}."
+            )
+        _check_range(name, values, positive)
+        values.setflags(write=False)
+        object.__setattr__(self, name, values)
+
+    @property
+    def n_segments(self) -> int:
+        """Number of segments, which is the number of hinges."""
+        return self.segment_length.size
+
+    @property
+    def length(self) -> float:
+        """Length of the straight antenna [mm]."""
+        return float(self.segment_length.sum())
+
+    @property
+    def hinge_position(self) -> np.ndarray:
+        """Arc length (segment,) of each hinge from the base [mm]; the first is 0."""
+        return np.concatenate(([0.0], np.cumsum(self.segment_length)[:-1]))
+
+    def replace(self, **changes: object) -> "Antenna":
+        """The same antenna with some fields changed, validated again."""
+        return replace(self, **changes)
+
+    def shape(self, angle: np.ndarray | None = None, base_angle: float = 0.0) -> np.ndarray:
+        """Points (…, n_segments + 1, 2) [mm] of base, hinges and tip for hinge angles (…, segment) [rad].
+
+        Segment n points along (sin φ_n, cos φ_n) with φ_n the sum of the angles up to hinge n and ``base_angle``;
+        ``angle=None`` is the posture at rest.
+        """
+        angle = self.rest_angle if angle is None else np.asarray(angle, dtype=float)
+        heading = base_angle + np.cumsum(angle, axis=-1)
+        steps = self.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+        points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
+        np.cumsum(steps, axis=-2, out=points[..., 1:, :])
+        return points
+
+
+def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:
+    bad = ~np.isfinite(values)
+    allowed = "finite"
+    if positive is not None:
+        allowed = "finite and > 0" if positive else "finite and ≥ 0"
+        with np.errstate(invalid="ignore"):
+            bad |= (values <= 0) if positive else (values < 0)
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise InvalidInput(f"{name} must be {allowed} in every segment, got {values[first]} in segment {first + 1}.")
+
+
+def _check_sensors(sensors: object, n: int) -> np.ndarray:
+    if sensors is None:
+        sensors = make_even_sensors(n)
+    numbers = np.atleast_1d(np.asarray(sensors))
+    if numbers.size == 0 or numbers.dtype.kind not in "iuf" or not np.array_equal(numbers, np.round(numbers)):
+        raise InvalidInput(f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}.")
+    numbers = numbers.astype(int)
+    if numbers.ndim != 1 or numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):
+        raise InvalidInput(f"sensors must rise from base to tip within 1…{n}, got {numbers.tolist()}.")
+    numbers.setflags(write=False)
+    return numbers

@@ -1,0 +1,46 @@
+"""Small oscillations of an antenna about its straight shape: mass matrix, modes and modal damping."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from feeler.antenna.antenna import Antenna
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modes:
+    """Modes, slowest first: ``frequency`` (mode,) [kHz], ``damping_ratio`` (mode,) [1], ``angle`` (mode, segment)."""
+
+    frequency: np.ndarray
+    damping_ratio: np.ndarray
+    angle: np.ndarray
+
+
+def compute_mass_matrix(antenna: Antenna) -> np.ndarray:
+    """Joint-space inertia (segment, segment) [g·mm²] of the straight antenna, thin rods.
+
+    ``M_ij = Σ_{n ≥ max(i, j)} m_n (c_n − s_i)(c_n − s_j) + I_n`` with c_n the segment's centre, s_i the hinge's place
+    and I_n = m_n ℓ_n² / 12.
+    """
+    s, m = antenna.hinge_position, antenna.segment_mass
+    centre = s + antenna.segment_length / 2
+    arm = np.maximum(centre[:, None] - s[None, :], 0.0)
+    arm[np.triu_indices(arm.shape[0], 1)] = 0.0
+    inertia = np.cumsum((m * antenna.segment_length**2 / 12)[::-1])[::-1]
+    index = np.arange(antenna.n_segments)
+    return (arm.T * m) @ arm + inertia[np.maximum.outer(index, index)]
+
+
+def compute_modes(antenna: Antenna, n_modes: int) -> Modes:
+    """Undamped modes of the straight antenna and the damping ratio of each taken by itself.
+
+    Solves ``K v = ω² M v`` with K the hinge stiffnesses; ``ζ = vᵀ C v / (2 ω vᵀ M v)``, exact for damping proportional
+    to stiffness and the first-order value otherwise.
+    """
+    n_modes = min(n_modes, antenna.n_segments)
+    mass = compute_mass_matrix(antenna)
+    squared, vectors = eigh(np.diag(antenna.stiffness), mass, subset_by_index=(0, n_modes - 1))
+    omega = np.sqrt(np.maximum(squared, 0.0))
+    modal_damping = np.einsum("im,i,im->m", vectors, antenna.damping, vectors)
+    return Modes(frequency=omega / (2 * np.pi), damping_ratio=modal_damping / (2 * omega), angle=vectors.T)

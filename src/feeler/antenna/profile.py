@@ -1,0 +1,126 @@
+"""Profiles: one quantity along the antenna as a function of segment number, described by a few numbers."""
+
+from dataclasses import dataclass, fields
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+
+@runtime_checkable
+class Profile(Protocol):
+    """Anything that gives one value per segment, base to tip."""
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,) for segments 1..n_segments."""
+        ...
+
+
+def _check_finite(profile: object) -> None:
+    for field in fields(profile):
+        value = np.asarray(getattr(profile, field.name), dtype=float)
+        if not np.all(np.isfinite(value)):
+            raise InvalidInput(f"{type(profile).__name__}.{field.name} must be finite, got {value}. Give real numbers.")
+
+
+def _check_count(n_segments: int) -> None:
+    if n_segments < 1:
+        raise InvalidInput(f"a profile needs at least 1 segment, got n_segments={n_segments}.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exponential:
+    """``base * exp(rate * (n - 1))`` for segment n = 1, 2, … (Methods, antenna model).
+
+    base: value at segment 1. rate: change of the logarithm per segment; negative falls towards the tip.
+    """
+
+    base: float
+    rate: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,)."""
+        _check_count(n_segments)
+        return self.base * np.exp(self.rate * np.arange(n_segments))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linear:
+    """A straight line in segment number from ``base`` (segment 1) to ``tip`` (last segment)."""
+
+    base: float
+    tip: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,)."""
+        _check_count(n_segments)
+        return np.linspace(self.base, self.tip, n_segments)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constant:
+    """The same ``value`` in every segment."""
+
+    value: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,)."""
+        _check_count(n_segments)
+        return np.full(n_segments, float(self.value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sigmoid:
+    """``low + rise / (1 + exp(-slope * (x - centre)))`` at the segment's relative number x = (n - 0.5) / N."""
+
+    low: float
+    rise: float
+    slope: float
+    centre: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,)."""
+        _check_count(n_segments)
+        return self.at((np.arange(n_segments) + 0.5) / n_segments)
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Values at relative segment numbers ``x`` between 0 and 1."""
+        return self.low + self.rise / (1.0 + np.exp(-self.slope * (np.asarray(x, dtype=float) - self.centre)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tabulated:
+    """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines between them."""
+
+    x: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        if len(self.x) != len(self.values) or len(self.x) < 2:
+            raise InvalidInput(
+                f"Tabulated needs x and values of one length ≥ 2, got {len(self.x)} and {len(self.values)}."
+            )
+        if np.any(np.diff(self.x) <= 0):
+            raise InvalidInput(f"Tabulated.x must rise strictly, got {tuple(self.x)}. Sort the table by x.")
+
+    def sample(self, n_segments: int) -> np.ndarray:
+        """Values (segment,); outside the table the nearest end's value."""
+        _check_count(n_segments)
+        return np.interp((np.arange(n_segments) + 0.5) / n_segments, self.x, self.values)
+
+
+PROFILES = {cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid, Tabulated)}

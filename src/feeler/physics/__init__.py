@@ -1,0 +1,1 @@
+"""How an antenna moves: scenes, and the engines that simulate them."""

@@ -1,0 +1,79 @@
+"""A trial: one feature meets the antenna at one place, with one speed, from one side."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.touch.feature import FEATURES, Feature
+
+SIDES = ("left", "right")
+FRICTION = 1.0  # [D] fits the published video best
+LEAD = 5.0  # [C] ms before contact
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """One touch, as data.
+
+    The feature starts clear of the antenna, its foremost point meets the antenna's surface at ``location`` exactly
+    ``lead`` ms after time 0, and it moves on at constant velocity.
+
+    Raises
+    ------
+    InvalidInput
+        A field outside its range; the message names it.
+    """
+
+    feature: Feature
+    """What touches: Ball, Box, Triangle, Outline or Wall."""
+    location: float
+    """Where, as a fraction of the antenna's length from the base, in (0, 1]."""
+    speed: float
+    """How fast the feature moves [m/s = mm/ms], > 0."""
+    lead: float = LEAD
+    """Time before contact [ms], > 0."""
+    approach: float = 90.0
+    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees], in (0, 180)."""
+    side: str = "left"
+    """The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is its mirror image."""
+    friction: float = FRICTION
+    """Coefficient of sliding friction, ≥ 0."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.feature, Feature):
+            raise InvalidInput(f"Trial.feature must be one of {', '.join(FEATURES)} objects, got {self.feature!r}.")
+        if self.side not in SIDES:
+            raise InvalidInput(f"Trial.side must be one of {', '.join(SIDES)}, got {self.side!r}.")
+        self._check("location", 0.0, 1.0, "a fraction of the length in (0, 1]", upper_open=False)
+        self._check("speed", 0.0, np.inf, "> 0 m/s")
+        self._check("lead", 0.0, np.inf, "> 0 ms")
+        self._check("approach", 0.0, 180.0, "within (0, 180) degrees, 90 is perpendicular")
+        self._check("friction", 0.0, np.inf, "≥ 0", lower_open=False)
+
+    def _check(self, name: str, low: float, high: float, allowed: str, *, lower_open=True, upper_open=True) -> None:
+        value = getattr(self, name)
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InvalidInput(f"Trial.{name} must be a number {allowed}, got {value!r}.") from None
+        above = number > low if lower_open else number >= low
+        below = number < high if upper_open else number <= high
+        if not (np.isfinite(number) and above and below):
+            raise InvalidInput(f"Trial.{name} must be {allowed}, got {value}.")
+        object.__setattr__(self, name, number)
+
+    @property
+    def label(self) -> str:
+        """One readable line for messages and titles."""
+        return f"{self.feature.kind} {self.feature.size:g} mm at {self.location:g} L, {self.speed:g} m/s"
+
+
+def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:
+    """Every feature at every location and speed, speeds slowest to change; other Trial fields shared."""
+    return [
+        Trial(feature=feature, location=location, speed=speed, **fields)
+        for speed in speeds
+        for location in locations
+        for feature in features
+    ]
