@@ -10,7 +10,20 @@ class InvalidInput(FeelerError, ValueError):
 
 
 class SimulationDiverged(FeelerError, RuntimeError):
-    """A simulation left the finite numbers; names the trial and the time."""
+    """A simulation left the finite numbers.
+
+    ``label`` and ``time`` [ms] say which and when; ``angle`` [rad] and ``velocity`` [rad/ms] are the last finite state.
+    """
+
+    def __init__(self, label: str, time: float, angle=None, velocity=None) -> None:
+        super().__init__(
+            f"the simulation of '{label}' diverged at {time:g} ms. Use a smaller timestep, a slower or smaller feature, "
+            "or a softer contact; the other trials are not affected."
+        )
+        self.label, self.time, self.angle, self.velocity = label, time, angle, velocity
+
+    def __reduce__(self):
+        return type(self), (self.label, self.time, self.angle, self.velocity)
 
 
 class StoreError(FeelerError, OSError):

@@ -91,7 +91,7 @@ def make_scene(antenna: Antenna, trial: Trial, contact: Contact | None = None) -
     placement = place(antenna, trial)
     return Scene(
         antenna=antenna,
-        feature=trial.feature,
+        feature=trial.shape,
         origin=tuple(placement.origin),
         forward=tuple(placement.forward),
         path=Path(velocity=(tuple(placement.velocity),)),

@@ -115,6 +115,10 @@ class Outline(_Polygon):
         corners.setflags(write=False)
         object.__setattr__(self, "vertices", corners)
 
+    def mirror(self) -> "Outline":
+        """The mirror image about the line of motion."""
+        return Outline(vertices=self.vertices * [1.0, -1.0])
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Outline) and np.array_equal(self.vertices, other.vertices)
 

@@ -38,7 +38,7 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     touching = _touching_offset(antenna, trial, points, target, forward)
     back = touching + trial.speed * trial.lead
     origin = target - back * forward
-    if compute_clearance(points, antenna.radius, trial.feature, origin, forward) <= 0:
+    if compute_clearance(points, antenna.radius, trial.shape, origin, forward) <= 0:
         raise InvalidInput(
             f"the feature starts in contact with the antenna ({trial.label}, approach {trial.approach:g}°). "
             "Choose an approach nearer to 90°, a shorter lead, or a straighter antenna."
@@ -73,7 +73,7 @@ def _touching_offset(antenna: Antenna, trial: Trial, points: np.ndarray, target:
     """Distance from the target back to the origin at which the feature just touches."""
 
     def gap(offset: float) -> float:
-        return compute_clearance(points, antenna.radius, trial.feature, target - offset * forward, forward)
+        return compute_clearance(points, antenna.radius, trial.shape, target - offset * forward, forward)
 
     low, high = 0.0, float(antenna.radius.max())
     while gap(high) <= 0:

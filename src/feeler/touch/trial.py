@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.touch.feature import FEATURES, Feature
+from feeler.touch.feature import FEATURES, Feature, Outline
 
 SIDES = ("left", "right")
 FRICTION = 1.0  # [D] fits the published video best
@@ -62,6 +62,11 @@ class Trial:
         if not (np.isfinite(number) and above and below):
             raise InvalidInput(f"Trial.{name} must be {allowed}, got {value}.")
         object.__setattr__(self, name, number)
+
+    @property
+    def shape(self) -> Feature:
+        """The feature as it meets the antenna: from the right, an outline is mirrored with everything else."""
+        return self.feature.mirror() if self.side == "right" and isinstance(self.feature, Outline) else self.feature
 
     @property
     def label(self) -> str:
