@@ -1,0 +1,47 @@
+"""Antennal angles from landmarks: between the antenna and the body, in every frame."""
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.tracking.tracks import Tracks
+
+SIDES = ("left", "right")
+
+
+def compute_antenna_angle(
+    tracks: Tracks,
+    *,
+    tips: tuple[str, str] = ("left_tip", "right_tip"),
+    head: str = "head",
+    abdomen: str = "abdomen",
+) -> np.ndarray:
+    """Angle (side, frame) [rad] between the body (abdomen to head) and each antenna (head to tip).
+
+    0 is straight ahead and positive is away from the midline on both sides, so that the body's own walking and
+    turning drop out. NaN wherever one of the three landmarks is missing or two of them coincide. Angles are unwrapped
+    within each stretch without NaN (Supplementary Methods, antenna slow exploration speed).
+    """
+    body = tracks.of(head) - tracks.of(abdomen)
+    angles = []
+    for tip, outward in zip(tips, (1.0, -1.0), strict=True):
+        angles.append(outward * _signed_angle(body, tracks.of(tip) - tracks.of(head)))
+    angle = np.stack(angles)
+    if not np.isfinite(angle).any():
+        raise InvalidInput("no frame holds head, abdomen and an antenna tip together: there is no angle to measure.")
+    return angle
+
+
+def _signed_angle(reference: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Anticlockwise angle (frame,) from reference to vector, unwrapped between gaps."""
+    cross = reference[:, 0] * vector[:, 1] - reference[:, 1] * vector[:, 0]
+    dot = np.sum(reference * vector, axis=1)
+    angle = np.where((cross == 0) & (dot == 0), np.nan, np.arctan2(cross, dot))
+    for run in find_runs(angle):
+        angle[run] = np.unwrap(angle[run])
+    return angle
+
+
+def find_runs(values: np.ndarray) -> list[slice]:
+    """Stretches of finite values (frame,), in order."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isfinite(values), [0]))))
+    return [slice(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]

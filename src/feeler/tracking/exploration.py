@@ -1,0 +1,90 @@
+"""The speed of active touch: from tracked trials to the equivalent lateral speed of the antenna."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.tracking.angle import SIDES, compute_antenna_angle
+from feeler.tracking.speed import CUTOFF, MAX_GAP, MIN_PROMINENCE, Sweeps, find_sweeps
+from feeler.tracking.tracks import Tracks
+
+ANTENNA_LENGTH = 42.0  # [D] mm
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Exploration:
+    """Average maximum angular speeds of several trials."""
+
+    mean_peak: np.ndarray
+    """(trial, side) [rad/ms]; NaN where a side made no sweep."""
+    n_peaks: np.ndarray
+    """(trial, side)."""
+    sweeps: tuple[tuple[Sweeps, Sweeps], ...]
+    """Motion of (left, right) in each trial."""
+    length: float
+    """Antenna length [mm]."""
+    source: str
+    """``tracked``, or ``synthetic`` if any trial is made up."""
+
+    @property
+    def mean(self) -> float:
+        """Average over trials and sides [rad/ms]."""
+        return float(np.nanmean(self.mean_peak))
+
+    @property
+    def lateral_speed(self) -> float:
+        """Equivalent lateral speed of the tip, mean · length [mm/ms = m/s]."""
+        return self.mean * self.length
+
+
+def measure_exploration(
+    trials: Sequence[Tracks],
+    *,
+    length: float = ANTENNA_LENGTH,
+    cutoff: float = CUTOFF,
+    max_gap: int = MAX_GAP,
+    min_prominence: float = MIN_PROMINENCE,
+) -> Exploration:
+    """Average maximum angular speed per trial and side, and the lateral speed that it amounts to.
+
+    Per trial and side: angle between antenna and body, second-order zero-phase Butterworth low-pass, derivative,
+    peaks of the absolute speed, their mean (Supplementary Methods, antenna slow exploration speed).
+
+    Parameters
+    ----------
+    trials
+        Tracks with the landmarks left_tip, right_tip, head, abdomen.
+    length
+        Antenna length [mm].
+    cutoff, max_gap, min_prominence
+        Low-pass [kHz], longest bridged gap [frames], least prominence of a peak [rad/ms]; none is stated in the paper.
+
+    Raises
+    ------
+    InvalidInput
+        No trial, or not one peak in any of them.
+    """
+    if not trials:
+        raise InvalidInput("measure_exploration needs at least one trial, got none.")
+    if not (np.isfinite(length) and length > 0):
+        raise InvalidInput(f"length must be > 0 mm, got {length}.")
+    options = {"cutoff": cutoff, "max_gap": max_gap, "min_prominence": min_prominence}
+    sweeps = tuple(
+        tuple(find_sweeps(angle, tracks.interval, **options) for angle in compute_antenna_angle(tracks))
+        for tracks in trials
+    )
+    mean_peak = np.array([[side.mean_peak for side in pair] for pair in sweeps])
+    if np.isnan(mean_peak).all():
+        raise InvalidInput(
+            f"no sweep in {len(trials)} trials × {len(SIDES)} sides: no peak of angular speed rises "
+            f"{np.rad2deg(min_prominence) * 1e3:.3g} °/s above its neighbourhood. Check frame_rate or min_prominence."
+        )
+    return Exploration(
+        mean_peak=mean_peak,
+        n_peaks=np.array([[side.peak_speed.size for side in pair] for pair in sweeps]),
+        sweeps=sweeps,
+        length=float(length),
+        source="synthetic" if any(tracks.source == "synthetic" for tracks in trials) else "tracked",
+    )

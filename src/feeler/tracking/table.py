@@ -1,0 +1,174 @@
+"""Tables of numbers from delimited text: the one door for tracks, recordings and calibration tables."""
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
+MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
+MAX_COLUMNS = 1024  # [C]
+MAX_COMMENTS = 200  # [C]
+MAX_LINE = 65_536  # [C] characters
+MISSING = ("", "nan", "na", "null", "none", "-")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Named columns of numbers with the comments above them.
+
+    ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``# key: value``,
+    ``line`` (row,) the line number of each row in the file, ``source`` the file's name.
+    """
+
+    columns: tuple[str, ...]
+    values: np.ndarray
+    notes: dict[str, str]
+    line: np.ndarray
+    source: str
+
+    def column(self, name: str) -> np.ndarray:
+        """Values (row,) of the column called ``name``; the error lists the columns there are."""
+        if name not in self.columns:
+            raise InvalidInput(f"{self.source}: no column {name!r}; its columns are {_list(self.columns)}.")
+        return self.values[:, self.columns.index(name)]
+
+
+def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS) -> Table:
+    """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is ever executed.
+
+    Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``, ``NA``, ``null``,
+    ``none`` and ``-`` are missing values. Everything else must be a finite number with a decimal point.
+
+    Raises
+    ------
+    InvalidInput
+        Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong width, or a cell that
+        is no number (named by line and column).
+    """
+    return parse_table(_read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
+
+
+def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) -> Table:
+    """As :func:`read_table`, from text that has already been read."""
+    lines = text.split("\n")
+    notes, start = _read_notes(lines)
+    if start >= len(lines):
+        raise InvalidInput(f"{source}: no header row. The first line names the columns, separated by commas.")
+    delimiter = _find_delimiter(lines[start])
+    columns = _read_header(lines[start], delimiter, source)
+    values, numbers = _read_rows(lines, start + 1, delimiter, columns, source, max_cells)
+    return Table(columns=columns, values=values, notes=notes, line=numbers, source=source)
+
+
+def _read_text(path: str | os.PathLike, max_bytes: int) -> str:
+    try:
+        info = os.stat(path)
+        if not stat.S_ISREG(info.st_mode):
+            raise InvalidInput(f"{path} is not a regular file. Give the path of a CSV file.")
+        if info.st_size > max_bytes:
+            raise InvalidInput(
+                f"{path} has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it, or raise max_bytes."
+            )
+        with open(path, "rb") as file:
+            raw = file.read(max_bytes + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot read {path!s}: {reason}. Check the path.") from error
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"{path} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8.") from error
+    if "\0" in text:
+        raise InvalidInput(f"{path} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _read_notes(lines: list[str]) -> tuple[dict[str, str], int]:
+    notes: dict[str, str] = {}
+    for number, line in enumerate(lines):
+        stripped = line.strip()
+        if stripped.startswith("#"):
+            key, colon, value = stripped.lstrip("# ").partition(":")
+            if colon and len(notes) < MAX_COMMENTS:
+                notes[key.strip().lower()[:200]] = value.strip()[:1000]
+        elif stripped:
+            return notes, number
+    return notes, len(lines)
+
+
+def _find_delimiter(header: str) -> str:
+    return max(",;\t", key=header.count)
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def _read_header(line: str, delimiter: str, source: str) -> tuple[str, ...]:
+    if len(line) > MAX_LINE:
+        raise InvalidInput(f"{source}: the header has {len(line):,} characters, more than {MAX_LINE:,}. Is it a table?")
+    columns = tuple(_split(line, delimiter))
+    if len(columns) > 1 and columns[-1] == "":  # a trailing delimiter
+        columns = columns[:-1]
+    if len(columns) > MAX_COLUMNS:
+        raise InvalidInput(f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}.")
+    if any(not name for name in columns) or all(_is_number(name) for name in columns):
+        raise InvalidInput(f"{source}: the first row must name every column, got {_list(columns)}. Add a header row.")
+    if len(set(columns)) < len(columns):
+        double = next(name for name in columns if columns.count(name) > 1)
+        raise InvalidInput(f"{source}: two columns are called {double!r}. Give each its own name.")
+    return columns
+
+
+def _read_rows(lines, start, delimiter, columns, source, max_cells) -> tuple[np.ndarray, np.ndarray]:
+    kept = [(number, line) for number, line in enumerate(lines[start:], start + 1) if line.strip()]
+    kept = [(number, line) for number, line in kept if not line.lstrip().startswith("#")]
+    width = len(columns)
+    if len(kept) * width > max_cells:
+        raise InvalidInput(f"{source}: {len(kept):,} rows × {width} columns exceed {max_cells:,} cells. Split it.")
+    values = np.empty((len(kept), width))
+    for row, (number, line) in enumerate(kept):
+        cells = _split(line, delimiter) if len(line) <= MAX_LINE else []
+        if len(cells) == width + 1 and cells[-1] == "":
+            cells = cells[:-1]
+        if len(cells) != width:
+            raise InvalidInput(f"{source} line {number}: {len(cells)} cells where the header has {width} columns.")
+        try:
+            values[row] = [float(cell) for cell in cells]
+        except ValueError:
+            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+        if not np.all(np.isfinite(values[row])) or "_" in line:
+            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+    return values, np.array([number for number, _ in kept], dtype=int)
+
+
+def _read_cell(cell: str, source: str, number: int, column: str) -> float:
+    if cell.lower() in MISSING:
+        return np.nan
+    value = np.inf
+    if _is_number(cell):
+        value = float(cell)
+    if not np.isfinite(value):
+        hint = " Use a decimal point." if "," in cell else ""
+        raise InvalidInput(f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}")
+    return value
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def _list(names: tuple[str, ...]) -> str:
+    shown = ", ".join(name[:40] for name in names[:20])
+    return shown + (f", … ({len(names)} in all)" if len(names) > 20 else "")
