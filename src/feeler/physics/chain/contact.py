@@ -1,0 +1,239 @@
+"""MuJoCo's soft contact as a convex problem in the accelerations, one O(n) sweep per Newton iterate.
+
+    min over q̈ of ½ (q̈ − a₀)ᵀ M (q̈ − a₀) + Σ_rows ½ D min(0, J q̈ − a_ref)²
+
+Each contact has the rows n ± μt and, from the two edges of MuJoCo's pyramid that leave the plane, n with twice the weight.
+A row touches one segment only, w = (lever, direction), J q̈ = w·(α, a), so JᵀDJ adds D w wᵀ to that segment's inertia.
+"""
+
+import numpy as np
+from numba import njit
+
+from feeler.physics.chain.fields import (
+    C_INVWEIGHT,
+    O_B,
+    O_FRICTION,
+    O_K,
+    O_MAX_IMPEDANCE,
+    O_MIDPOINT,
+    O_MIN_IMPEDANCE,
+    O_POWER,
+    O_WIDTH,
+    W_ALPHA,
+    W_AX,
+    W_AY,
+    W_B0,
+    W_B1,
+    W_B2,
+    W_K00,
+    W_K01,
+    W_K02,
+    W_K11,
+    W_K12,
+    W_K22,
+    W_OMEGA,
+    W_PX,
+    W_PY,
+    W_VX,
+    W_VY,
+)
+from feeler.physics.chain.narrow import T_DISTANCE, T_NX, T_NY, T_SEGMENT, T_X, T_Y
+from feeler.physics.chain.sweep import COMPILE, solve_with_contacts
+
+(
+    R_SEGMENT,
+    R_W0,
+    R_W1,
+    R_W2,
+    R_WEIGHT,
+    R_AIM,  # reference acceleration
+    R_X,  # J q̈ of the iterate
+    R_FORCE,  # λ with M (q̈ − a₀) = Jᵀλ at the iterate
+    R_NEW_X,
+    R_NEW_FORCE,
+    R_ACTIVE,
+) = range(11)
+N_ROW = 11
+ROWS = 3  # per contact
+MAX_NEWTON = 50
+MAX_SEARCH = 60
+MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
+
+
+@njit(**COMPILE)
+def compute_impedance(distance, obj):
+    """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
+    low, high, width = obj[O_MIN_IMPEDANCE], obj[O_MAX_IMPEDANCE], obj[O_WIDTH]
+    middle, power = obj[O_MIDPOINT], obj[O_POWER]
+    x = abs(distance) / width
+    if x >= 1.0:
+        return min(max(high, MIN_IMPEDANCE), MAX_IMPEDANCE)
+    if power == 1.0:
+        y = x
+    elif power == 2.0:
+        y = x * x / middle if x <= middle else 1.0 - (1.0 - x) * (1.0 - x) / (1.0 - middle)
+    elif x <= middle:
+        y = x**power / middle ** (power - 1.0)
+    else:
+        y = 1.0 - (1.0 - x) ** power / (1.0 - middle) ** (power - 1.0)
+    return min(max(low + y * (high - low), MIN_IMPEDANCE), MAX_IMPEDANCE)
+
+
+@njit(**COMPILE)
+def make_rows(constants, work, obj, table, count, vx, vy, rows):
+    """The rows of ``count`` contacts with an object that moves at (vx, vy)."""
+    mu = obj[O_FRICTION]
+    for k in range(count):
+        i = int(table[k, T_SEGMENT])
+        distance, nx, ny = table[k, T_DISTANCE], table[k, T_NX], table[k, T_NY]
+        rx, ry = table[k, T_X] - work[i, W_PX], table[k, T_Y] - work[i, W_PY]
+        impedance = compute_impedance(distance, obj)
+        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[i, C_INVWEIGHT] * (1.0 - impedance) / impedance
+        weight = 1.0 / max(ease, 1e-15)
+        pull = -obj[O_K] * impedance * distance
+        omega, wx, wy = work[i, W_OMEGA], work[i, W_VX] - vx, work[i, W_VY] - vy
+        for side in range(ROWS):
+            slide = (side - 1) * mu  # −μ, 0, +μ along the tangent (−n_y, n_x)
+            dx, dy = nx - slide * ny, ny + slide * nx
+            lever = ry * dx - rx * dy
+            row = ROWS * k + side
+            rows[row, R_SEGMENT] = i
+            rows[row, R_W0], rows[row, R_W1], rows[row, R_W2] = lever, dx, dy
+            rows[row, R_WEIGHT] = 2.0 * weight if side == 1 else weight
+            rows[row, R_AIM] = pull - obj[O_B] * (lever * omega + dx * wx + dy * wy)
+
+
+@njit(**COMPILE)
+def solve_contacts(constants, work, rows, n_rows, loaded, memory):
+    """Forces of the rows in ``R_FORCE`` at the minimum; the number of sweeps it took.
+
+    ``memory`` (segment,) holds each segment's active rows as bits, from the step before; it is the first guess.
+    """
+    last = int(rows[n_rows - 1, R_SEGMENT])
+    _recall(rows, n_rows, memory)
+    sweeps = 0
+    for iteration in range(MAX_NEWTON):
+        _load(work, rows, n_rows, loaded)
+        solve_with_contacts(constants, work, loaded, last)
+        sweeps += 1
+        same = _evaluate(work, rows, n_rows)
+        if iteration == 0 or same:
+            for r in range(n_rows):
+                rows[r, R_X], rows[r, R_FORCE] = rows[r, R_NEW_X], rows[r, R_NEW_FORCE]
+        else:
+            step = _search(rows, n_rows)
+            for r in range(n_rows):
+                rows[r, R_X] += step * (rows[r, R_NEW_X] - rows[r, R_X])
+                rows[r, R_FORCE] += step * (rows[r, R_NEW_FORCE] - rows[r, R_FORCE])
+        if same:
+            break
+        for r in range(n_rows):
+            rows[r, R_ACTIVE] = 1.0 if rows[r, R_X] < rows[r, R_AIM] else 0.0
+    _remember(rows, n_rows, memory)
+    return sweeps
+
+
+@njit(**COMPILE)
+def _recall(rows, n_rows, memory):
+    for r in range(n_rows):
+        bits = memory[int(rows[r, R_SEGMENT])]
+        rows[r, R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % ROWS)) & 1 else 0.0
+
+
+@njit(**COMPILE)
+def _remember(rows, n_rows, memory):
+    memory[:] = 0
+    for r in range(n_rows):
+        if rows[r, R_ACTIVE] > 0.0:
+            memory[int(rows[r, R_SEGMENT])] |= 1 << (r % ROWS)
+
+
+@njit(**COMPILE)
+def _load(work, rows, n_rows, loaded):
+    """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
+    clear(work, rows, n_rows)
+    for r in range(n_rows):
+        if rows[r, R_ACTIVE] > 0.0:
+            i = int(rows[r, R_SEGMENT])
+            loaded[i] = True
+            w0, w1, w2, weight = rows[r, R_W0], rows[r, R_W1], rows[r, R_W2], rows[r, R_WEIGHT]
+            work[i, W_K00] += weight * w0 * w0
+            work[i, W_K01] += weight * w0 * w1
+            work[i, W_K02] += weight * w0 * w2
+            work[i, W_K11] += weight * w1 * w1
+            work[i, W_K12] += weight * w1 * w2
+            work[i, W_K22] += weight * w2 * w2
+            pull = weight * rows[r, R_AIM]
+            work[i, W_B0] -= pull * w0
+            work[i, W_B1] -= pull * w1
+            work[i, W_B2] -= pull * w2
+
+
+@njit(**COMPILE)
+def clear(work, rows, n_rows):
+    """Empty the contact columns of the touched segments."""
+    for r in range(n_rows):
+        i = int(rows[r, R_SEGMENT])
+        for column in range(W_K00, W_B2 + 1):
+            work[i, column] = 0.0
+
+
+@njit(**COMPILE)
+def _evaluate(work, rows, n_rows):
+    """J q̈ and λ of the full Newton step; whether its active rows are those it was computed with."""
+    same = True
+    for r in range(n_rows):
+        i = int(rows[r, R_SEGMENT])
+        x = rows[r, R_W0] * work[i, W_ALPHA] + rows[r, R_W1] * work[i, W_AX] + rows[r, R_W2] * work[i, W_AY]
+        rows[r, R_NEW_X] = x
+        short = rows[r, R_AIM] - x
+        active = rows[r, R_ACTIVE] > 0.0
+        rows[r, R_NEW_FORCE] = rows[r, R_WEIGHT] * short if active else 0.0
+        same = same and active == (short > 0.0)
+    return same
+
+
+@njit(**COMPILE)
+def _search(rows, n_rows):
+    """Exact minimiser along the Newton direction: root of a rising, piecewise linear slope, by safeguarded Newton."""
+    low, high, t = 0.0, np.inf, 1.0
+    for _ in range(MAX_SEARCH):
+        slope, bend = 0.0, 0.0
+        for r in range(n_rows):
+            change, force = rows[r, R_NEW_X] - rows[r, R_X], rows[r, R_NEW_FORCE] - rows[r, R_FORCE]
+            slope += change * (rows[r, R_FORCE] + t * force)
+            bend += change * force
+            over = rows[r, R_X] + t * change - rows[r, R_AIM]
+            if over < 0.0:
+                slope += rows[r, R_WEIGHT] * over * change
+                bend += rows[r, R_WEIGHT] * change * change
+        if slope < 0.0:
+            low = t
+        else:
+            high = t
+        if bend <= 0.0 or slope == 0.0:
+            break
+        following = t - slope / bend
+        if not low < following < high:
+            following = 0.5 * (low + high) if high < np.inf else 2.0 * t
+        if abs(following - t) <= 1e-15 * abs(t):
+            break
+        t = following
+    return t
+
+
+@njit(**COMPILE)
+def press(work, rows, n_rows, loaded):
+    """Put minus the rows' wrenches into the bias columns; the total force on the chain."""
+    clear(work, rows, n_rows)
+    fx = fy = 0.0
+    for r in range(n_rows):
+        force = rows[r, R_FORCE]
+        if force > 0.0:
+            i = int(rows[r, R_SEGMENT])
+            loaded[i] = True
+            work[i, W_B0] -= force * rows[r, R_W0]
+            work[i, W_B1] -= force * rows[r, R_W1]
+            work[i, W_B2] -= force * rows[r, R_W2]
+            fx, fy = fx + force * rows[r, R_W1], fy + force * rows[r, R_W2]
+    return fx, fy

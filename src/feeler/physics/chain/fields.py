@@ -1,0 +1,63 @@
+"""Columns of the engine's tables: one row per segment, one column per quantity."""
+
+# constants of a segment
+C_LENGTH, C_MASS, C_RADIUS, C_STIFFNESS, C_DAMPING, C_REST, C_INVWEIGHT = range(7)
+N_CONSTANTS = 7
+
+# constants of the object and of its contact
+(
+    O_BASE,  # heading of the antenna's base [rad]
+    O_FORWARD_X,
+    O_FORWARD_Y,
+    O_LOW_X,  # bounding box in the feature's frame [mm]
+    O_LOW_Y,
+    O_HIGH_X,
+    O_HIGH_Y,
+    O_RADIUS,
+    O_FRICTION,
+    O_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
+    O_B,
+    O_MIN_IMPEDANCE,
+    O_MAX_IMPEDANCE,
+    O_WIDTH,
+    O_MIDPOINT,
+    O_POWER,
+) = range(16)
+N_OBJECT = 16
+
+KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
+
+# state and workspace of a segment
+(
+    W_ANGLE,
+    W_RATE,
+    W_EX,  # vector from its hinge to the next [mm]
+    W_EY,
+    W_PX,  # its hinge
+    W_PY,
+    W_OMEGA,  # turn rate of the segment, velocity of its hinge
+    W_VX,
+    W_VY,
+    W_TORQUE,  # passive torque of its hinge
+    W_FX,  # minus mass times velocity-product acceleration of its centre
+    W_FY,
+    W_UX,  # articulated coupling of turning with the hinge's acceleration
+    W_UY,
+    W_D,  # articulated inertia about the hinge
+    W_INVERSE,  # 1 / (that + timestep · damping)
+    W_U,  # torque left for the hinge
+    W_ALPHA,  # acceleration: turn, hinge (velocity products left out)
+    W_AX,
+    W_AY,
+    W_K00,  # contacts' addition to the segment's inertia and bias
+    W_K01,
+    W_K02,
+    W_K11,
+    W_K12,
+    W_K22,
+    W_B0,
+    W_B1,
+    W_B2,
+    W_SPARE,
+) = range(30)
+N_WORK = 30
