@@ -1,0 +1,27 @@
+"""Dispersion: how far apart the tensors of a set lie. Arrays in, arrays out; no simulator needed."""
+
+from feeler.dispersion.closest import GREATEST, INDICES, Closest, find_closest, search_closest
+from feeler.dispersion.dispersion import Dispersion, compute_dispersion, scale_common
+from feeler.dispersion.interval import Interval, bootstrap_difference, bootstrap_mean
+from feeler.dispersion.mse import compute_mse
+from feeler.dispersion.nmi import compute_nmi
+from feeler.dispersion.pearson import compute_pearson
+from feeler.dispersion.ssim import compute_ssim
+
+__all__ = [
+    "GREATEST",
+    "INDICES",
+    "Closest",
+    "Dispersion",
+    "Interval",
+    "bootstrap_difference",
+    "bootstrap_mean",
+    "compute_dispersion",
+    "compute_mse",
+    "compute_nmi",
+    "compute_pearson",
+    "compute_ssim",
+    "find_closest",
+    "scale_common",
+    "search_closest",
+]

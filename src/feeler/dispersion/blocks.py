@@ -1,0 +1,85 @@
+"""Pairs in blocks: every index works on two slices of a set at a time, so memory never depends on the set's size."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+BLOCK = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
+
+Block = Callable[[slice, slice], np.ndarray]
+"""Similarities of the tensors in one slice with those in another, (row, column)."""
+
+
+def as_tensors(tensors: Any, *, least: int = 2, finite: bool = True) -> np.ndarray:
+    """The set as a float array (trial, sensor, time), from NumPy or an xarray.DataArray; a view where it can be.
+
+    Raises
+    ------
+    InvalidInput
+        Not three dimensions of numbers (tensors of unequal shapes cannot form such an array), an empty dimension,
+        fewer than ``least`` trials, or NaN or infinite entries.
+    """
+    dims = getattr(tensors, "dims", None)
+    if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
+        tensors = tensors.transpose("trial", ..., "time")
+    try:
+        array = np.asarray(tensors, dtype=float)
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(
+            f"the tensors do not form one array (trial, sensor, time): {error}. They must all have the same number of "
+            "sensors and samples; crop or pad them to a common length first."
+        ) from None
+    if array.ndim != 3 or 0 in array.shape[1:]:
+        raise InvalidInput(f"expected an array (trial, sensor, time) got shape {array.shape}.")
+    if array.shape[0] < least:
+        raise InvalidInput(f"{array.shape[0]} tensor(s) given, at least {least} are needed to compare them.")
+    if finite and not np.isfinite(array).all():
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
+        raise InvalidInput(f"trial(s) {name_trials(bad)} hold NaN or infinite entries; drop or repair them first.")
+    return array
+
+
+def iterate_blocks(n: int, block: int = BLOCK) -> Iterator[tuple[slice, slice]]:
+    """Slices (rows, columns) that cover the upper triangle of an n × n matrix, diagonal blocks included."""
+    if block < 1:
+        raise InvalidInput(f"block must be ≥ 1 tensor, got {block}.")
+    edges = [slice(start, min(start + block, n)) for start in range(0, n, block)]
+    for k, rows in enumerate(edges):
+        for columns in edges[k:]:
+            yield rows, columns
+
+
+def fill_matrix(n: int, compute: Block, block: int = BLOCK) -> np.ndarray:
+    """The full symmetric matrix (n, n) of an index, from its blocks."""
+    matrix = np.empty((n, n))
+    for rows, columns in iterate_blocks(n, block):
+        values = compute(rows, columns)
+        matrix[rows, columns] = values
+        matrix[columns, rows] = values.T
+    return matrix
+
+
+def list_pairs(rows: slice, columns: slice) -> np.ndarray:
+    """Pairs (pair, 2) of positions within two slices; within one and the same slice only the upper triangle."""
+    n_rows, n_columns = rows.stop - rows.start, columns.stop - columns.start
+    if rows == columns:
+        return np.stack(np.triu_indices(n_rows), axis=1)
+    return np.stack(np.divmod(np.arange(n_rows * n_columns), n_columns), axis=1)
+
+
+def fold_pairs(values: np.ndarray, pairs: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
+    """The block (row, column) that the values of ``list_pairs`` belong to."""
+    block = np.empty((rows.stop - rows.start, columns.stop - columns.start))
+    block[pairs[:, 0], pairs[:, 1]] = values
+    if rows == columns:
+        block[pairs[:, 1], pairs[:, 0]] = values
+    return block
+
+
+def name_trials(indices: np.ndarray) -> str:
+    """Positions for a message, the first eight."""
+    shown = ", ".join(str(i) for i in indices[:8])
+    return shown + (f" and {indices.size - 8} more" if indices.size > 8 else "")

@@ -1,0 +1,97 @@
+"""The closest match of every tensor, with or without ever holding the full matrix."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from feeler.dispersion.blocks import BLOCK, Block, as_tensors, iterate_blocks
+from feeler.dispersion.mse import make_mse
+from feeler.dispersion.nmi import make_nmi
+from feeler.dispersion.pearson import make_pearson
+from feeler.dispersion.ssim import make_ssim
+from feeler.errors import InvalidInput
+
+INDICES = {"pearson": make_pearson, "ssim": make_ssim, "mse": make_mse, "nmi": make_nmi}
+GREATEST = {"pearson": True, "ssim": True, "mse": False, "nmi": True}
+"""Whether the closest match has the greatest value of an index (similarity) or the least (distance)."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Closest:
+    """Each tensor's closest match among the others."""
+
+    trial: np.ndarray
+    """Position of the match (trial,)."""
+    value: np.ndarray
+    """Index between the tensor and its match (trial,)."""
+
+
+def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
+    """Each tensor's closest match in a full matrix of pairs, itself left out; the first of equals.
+
+    Parameters
+    ----------
+    matrix
+        (trial, trial), from one of the ``compute_`` functions.
+    greatest
+        True for similarities (Pearson, SSIM, NMI), False for distances (MSE).
+    """
+    matrix = np.asarray(matrix, dtype=float)
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 2:
+        raise InvalidInput(f"expected a square matrix of at least 2 tensors, got shape {matrix.shape}.")
+    score = matrix.copy() if greatest else -matrix
+    np.fill_diagonal(score, -np.inf)
+    match = score.argmax(axis=1)
+    return Closest(trial=match, value=matrix[np.arange(len(matrix)), match])
+
+
+def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, **options: Any) -> Closest:
+    """Each tensor's closest match by one index, in memory that grows with the block and not with the pairs.
+
+    For sets whose full matrix would not fit: 10,000 tensors have 50 million pairs, but only 10,000 matches.
+
+    Parameters
+    ----------
+    tensors
+        (trial, sensor, time).
+    index
+        ``pearson``, ``ssim``, ``mse`` or ``nmi``.
+    block
+        Tensors per side of a block.
+    **options
+        Those of the index: ``border``, ``data_range``, ``n_bins``, ``common_zeros``.
+    """
+    array = as_tensors(tensors)
+    sign = 1.0 if GREATEST[_known(index)] else -1.0
+    compute = INDICES[index](array, **options)
+    best = np.full(len(array), -np.inf)
+    match = np.full(len(array), -1)
+    for rows, columns in iterate_blocks(len(array), block):
+        score = sign * compute(rows, columns)
+        if rows == columns:
+            np.fill_diagonal(score, -np.inf)
+        else:
+            _improve(best[columns], match[columns], score.T, rows.start)
+        _improve(best[rows], match[rows], score, columns.start)
+    return Closest(trial=match, value=sign * best)
+
+
+def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int) -> None:
+    """Take over the better matches of a block, in place; at equal values the earlier tensor stays."""
+    candidate = score.argmax(axis=1)
+    value = score[np.arange(len(score)), candidate]
+    candidate = candidate + start
+    better = (value > best) | ((value == best) & (candidate < match))
+    best[better], match[better] = value[better], candidate[better]
+
+
+def make_index(index: str, array: np.ndarray, **options: Any) -> Block:
+    """The block function of an index by name."""
+    return INDICES[_known(index)](array, **options)
+
+
+def _known(index: str) -> str:
+    if index not in INDICES:
+        raise InvalidInput(f"index must be one of {', '.join(INDICES)}, got {index!r}.")
+    return index

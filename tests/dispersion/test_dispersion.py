@@ -1,0 +1,125 @@
+"""Closest matches, averages and intervals."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from feeler.dispersion import (
+    INDICES,
+    bootstrap_difference,
+    bootstrap_mean,
+    compute_dispersion,
+    compute_mse,
+    compute_nmi,
+    compute_pearson,
+    compute_ssim,
+    find_closest,
+    scale_common,
+    search_closest,
+)
+from feeler.errors import InvalidInput
+
+MATRIX = {"pearson": compute_pearson, "ssim": compute_ssim, "mse": compute_mse, "nmi": compute_nmi}
+
+
+def make_pairs(n_pairs=4, seed=0):
+    """Tensors 2k and 2k + 1 are near copies of each other and unlike all others."""
+    rng = np.random.default_rng(seed)
+    pairs = np.repeat(rng.random((n_pairs, 12, 20)), 2, axis=0)
+    return pairs + 1e-3 * rng.random(pairs.shape)
+
+
+@pytest.mark.parametrize("index", INDICES)
+@pytest.mark.parametrize("block", [3, 256])
+def test_planted_pairs_find_each_other(index, block):
+    tensors = make_pairs()
+    options = {"n_bins": 16} if index == "nmi" else {}
+    closest = search_closest(tensors, index, block=block, **options)
+    np.testing.assert_array_equal(closest.trial, np.arange(8) ^ 1)
+
+
+@pytest.mark.parametrize("index", INDICES)
+def test_search_in_blocks_equals_the_full_matrix(index):
+    tensors = np.random.default_rng(3).random((11, 12, 13))
+    expected = find_closest(MATRIX[index](tensors), greatest=index != "mse")
+    for block in (1, 4, 256):
+        got = search_closest(tensors, index, block=block)
+        np.testing.assert_array_equal(got.trial, expected.trial)
+        np.testing.assert_allclose(got.value, expected.value, atol=1e-13)
+
+
+def test_first_of_equals_is_taken_in_any_block_size():
+    tensors = np.repeat(np.random.default_rng(0).random((1, 12, 12)), 5, axis=0)
+    for block in (1, 2, 5):
+        np.testing.assert_array_equal(search_closest(tensors, "mse", block=block).trial, [1, 0, 0, 0, 0])
+
+
+def test_groups_do_not_see_each_other():
+    tensors = make_pairs()
+    groups = np.arange(8) % 2  # every near copy is in the other group
+    dispersion = compute_dispersion(tensors, groups)
+    assert dispersion.groups == (0, 1)
+    for group in (0, 1):
+        alone = compute_dispersion(tensors[groups == group], options={"nmi": {"data_range": (0.0, 1.0)}})
+        assert dispersion.average["pearson"][group].estimate == pytest.approx(alone.average["pearson"][""].estimate)
+        assert dispersion.values("pearson", group).max() < 0.9
+
+
+def test_tighter_group_is_less_dispersed_by_every_index():
+    rng = np.random.default_rng(5)
+    base = rng.random((12, 30))
+    tight = base + 0.05 * rng.random((6, 12, 30))
+    loose = 0.5 * base + 0.5 * rng.random((6, 12, 30))
+    average = compute_dispersion(np.concatenate([tight, loose]), ["tight"] * 6 + ["loose"] * 6).average
+    for index in ("pearson", "ssim", "nmi"):
+        assert average[index]["tight"].low > average[index]["loose"].high
+    assert average["mse"]["tight"].high < average["mse"]["loose"].low
+
+
+def test_dataarray_in_any_order_of_dims_is_read_by_name():
+    tensors = np.random.default_rng(0).random((5, 12, 14))
+    array = xr.DataArray(tensors, dims=("trial", "sensor", "time")).transpose("time", "sensor", "trial")
+    np.testing.assert_allclose(compute_ssim(array), compute_ssim(tensors), atol=1e-14)
+
+
+def test_one_common_factor_keeps_ratios():
+    scaled = scale_common(np.stack([np.full((2, 2), 0.5), np.full((2, 2), -2.0)]))
+    np.testing.assert_array_equal(scaled[:, 0, 0], [0.25, -1.0])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda x: compute_dispersion(x, [1, 2]), "2 group names for 8 tensors"),
+        (lambda x: compute_dispersion(x, [1] * 7 + [2]), "group 2 has one tensor"),
+        (lambda x: compute_dispersion(0 * x), "every tensor is zero"),
+        (lambda x: search_closest(x, "cosine"), "pearson, ssim, mse, nmi"),
+        (lambda x: find_closest(x[0]), "square matrix"),
+    ],
+)
+def test_bad_input_is_refused(call, message):
+    with pytest.raises(InvalidInput, match=message):
+        call(make_pairs())
+
+
+def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
+    rng = np.random.default_rng(2)
+    intervals = [bootstrap_mean(rng.normal(size=40), rng, n_resamples=400, level=0.8) for _ in range(300)]
+    hits = [interval.low <= 0 <= interval.high for interval in intervals]
+    assert 0.7 < np.mean(hits) < 0.88
+
+
+def test_paired_difference_knows_its_sign_and_size():
+    rng = np.random.default_rng(4)
+    b = rng.normal(size=50)
+    a = b + 1.0 + 0.5 * rng.normal(size=50)
+    difference = bootstrap_difference(a, b, rng)
+    assert difference.excludes_zero and difference.low < 1.0 < difference.high
+    assert difference.effect == pytest.approx(2.0, abs=0.6)
+    assert bootstrap_difference(a, a, rng).effect == 0.0
+    assert bootstrap_difference(a + 1.0, a, rng).effect > 1e6
+
+
+def test_unpaired_values_are_refused():
+    with pytest.raises(InvalidInput, match="one to one"):
+        bootstrap_difference(np.ones(3), np.ones(4), np.random.default_rng(0))
