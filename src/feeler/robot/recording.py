@@ -1,0 +1,222 @@
+"""Recordings: what a robotic antenna's electronics wrote, read as it is; repair is a separate, explicit step."""
+
+import os
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
+from feeler.tracking.table import Table, read_table
+
+N_CHANNELS = 8  # [P]
+QUANTITIES = ("angle", "capacitance")
+TIME_UNITS = {"ms": 1.0, "s": 1e3, "us": 1e-3, "µs": 1e-3}
+SOURCES = ("robot", "surrogate", "simulation")
+UNITS = {**dict.fromkeys(ANGLE_UNITS, "angle"), **dict.fromkeys(CAPACITANCE_UNITS, "capacitance")}
+LABELS = ("feature", "size", "location", "speed")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """Channels over time, in ms and rad (or pF), exactly as recorded: gaps are NaN, times are as written."""
+
+    time: np.ndarray
+    """(sample,) [ms]."""
+    values: np.ndarray
+    """(sensor, sample) [rad, pF or counts], base to tip; NaN where a value is missing."""
+    quantity: str = "angle"
+    """``angle`` or ``capacitance``."""
+    robot: str = ""
+    source: str = "robot"
+    """``robot``, ``surrogate`` or ``simulation``."""
+    labels: dict[str, str | float] = field(default_factory=dict)
+    """What is known of the touch: feature, size [mm], location, speed [mm/ms]."""
+    history: tuple[str, ...] = ()
+    """Every change made to the data since they were read, in words."""
+
+    def __post_init__(self) -> None:
+        time, values = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
+        if time.ndim != 1 or values.ndim != 2 or values.shape[1] != time.size:
+            raise InvalidInput(
+                f"a recording is time (sample,) and values (sensor, sample); got {time.shape} and {values.shape}."
+            )
+        if self.quantity not in QUANTITIES:
+            raise InvalidInput(f"unknown quantity {self.quantity!r}; valid: {', '.join(QUANTITIES)}.")
+        if self.source not in SOURCES:
+            raise InvalidInput(f"unknown source {self.source!r}; valid: {', '.join(SOURCES)}.")
+        if time.size < 2:
+            raise InvalidInput(f"a recording needs at least 2 samples, got {time.size}.")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "values", values)
+
+    @property
+    def n_sensors(self) -> int:
+        """Number of channels."""
+        return self.values.shape[0]
+
+    def to_angles(self, calibration: SensorCalibration, *, outside: str = "refuse") -> "Recording":
+        """The same recording as hinge angles; refuses another robot's calibration and readings out of range."""
+        if self.quantity == "angle":
+            raise InvalidInput("the recording already holds angles; a calibration applies to capacitance only.")
+        angle = calibration.apply(self.values, robot=self.robot, outside=outside)
+        result = replace(self, values=angle, quantity="angle")
+        return result.noted(f"capacitance to angle by calibration, outside={outside}")
+
+    def noted(self, words: str) -> "Recording":
+        """The same recording with one more line of history."""
+        return replace(self, history=(*self.history, words))
+
+
+def load_recording(
+    path: str | os.PathLike,
+    *,
+    n_channels: int | None = N_CHANNELS,
+    unit: str | None = None,
+    time_unit: str | None = None,
+) -> Recording:
+    """Read a CSV recording: a time column and one column per hinge, named and numbered from the base.
+
+    The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1`` with ``unit=``. Notes
+    above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``# time unit:``, ``# feature:``, ``# size:``
+    [mm], ``# location:``, ``# speed:`` [m/s]. Columns are put in the order of their numbers and the history says so.
+
+    Parameters
+    ----------
+    n_channels
+        How many channels there must be; None takes what the file has.
+    unit, time_unit
+        Units where the file does not name them.
+
+    Raises
+    ------
+    InvalidInput
+        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable table.
+    """
+    table = read_table(path)
+    time = _read_time(table, time_unit)
+    numbers, columns, found = _find_channels(table)
+    _check_numbers(table.source, numbers, n_channels)
+    chosen = _choose_unit(table, found, unit)
+    order = np.argsort(numbers)
+    values = table.values[:, np.array(columns)[order]].T * {**ANGLE_UNITS, **CAPACITANCE_UNITS}[chosen]
+    recording = Recording(
+        time=time,
+        values=values,
+        quantity=UNITS[chosen],
+        robot=table.notes.get("robot", ""),
+        source=_read_source(table),
+        labels=_read_labels(table),
+        history=(f"read from {table.source}",),
+    )
+    if not np.array_equal(order, np.arange(order.size)):
+        return recording.noted("columns put in the order of their hinge numbers")
+    return recording
+
+
+def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
+    for column in table.columns:
+        match = re.fullmatch(r"(?:time|t)[\s_(\[]*(ms|s|us|µs)?[)\]]?", column, re.IGNORECASE)
+        if match:
+            unit = match[1] or time_unit or table.notes.get("time unit")
+            if unit not in TIME_UNITS:
+                raise InvalidInput(
+                    f"{table.source}: column {column!r} has no time unit; valid: {', '.join(TIME_UNITS)}. "
+                    "Name the column time_ms, or give time_unit=."
+                )
+            return _check_time(table, table.column(column) * TIME_UNITS[unit])
+    raise InvalidInput(f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}.")
+
+
+def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
+    if np.isnan(time).any():
+        raise InvalidInput(f"{table.source} line {table.line[np.argmax(np.isnan(time))]}: no time given.")
+    back = np.flatnonzero(np.diff(time) < 0)
+    if back.size:
+        raise InvalidInput(
+            f"{table.source} line {table.line[back[0] + 1]}: time runs backwards, from {time[back[0]]:g} to "
+            f"{time[back[0] + 1]:g} ms. Is the time column swapped with a channel, or are two recordings joined?"
+        )
+    return time
+
+
+def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]]:
+    numbers, columns, units = [], [], []
+    names = "|".join(re.escape(unit) for unit in UNITS)
+    pattern = re.compile(
+        rf"(?:hinge|sensor|channel|ch|c|cap|capacitance|angle|joint)[\s_]*(\d{{1,3}})[\s_(\[]*({names})?[)\]]?",
+        re.IGNORECASE,
+    )
+    for index, column in enumerate(table.columns):
+        match = pattern.fullmatch(column)
+        if match:
+            numbers.append(int(match[1]))
+            columns.append(index)
+            units.append(_canonical(match[2]) if match[2] else None)
+    return numbers, columns, units
+
+
+def _canonical(unit: str) -> str:
+    return next(name for name in UNITS if name.lower() == unit.lower())
+
+
+def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> None:
+    expected = len(numbers) if n_channels is None else n_channels
+    missing = [n for n in range(1, expected + 1) if n not in numbers]
+    extra = sorted(n for n in set(numbers) if not 1 <= n <= expected)
+    double = sorted({n for n in numbers if numbers.count(n) > 1})
+    if not numbers or len(numbers) > MAX_HINGES or missing or extra or double:
+        faults = (("missing", missing), ("not expected", extra), ("twice", double))
+        words = [f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found]
+        raise InvalidInput(
+            f"{source}: {len(numbers)} channels where {expected} were expected ({'; '.join(words) or 'none found'}). "
+            "Name them hinge1 … from the base, or give n_channels=."
+        )
+
+
+def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str:
+    named = sorted({name for name in found if name})
+    if len(named) > 1 or (named and None in found):
+        shown = [name or "no unit" for name in dict.fromkeys(found)]
+        raise InvalidInput(f"{table.source}: mixed units ({', '.join(shown)}). Give every channel the same unit.")
+    chosen = named[0] if named else unit or table.notes.get("unit")
+    if named and unit and unit != chosen:
+        raise InvalidInput(f"{table.source}: its header says {chosen}, unit={unit!r} was given. Which is right?")
+    if chosen not in UNITS:
+        raise InvalidInput(
+            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(UNITS)}. Name the columns "
+            "hinge1_deg or hinge1_pF, or give unit=."
+        )
+    return chosen
+
+
+def _read_source(table: Table) -> str:
+    source = (table.notes.get("source") or "robot").split()[0].strip(",;.").lower()
+    if source not in SOURCES:
+        raise InvalidInput(f"{table.source}: unknown source {source!r}; valid: {', '.join(SOURCES)}.")
+    return source
+
+
+def _read_labels(table: Table) -> dict[str, str | float]:
+    labels: dict[str, str | float] = {}
+    for name in LABELS:
+        text = table.notes.get(name, "").split(" ")[0]
+        if not text:
+            continue
+        try:
+            labels[name] = text if name == "feature" else float(text)
+        except ValueError:
+            raise InvalidInput(f"{table.source}: note {name!r} must be a number, got {text[:40]!r}.") from None
+    return labels
+
+
+def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
+    """Write a recording as CSV with notes, so that :func:`load_recording` gives the same data and labels."""
+    unit = "rad" if recording.quantity == "angle" else "pF"
+    notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
+    header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.writelines(f"# {key}: {value}\n" for key, value in notes.items() if value != "")
+        file.write(header + "\n")
+        np.savetxt(file, np.vstack([recording.time, recording.values]).T, fmt=f"%.{digits}g", delimiter=",")

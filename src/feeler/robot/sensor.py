@@ -1,0 +1,298 @@
+"""Sensor calibration: from capacitance to hinge angle, by linear regression per hinge."""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.tracking.table import MAX_BYTES, Table, read_table
+
+FORMAT = "feeler sensor calibration"
+VERSION = 1
+MARGIN = 0.02  # [C] share of the calibrated range by which a reading may lie outside and still count as inside
+MIN_READINGS = 3
+MAX_HINGES = 256
+MAX_FILE = 2**20
+OUTSIDE = ("refuse", "clip", "missing", "extend")
+ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "°": np.pi / 180}
+CAPACITANCE_UNITS = {"pF": 1.0, "fF": 1e-3, "nF": 1e3, "counts": 1.0}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SensorCalibration:
+    """Straight lines angle = slope · capacitance + offset, one per hinge, and how far to trust them."""
+
+    slope: np.ndarray
+    """(hinge,) [rad per unit]."""
+    offset: np.ndarray
+    """(hinge,) [rad]."""
+    low: np.ndarray
+    """(hinge,) smallest calibrated capacitance [unit]."""
+    high: np.ndarray
+    """(hinge,) largest calibrated capacitance [unit]."""
+    residual: np.ndarray
+    """(hinge,) root mean square residual [rad]."""
+    cross_validated: np.ndarray
+    """(hinge,) root mean square error at angles that the line did not see (leave one angle out) [rad]."""
+    resolution: np.ndarray
+    """(hinge,) sd of repeated readings at one angle, as an angle [rad]; NaN without repeats."""
+    drift: np.ndarray
+    """(hinge,) trend of the residuals in time [rad/ms]; NaN without times."""
+    r_squared: np.ndarray
+    """(hinge,) share of the angles' variance that the line explains."""
+    robot: str = ""
+    """Name of the robot the lines belong to; empty where unknown."""
+    unit: str = "pF"
+    """Unit of capacitance: pF, or counts for uncalibrated electronics."""
+
+    @property
+    def n_hinges(self) -> int:
+        """Number of hinges."""
+        return self.slope.size
+
+    def apply(self, capacitance: np.ndarray, *, robot: str = "", outside: str = "refuse") -> np.ndarray:
+        """Angles (hinge, sample) [rad] of capacitances (hinge, sample).
+
+        Parameters
+        ----------
+        robot
+            Name of the robot that was recorded; refused where it differs from the calibrated one.
+        outside
+            What to do with readings beyond the calibrated range (by more than 2 % of it): ``refuse``, ``clip`` to the
+            range, ``missing`` (NaN), or ``extend`` the line.
+
+        Raises
+        ------
+        InvalidInput
+            Another robot, another number of hinges, or readings outside the range under ``refuse``.
+        """
+        capacitance = np.asarray(capacitance, dtype=float)
+        self._check(capacitance, robot, outside)
+        slope, offset, low, high = (v[:, None] for v in (self.slope, self.offset, self.low, self.high))
+        margin = MARGIN * (high - low)
+        beyond = (capacitance < low - margin) | (capacitance > high + margin)
+        if outside == "refuse" and beyond.any():
+            raise InvalidInput(self._describe(capacitance, beyond))
+        if outside == "clip":
+            capacitance = np.where(beyond, np.clip(capacitance, low, high), capacitance)
+        angle = slope * capacitance + offset
+        return np.where(beyond, np.nan, angle) if outside == "missing" else angle
+
+    def _check(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
+        if outside not in OUTSIDE:
+            raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(OUTSIDE)}.")
+        if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
+            raise InvalidInput(
+                f"the calibration is for {self.n_hinges} hinges, the readings have shape {capacitance.shape}; "
+                "expected (hinge, sample)."
+            )
+        if robot and self.robot and robot != self.robot:
+            raise InvalidInput(
+                f"the calibration belongs to robot {self.robot!r}, the recording to {robot!r}. Calibrate that robot."
+            )
+
+    def _describe(self, capacitance: np.ndarray, beyond: np.ndarray) -> str:
+        hinge = int(np.argmax(beyond.sum(axis=1)))
+        values = capacitance[hinge][beyond[hinge]]
+        return (
+            f"{int(beyond.sum())} readings lie outside the calibrated range, most in hinge {hinge + 1}: "
+            f"{values.min():.4g} to {values.max():.4g} {self.unit}, calibrated {self.low[hinge]:.4g} to "
+            f"{self.high[hinge]:.4g}. Calibrate a wider range, or choose outside='clip', 'missing' or 'extend'."
+        )
+
+    def report(self) -> str:
+        """A table in words, one row per hinge, angles in degrees."""
+        rows = ["hinge   °/unit      R²   residual °   cross-validated °   resolution °   drift °/min"]
+        per_minute = self.drift * 6e4
+        columns = (self.slope, self.residual, self.cross_validated, self.resolution, per_minute)
+        for n, (slope, rms, cv, resolution, drift) in enumerate(np.rad2deg(columns).T):
+            rows.append(
+                f"{n + 1:5d} {slope:8.3g} {self.r_squared[n]:7.4f} {rms:12.3f} {cv:19.3f} {resolution:14.3f}"
+                f" {drift:13.3g}"
+            )
+        return "\n".join(rows)
+
+
+def fit_sensors(
+    hinge: np.ndarray,
+    angle: np.ndarray,
+    capacitance: np.ndarray,
+    *,
+    time: np.ndarray | None = None,
+    robot: str = "",
+    unit: str = "pF",
+) -> SensorCalibration:
+    """Least-squares line per hinge from readings (reading,) at known angles (Fig. 6A iii).
+
+    Parameters
+    ----------
+    hinge
+        Hinge number of each reading, 1 to the number of hinges.
+    angle, capacitance
+        Known angle [rad] and reading [unit].
+    time
+        When each reading was made [ms], for the drift.
+
+    Raises
+    ------
+    InvalidInput
+        A hinge with fewer than 3 readings or 2 angles, a reading that does not change with the angle, missing hinges.
+    """
+    hinge, angle, capacitance = (np.asarray(v, dtype=float) for v in (hinge, angle, capacitance))
+    time = np.full(hinge.shape, np.nan) if time is None else np.asarray(time, dtype=float)
+    if not hinge.shape == angle.shape == capacitance.shape == time.shape or hinge.ndim != 1:
+        raise InvalidInput("hinge, angle, capacitance and time must be lists of one length.")
+    if not all(np.all(np.isfinite(v)) for v in (hinge, angle, capacitance)):
+        raise InvalidInput("a calibration table must be complete: hinge, angle and capacitance in every row.")
+    n = _count_hinges(hinge)
+    lines = [_fit_one(k, angle[hinge == k], capacitance[hinge == k], time[hinge == k]) for k in range(1, n + 1)]
+    arrays = {key: np.array([line[key] for line in lines]) for key in lines[0]}
+    return SensorCalibration(**arrays, robot=robot, unit=unit)
+
+
+def _count_hinges(hinge: np.ndarray) -> int:
+    numbers = np.unique(hinge)
+    if numbers.size == 0 or numbers.size > MAX_HINGES or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
+        shown = ", ".join(f"{number:g}" for number in numbers[:12])
+        raise InvalidInput(f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}.")
+    return numbers.size
+
+
+def _fit_one(number: int, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray) -> dict[str, float]:
+    levels = np.unique(np.round(angle, 9))
+    if angle.size < MIN_READINGS or levels.size < 2:
+        raise InvalidInput(
+            f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs {MIN_READINGS} at 2."
+        )
+    if np.ptp(capacitance) == 0:
+        raise InvalidInput(f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor.")
+    slope, offset = np.polyfit(capacitance, angle, 1)
+    residual = angle - (slope * capacitance + offset)
+    return {
+        "slope": slope,
+        "offset": offset,
+        "low": capacitance.min(),
+        "high": capacitance.max(),
+        "residual": np.sqrt(np.mean(residual**2)),
+        "cross_validated": _leave_one_angle_out(angle, capacitance, levels),
+        "resolution": abs(slope) * _repeat_spread(np.round(angle, 9), capacitance),
+        "drift": _trend(time, residual),
+        "r_squared": 1 - residual.var() / angle.var(),
+    }
+
+
+def _leave_one_angle_out(angle: np.ndarray, capacitance: np.ndarray, levels: np.ndarray) -> float:
+    if levels.size < 3:
+        return float("nan")
+    errors = []
+    for level in levels:
+        held = np.round(angle, 9) == level
+        if np.ptp(capacitance[~held]) == 0:
+            return float("nan")
+        slope, offset = np.polyfit(capacitance[~held], angle[~held], 1)
+        errors.append(angle[held] - (slope * capacitance[held] + offset))
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def _repeat_spread(angle: np.ndarray, capacitance: np.ndarray) -> float:
+    """Pooled sd of readings at equal angles."""
+    groups = [capacitance[angle == level] for level in np.unique(angle)]
+    freedom = sum(group.size - 1 for group in groups)
+    if freedom == 0:
+        return float("nan")
+    return float(np.sqrt(sum(((group - group.mean()) ** 2).sum() for group in groups) / freedom))
+
+
+def _trend(time: np.ndarray, residual: np.ndarray) -> float:
+    if not np.all(np.isfinite(time)) or np.ptp(time) == 0:
+        return float("nan")
+    return float(np.polyfit(time - time.mean(), residual, 1)[0])
+
+
+def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
+    """Fit from a CSV table with the columns ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``,
+    ``_counts``) and optionally ``time_ms``; a note ``# robot: NAME`` names the robot."""
+    table = read_table(path, max_bytes=MAX_BYTES)
+    angle, _ = _take(table, "angle", ANGLE_UNITS)
+    capacitance, unit = _take(table, "capacitance", CAPACITANCE_UNITS)
+    time = table.column("time_ms") if "time_ms" in table.columns else None
+    return fit_sensors(
+        table.column("hinge"),
+        angle,
+        capacitance,
+        time=time,
+        robot=table.notes.get("robot", ""),
+        unit="counts" if unit == "counts" else "pF",
+    )
+
+
+def _take(table: Table, quantity: str, units: dict[str, float]) -> tuple[np.ndarray, str]:
+    for unit, factor in units.items():
+        if f"{quantity}_{unit}" in table.columns:
+            return factor * table.column(f"{quantity}_{unit}"), unit
+    valid = ", ".join(f"{quantity}_{unit}" for unit in units if unit.isascii())
+    raise InvalidInput(f"{table.source}: no {quantity} column; valid: {valid}. It has {', '.join(table.columns[:12])}.")
+
+
+FIELDS = ("slope", "offset", "low", "high", "residual", "cross_validated", "resolution", "drift", "r_squared")
+
+
+def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
+    """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
+    content = {"format": FORMAT, "version": VERSION, "robot": calibration.robot, "unit": calibration.unit}
+    for name in FIELDS:
+        content[name] = [None if np.isnan(v) else float(v) for v in getattr(calibration, name)]
+    Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def load_calibration(path: str | os.PathLike) -> SensorCalibration:
+    """Read what :func:`save_calibration` wrote.
+
+    Raises
+    ------
+    InvalidInput
+        Not such a file, another version, or damaged content.
+    """
+    content = _read_json(path)
+    if content.get("format") != FORMAT:
+        raise InvalidInput(f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`.")
+    if content.get("version") != VERSION:
+        raise InvalidInput(f"{path} has version {content.get('version')!r}; this feeler reads version {VERSION}.")
+    arrays = {name: _read_numbers(path, name, content.get(name)) for name in FIELDS}
+    sizes = {values.size for values in arrays.values()}
+    if len(sizes) != 1 or not 1 <= sizes.copy().pop() <= MAX_HINGES:
+        raise InvalidInput(f"{path} is damaged: its lists have different lengths.")
+    for name in ("slope", "offset", "low", "high"):
+        if not np.all(np.isfinite(arrays[name])):
+            raise InvalidInput(f"{path} is damaged: {name} is missing for a hinge.")
+    if np.any(arrays["low"] > arrays["high"]):
+        raise InvalidInput(f"{path} is damaged: a calibrated range is empty (low > high).")
+    robot, unit = str(content.get("robot", ""))[:200], str(content.get("unit", ""))[:20]
+    return SensorCalibration(**arrays, robot=robot, unit=unit)
+
+
+def _read_json(path: str | os.PathLike) -> dict:
+    try:
+        if not Path(path).is_file() or Path(path).stat().st_size > MAX_FILE:
+            raise InvalidInput(f"{path} is not a file of at most {MAX_FILE:,} bytes.")
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(f"cannot read {path!s} as JSON: {str(error)[:200]}.") from error
+    if not isinstance(content, dict):
+        raise InvalidInput(f"{path} is no sensor calibration of feeler: it holds no object.")
+    return content
+
+
+def _read_numbers(path: str | os.PathLike, name: str, values: object) -> np.ndarray:
+    numeric = (int, float, type(None))
+    if not isinstance(values, list) or not all(isinstance(v, numeric) and not isinstance(v, bool) for v in values):
+        raise InvalidInput(f"{path} is damaged: {name} must be a list of numbers.")
+    try:
+        return np.array([np.nan if v is None else float(v) for v in values])
+    except OverflowError as error:
+        raise InvalidInput(f"{path} is damaged: {name} holds a number out of range.") from error

@@ -1,0 +1,224 @@
+"""Recordings: units, order and labels survive the door; faults are named; repair says what it did."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from feeler.errors import InvalidInput
+from feeler.robot.recording import Recording, load_recording, save_recording
+from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.sensor import fit_sensors
+
+
+def _write(tmp_path, header, rows, notes=""):
+    path = tmp_path / "r.csv"
+    path.write_text(notes + ",".join(header) + "\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    return path
+
+
+def _header(unit="deg", n=8, time="time_ms"):
+    return [time, *(f"hinge{k}_{unit}" for k in range(1, n + 1))]
+
+
+ROWS = [[t, *range(8)] for t in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("time", "unit", "interval", "scale", "quantity"),
+    [
+        ("time_ms", "deg", 1.0, np.pi / 180, "angle"),
+        ("Time (s)", "rad", 1000.0, 1.0, "angle"),
+        ("t_us", "mrad", 1e-3, 1e-3, "angle"),
+        ("time [ms]", "fF", 1.0, 1e-3, "capacitance"),
+        ("time_ms", "pF", 1.0, 1.0, "capacitance"),
+    ],
+)
+def test_units_are_converted_at_the_door(tmp_path, time, unit, interval, scale, quantity):
+    recording = load_recording(_write(tmp_path, _header(unit, time=time), ROWS))
+    np.testing.assert_allclose(recording.time, np.arange(3) * interval)
+    np.testing.assert_allclose(recording.values[:, 0], np.arange(8) * scale)
+    assert recording.quantity == quantity
+
+
+def test_swapped_columns_are_ordered_by_number_and_said(tmp_path):
+    header = _header()
+    header[2], header[3] = header[3], header[2]
+    recording = load_recording(_write(tmp_path, header, ROWS))
+    np.testing.assert_allclose(np.rad2deg(recording.values[:, 0]), [0, 2, 1, 3, 4, 5, 6, 7])
+    assert any("order of their hinge numbers" in line for line in recording.history)
+
+
+def test_notes_become_labels(tmp_path):
+    notes = "# source: surrogate\n# robot: A\n# feature: ball\n# size: 5 mm\n# location: 0.9\n# speed: 0.027 m/s\n"
+    recording = load_recording(_write(tmp_path, _header(), ROWS, notes))
+    assert (recording.source, recording.robot) == ("surrogate", "A")
+    assert recording.labels == {"feature": "ball", "size": 5.0, "location": 0.9, "speed": 0.027}
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "notes", "message"),
+    [
+        (_header(n=7), [r[:8] for r in ROWS], "", "7 channels where 8 were expected .missing 8"),
+        ([*_header(), "hinge9_deg"], [[*r, 1] for r in ROWS], "", "not expected 9"),
+        ([*_header()[:8], "ch7_deg"], ROWS, "", "missing 8; twice 7"),
+        (_header()[1:], [r[1:] for r in ROWS], "", "no time column"),
+        (_header(time="time"), ROWS, "", "has no time unit; valid: ms, s, us"),
+        ([*_header()[:8], "hinge8_rad"], ROWS, "", "mixed units .deg, rad"),
+        ([*_header()[:8], "hinge8"], ROWS, "", "mixed units .deg, no unit"),
+        (["time_ms", *(f"c{k}" for k in range(1, 9))], ROWS, "", "unit of the channels is None; valid: rad"),
+        (_header(), [ROWS[1], ROWS[0]], "", "line 3: time runs backwards, from 1 to 0 ms"),
+        (_header(), [["", *range(8)], ROWS[1]], "", "line 2: no time given"),
+        (_header(), ROWS[:1], "", "at least 2 samples, got 1"),
+        (_header(), ROWS, "# source: cockroach\n", "unknown source 'cockroach'; valid: robot, surrogate"),
+        (_header(), ROWS, "# speed: fast\n", "note 'speed' must be a number, got 'fast'"),
+    ],
+)
+def test_faults_are_named(tmp_path, header, rows, notes, message):
+    with pytest.raises(InvalidInput, match=message):
+        load_recording(_write(tmp_path, header, rows, notes))
+
+
+def test_a_time_column_swapped_with_a_channel_is_caught(tmp_path):
+    rows = [[np.sin(t), t, *range(7)] for t in range(20)]
+    with pytest.raises(InvalidInput, match="swapped with a channel"):
+        load_recording(_write(tmp_path, _header(), rows))
+
+
+def test_unit_given_by_hand_must_agree_with_the_header(tmp_path):
+    path = _write(tmp_path, ["time_ms", *(f"c{k}" for k in range(1, 9))], ROWS)
+    assert load_recording(path, unit="pF").quantity == "capacitance"
+    with pytest.raises(InvalidInput, match="header says deg, unit='rad' was given"):
+        load_recording(_write(tmp_path, _header(), ROWS), unit="rad")
+
+
+def _wave(interval=1.0, n=400, seed=0):
+    time = np.arange(n) * interval
+    return Recording(time=time, values=np.stack([np.sin(time / 40 + k) for k in range(8)]))
+
+
+def test_round_trip(tmp_path):
+    recording = Recording(
+        time=np.arange(5.0), values=np.random.default_rng(0).normal(size=(8, 5)), quantity="capacitance",
+        robot="A", source="surrogate", labels={"feature": "box", "speed": 0.27},
+    )  # fmt: skip
+    save_recording(recording, tmp_path / "r.csv", digits=15)
+    again = load_recording(tmp_path / "r.csv")
+    np.testing.assert_allclose(again.values, recording.values, rtol=1e-13)
+    assert (again.robot, again.source, again.labels) == ("A", "surrogate", recording.labels)
+
+
+def test_repair_of_a_perfect_recording_changes_nothing():
+    wave = _wave()
+    fixed = repair(wave)
+    np.testing.assert_allclose(fixed.values, wave.values, atol=1e-12)
+    assert "none dropped" in fixed.history[-1]
+
+
+def test_jitter_drops_and_offset_time_are_mended_and_said():
+    rng = np.random.default_rng(1)
+    wave = _wave()
+    keep = rng.random(400) > 0.05
+    keep[[0, -1]] = True
+    time = (1000 + wave.time + rng.uniform(-0.2, 0.2, 400))[keep]
+    values = np.stack([np.sin((time - 1000) / 40 + k) for k in range(8)])
+    fixed = repair(Recording(time=time, values=values))
+    assert fixed.time[0] == 0 and np.allclose(np.diff(fixed.time), 1)
+    expected = np.stack([np.sin((fixed.time + time[0] - 1000) / 40 + k) for k in range(8)])
+    np.testing.assert_allclose(fixed.values, expected, atol=2e-3)
+    assert f"{int((~keep).sum())} samples dropped" in fixed.history[-1]
+
+
+@pytest.mark.parametrize("interval", [0.5, 2.0, 5.0])
+def test_another_sampling_rate_is_resampled_and_said(interval):
+    fixed = repair(_wave(interval))
+    expected = np.stack([np.sin(fixed.time / 40 + k) for k in range(8)])
+    np.testing.assert_allclose(fixed.values, expected, atol=3e-3)
+    assert "resampled to 1 ms" in fixed.history[-1]
+
+
+def test_too_low_a_rate_is_refused():
+    with pytest.raises(InvalidInput, match="gaps longer than 10 ms, the longest 25 ms"):
+        repair(_wave(25.0))
+
+
+def test_long_gaps_refused_bridged_or_kept():
+    wave = _wave()
+    values = wave.values.copy()
+    values[2, 100:150] = np.nan
+    holed = Recording(time=wave.time, values=values)
+    with pytest.raises(InvalidInput, match="hinge 3 has 1 gaps longer than 10 ms, the longest 51 ms"):
+        repair(holed)
+    kept = repair(holed, gaps="keep")
+    np.testing.assert_array_equal(np.isnan(kept.values[2]), np.isnan(values[2]))
+    bridged = repair(holed, gaps="bridge")
+    np.testing.assert_allclose(np.diff(bridged.values[2, 99:151], 2), 0, atol=1e-9)  # a straight line
+    assert any("hinge 3: 1 gaps over 10 ms, bridged" in line for line in bridged.history)
+    assert any("hinge 3: 50 missing values" in line for line in bridged.history)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda v: np.full_like(v, np.nan), "empty"),
+        (lambda v: np.full_like(v, 0.3), "dead"),
+        (lambda v: np.minimum(v, 0.8), "saturated"),
+        (lambda v: np.maximum(v, -0.8), "saturated"),
+    ],
+)
+def test_bad_channels_are_named_and_never_used_in_silence(fault, words):
+    wave = _wave()
+    values = wave.values.copy()
+    values[4] = fault(values[4])
+    faulty = Recording(time=wave.time, values=values)
+    assert list(find_bad_channels(faulty)) == [5]
+    with pytest.raises(InvalidInput, match=f"hinge 5 is {words}"):
+        repair(faulty)
+    fixed = repair(faulty, bad_channels="missing")
+    assert np.isnan(fixed.values[4]).all() and np.isfinite(np.delete(fixed.values, 4, axis=0)).all()
+
+
+def test_a_quiet_quantised_channel_is_not_called_saturated():
+    rng = np.random.default_rng(2)
+    values = np.round(rng.normal(0, 0.4, (8, 2000)))  # three levels, long runs at the extremes are noise
+    assert find_bad_channels(Recording(time=np.arange(2000.0), values=values)) == {}
+
+
+def test_doubled_and_backward_times_are_refused():
+    wave = _wave(n=10)
+    with pytest.raises(InvalidInput, match="1 samples share their time"):
+        repair(Recording(time=np.minimum(wave.time, 8), values=wave.values))
+    with pytest.raises(InvalidInput, match="time runs backwards after sample 4"):
+        repair(Recording(time=np.where(wave.time == 5, 0, wave.time), values=wave.values))
+
+
+def test_absurd_durations_are_refused_before_memory_is_taken():
+    with pytest.raises(InvalidInput, match="Is the time unit right"):
+        repair(Recording(time=np.array([0.0, 1e15]), values=np.arange(16.0).reshape(8, 2)), gaps="bridge")
+
+
+def test_calibration_of_another_robot_is_refused():
+    levels = np.tile(np.linspace(-1, 1, 5), 8)
+    fit = fit_sensors(np.repeat(np.arange(1, 9), 5), levels, 10 + levels, robot="A")
+    recording = Recording(time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance", robot="B")
+    with pytest.raises(InvalidInput, match="belongs to robot 'A', the recording to 'B'"):
+        recording.to_angles(fit)
+    angles = Recording(time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance").to_angles(fit)
+    np.testing.assert_allclose(angles.values, 0.5)
+    with pytest.raises(InvalidInput, match="already holds angles"):
+        angles.to_angles(fit)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.sampled_from(["time_ms", "t_s", "hinge1_deg", "c2_pF", "hinge2 (rad)", "c2", "x"]), max_size=4),
+    st.text(alphabet="0123456789.,-\nNa", max_size=80),
+    st.sampled_from(["", "# source: surrogate\n", "# speed: -\n", "# unit: furlong\n"]),
+)
+def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body, notes):
+    path = tmp_path_factory.mktemp("fuzz") / "r.csv"
+    path.write_text(notes + ",".join(header) + "\n" + body)
+    try:
+        repair(load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing")
+    except InvalidInput:
+        return

@@ -1,0 +1,150 @@
+"""Sensor calibration: planted lines come back, their quality is measured, and nothing is extrapolated in silence."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from feeler.errors import InvalidInput
+from feeler.robot.sensor import fit_sensors, load_calibration, load_calibration_table, save_calibration
+
+DEGREE = np.pi / 180
+SLOPE = np.array([0.20, -0.15, 0.30])  # rad/pF
+OFFSET = np.array([-1.0, 0.9, 0.1])
+
+
+def _bench(noise=0.0, repeats=20, seed=0, drift=0.0):
+    """Readings of three hinges at known angles, noise [rad] as an angle, drift [rad/ms]."""
+    rng = np.random.default_rng(seed)
+    levels = np.linspace(-20, 20, 9) * DEGREE
+    hinge, angle = (v.ravel() for v in np.meshgrid([1, 2, 3], np.repeat(levels, repeats), indexing="ij"))
+    time = rng.permutation(hinge.size) * 10.0
+    seen = angle + noise * rng.standard_normal(angle.size) + drift * time
+    k = hinge.astype(int) - 1
+    return hinge, angle, (seen - OFFSET[k]) / SLOPE[k], time
+
+
+def test_planted_lines_come_back_exactly_without_noise():
+    fit = fit_sensors(*_bench()[:3])
+    np.testing.assert_allclose(fit.slope, SLOPE, rtol=1e-10)
+    np.testing.assert_allclose(fit.offset, OFFSET, rtol=1e-10)
+    np.testing.assert_allclose(fit.residual, 0, atol=1e-12)
+    np.testing.assert_allclose(fit.r_squared, 1)
+
+
+def test_resolution_residual_and_cross_validation_measure_the_noise():
+    noise = 0.5 * DEGREE
+    fit = fit_sensors(*_bench(noise=noise)[:3])
+    np.testing.assert_allclose(fit.resolution, noise, rtol=0.2)
+    np.testing.assert_allclose(fit.residual, noise, rtol=0.2)
+    assert np.all(fit.cross_validated > fit.residual)
+    assert np.all(np.rad2deg(fit.resolution) < 1)  # the paper's specification of the device
+
+
+def test_a_bent_characteristic_shows_in_the_residual_but_not_in_the_resolution():
+    hinge, angle, capacitance, _ = _bench(noise=0.05 * DEGREE)
+    fit = fit_sensors(hinge, angle, capacitance + 2.0 * angle**2)
+    assert np.all(fit.residual > 4 * fit.resolution)
+
+
+def test_drift_is_the_trend_of_the_residuals():
+    hinge, angle, capacitance, time = _bench(noise=0.01 * DEGREE, drift=1e-6)
+    fit = fit_sensors(hinge, angle, capacitance, time=time)
+    np.testing.assert_allclose(fit.drift, -1e-6, rtol=0.05)  # known angle minus an angle that reads ever higher
+    assert np.isnan(fit_sensors(hinge, angle, capacitance).drift).all()
+
+
+def test_apply_inverts_the_readings_within_the_range():
+    fit = fit_sensors(*_bench()[:3])
+    angle = np.tile(np.linspace(-19, 19, 50) * DEGREE, (3, 1))
+    np.testing.assert_allclose(fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10)
+
+
+def test_nothing_is_extrapolated_in_silence():
+    fit = fit_sensors(*_bench()[:3], robot="A")
+    angle = np.tile([0.0, 30 * DEGREE], (3, 1))
+    reading = (angle - OFFSET[:, None]) / SLOPE[:, None]
+    with pytest.raises(InvalidInput, match="3 readings lie outside the calibrated range"):
+        fit.apply(reading)
+    np.testing.assert_allclose(fit.apply(reading, outside="extend"), angle, atol=1e-10)
+    np.testing.assert_allclose(fit.apply(reading, outside="clip")[:, 1], 20 * DEGREE, atol=1e-10)
+    np.testing.assert_array_equal(np.isnan(fit.apply(reading, outside="missing")), angle > 0.1)
+    with pytest.raises(InvalidInput, match="valid: refuse, clip, missing, extend"):
+        fit.apply(reading, outside="guess")
+    with pytest.raises(InvalidInput, match="belongs to robot 'A', the recording to 'B'"):
+        fit.apply(reading, robot="B")
+    with pytest.raises(InvalidInput, match="for 3 hinges"):
+        fit.apply(reading[:2])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda h, a, c: (h[:-1], a, c), "lists of one length"),
+        (lambda h, a, c: (h + 1, a, c), "numbered 1, 2"),
+        (lambda h, a, c: (h, np.where(h == 2, 0.1, a), c), "hinge 2 has 180 readings at 1 angles"),
+        (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 at every angle"),
+        (lambda h, a, c: (h, a, np.where(h == 3, np.nan, c)), "must be complete"),
+    ],
+)
+def test_bad_tables(change, message):
+    with pytest.raises(InvalidInput, match=message):
+        fit_sensors(*change(*_bench()[:3]))
+
+
+def test_table_file_units_and_name(tmp_path):
+    hinge, angle, capacitance, _ = _bench()
+    rows = zip(hinge, np.rad2deg(angle), 1e3 * capacitance, strict=True)
+    text = "# robot: A\nhinge,angle_deg,capacitance_fF\n" + "\n".join(f"{h:g},{a!r},{c!r}" for h, a, c in rows)
+    (tmp_path / "t.csv").write_text(text.replace("np.float64(", "").replace(")", ""))
+    fit = load_calibration_table(tmp_path / "t.csv")
+    np.testing.assert_allclose(fit.slope, SLOPE, rtol=1e-9)
+    assert (fit.robot, fit.unit) == ("A", "pF")
+    (tmp_path / "t.csv").write_text("hinge,angle,capacitance_pF\n1,2,3\n")
+    with pytest.raises(InvalidInput, match="no angle column; valid: angle_rad, angle_mrad, angle_deg"):
+        load_calibration_table(tmp_path / "t.csv")
+
+
+def test_saved_and_loaded_is_the_same(tmp_path):
+    fit = fit_sensors(*_bench(noise=0.01)[:3], robot="A")
+    save_calibration(fit, tmp_path / "c.json")
+    again = load_calibration(tmp_path / "c.json")
+    for name in ("slope", "offset", "low", "high", "residual", "resolution", "drift", "r_squared"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(fit, name))
+    assert again.robot == "A"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "other"}, "is no sensor calibration"),
+        ({"version": 99}, "has version 99"),
+        ({"slope": [1.0]}, "different lengths"),
+        ({"slope": [None, 1, 1]}, "slope is missing"),
+        ({"slope": ["1", 1, 1]}, "must be a list of numbers"),
+        ({"slope": [10**400, 1, 1]}, "out of range"),
+        ({"low": [9e9, 0, 0]}, "low > high"),
+    ],
+)
+def test_damaged_files(tmp_path, change, message):
+    path = tmp_path / "c.json"
+    save_calibration(fit_sensors(*_bench()[:3]), path)
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(InvalidInput, match=message):
+        load_calibration(path)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.one_of(st.binary(max_size=200), st.just(b"[" * 50_000), st.just(b"[]"), st.just(b'{"format": 1}')))
+def test_any_bytes_give_our_error(tmp_path_factory, raw):
+    path = tmp_path_factory.mktemp("fuzz") / "c.json"
+    path.write_bytes(raw)
+    with pytest.raises(InvalidInput):
+        load_calibration(path)
+
+
+def test_report_names_every_hinge():
+    lines = fit_sensors(*_bench(noise=0.01)[:3]).report().splitlines()
+    assert [line.split()[0] for line in lines] == ["hinge", "1", "2", "3"]
