@@ -1,0 +1,133 @@
+"""A batch: one function over many items, results as they come, crashes retried, Ctrl-C understood."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import Any, Protocol
+
+from feeler.errors import InvalidInput
+from feeler.execute.interrupt import Interrupt
+from feeler.execute.processes import WorkerCrashed
+from feeler.execute.threads import ThreadExecutor
+
+RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
+WINDOW = 2  # [C] items in flight per worker: enough to keep it busy, few enough to bound memory
+UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they have
+
+
+class Executor(Protocol):
+    """What a batch needs: ``concurrent.futures`` executors and a Dask ``Client`` both fit.
+
+    Futures need ``result()`` and ``add_done_callback(function)``. Optional: ``workers`` (how many), ``kill()``.
+    """
+
+    def submit(self, function: Callable, /, *args: Any) -> Any:
+        """Start ``function(*args)`` somewhere and return its future."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """One finished item: its number, and either its value or the error that ended it."""
+
+    index: int
+    value: Any = None
+    error: Exception | None = None
+
+
+def run_batch(
+    function: Callable[[Any], Any],
+    items: Iterable[tuple[int, Any]],
+    *,
+    executor: Executor | None = None,
+    retries: int = RETRIES,
+    window: int | None = None,
+) -> Iterator[Outcome]:
+    """Outcomes of ``function(item)`` for numbered items, in the order in which they finish.
+
+    A crashed worker or a lack of memory costs its item one of ``retries``; every other error is the item's outcome
+    and the batch goes on. At most ``window`` items are in flight (default two per worker), so results cannot pile up.
+    The first Ctrl-C hands out nothing more, waits for what is running and then raises KeyboardInterrupt; the second
+    stops at once.
+
+    Parameters
+    ----------
+    executor
+        Default: one thread per core, for engines that release the interpreter's lock.
+
+    Raises
+    ------
+    InvalidInput
+        ``retries`` < 0 or ``window`` < 1.
+    KeyboardInterrupt
+        After Ctrl-C.
+    """
+    if retries < 0 or (window is not None and window < 1):
+        raise InvalidInput(f"retries must be ≥ 0 and window ≥ 1, got {retries} and {window}.")
+    own = ThreadExecutor() if executor is None else None
+    batch = _Batch(function, own or executor, retries)
+    try:
+        with Interrupt(on_second=batch.stop) as interrupt:
+            yield from batch.run(iter(items), window or _window(own or executor), interrupt)
+            if interrupt.asked:
+                raise KeyboardInterrupt
+    finally:
+        batch.cancel()
+        if own is not None:
+            own.kill()
+
+
+def _window(executor: Executor) -> int:
+    workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
+    return WINDOW * (workers if isinstance(workers, int) else UNKNOWN_WORKERS)
+
+
+class _Batch:
+    def __init__(self, function: Callable, executor: Executor, retries: int) -> None:
+        self.function, self.executor, self.retries = function, executor, retries
+        self.done: SimpleQueue = SimpleQueue()
+        self.flying: dict[int, tuple[Any, Any, int]] = {}
+
+    def run(self, items: Iterator[tuple[int, Any]], window: int, interrupt: Interrupt) -> Iterator[Outcome]:
+        more = True
+        while more or self.flying:
+            while more and not interrupt.asked and len(self.flying) < window:
+                index, item = next(items, (None, None))
+                more = index is not None
+                if more:
+                    self._submit(index, item, 0)
+            more = more and not interrupt.asked
+            if self.flying:
+                outcome = self._settle(*self.done.get())
+                if outcome is not None:
+                    yield outcome
+
+    def _submit(self, index: int, item: Any, failures: int) -> None:
+        future = self.executor.submit(self.function, item)
+        self.flying[index] = (future, item, failures)
+        future.add_done_callback(lambda finished: self.done.put((index, finished)))
+
+    def _settle(self, index: int, future: Any) -> Outcome | None:
+        """The outcome of a finished future, or None where its item was sent out again."""
+        _, item, failures = self.flying.pop(index)
+        try:
+            return Outcome(index=index, value=future.result())
+        except (WorkerCrashed, MemoryError) as error:
+            if failures >= self.retries:
+                return Outcome(index=index, error=error)
+        except Exception as error:
+            return Outcome(index=index, error=error)
+        self._submit(index, item, failures + 1)
+        return None
+
+    def cancel(self) -> None:
+        """Call back what has not started."""
+        for future, _, _ in self.flying.values():
+            if hasattr(future, "cancel"):
+                future.cancel()
+
+    def stop(self) -> None:
+        """End workers at once, where the executor can."""
+        self.cancel()
+        if hasattr(self.executor, "kill"):
+            self.executor.kill()

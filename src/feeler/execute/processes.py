@@ -1,0 +1,189 @@
+"""Processes: workers that may crash or run out of memory without taking the batch with them."""
+
+import multiprocessing
+import os
+import pickle
+import resource
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from feeler.errors import FeelerError, InvalidInput
+from feeler.execute.threads import check_workers
+
+MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
+_SPAWN = multiprocessing.get_context("spawn")  # a fork would copy threads' locks and the store's open files
+
+
+class WorkerCrashed(FeelerError, RuntimeError):
+    """A worker process ended before it had answered."""
+
+
+class ProcessExecutor:
+    """``workers`` processes, one task each at a time; a process that dies fails its one task and is replaced.
+
+    Workers end when their parent ends, however that happens, and ignore Ctrl-C, which is the parent's business. Each
+    may hold at most ``memory_limit`` bytes (default: an equal share of 80 % of the free memory).
+    """
+
+    def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
+        self.workers = check_workers(workers)
+        if memory_limit is not None and memory_limit < 2**26:
+            raise InvalidInput(f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}.")
+        self.memory_limit = memory_limit or int(MEMORY_SHARE * find_free_memory() / self.workers)
+        self._tasks: SimpleQueue = SimpleQueue()
+        self._keepers: list[_Keeper] = []
+
+    def submit(self, function: Callable, /, *args: Any) -> Future:
+        """Queue ``function(*args)``; both must be picklable. Processes start as tasks come."""
+        future: Future = Future()
+        self._tasks.put((future, function, args))
+        if len(self._keepers) < self.workers:
+            self._keepers.append(_Keeper(self._tasks, self.memory_limit))
+            self._keepers[-1].start()
+        return future
+
+    def kill(self) -> None:
+        """End every process at once; queued tasks are cancelled. The executor can be used again."""
+        while not self._tasks.empty():
+            task = self._tasks.get()
+            if task is not None:
+                task[0].cancel()
+        for keeper in self._keepers:
+            self._tasks.put(None)
+            keeper.kill()
+        for keeper in self._keepers:
+            keeper.join(timeout=5)
+        self._keepers, self._tasks = [], SimpleQueue()
+
+    def __enter__(self) -> "ProcessExecutor":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+    def describe(self) -> str:
+        """One line for a person: how many workers, and how much memory each may take."""
+        kind = "processes" if self.workers > 1 else "process"
+        return f"{self.workers} {kind}, at most {self.memory_limit / 2**30:.1f} GiB each"
+
+
+class _Keeper(threading.Thread):
+    """Keeps one worker process: starts it, hands it tasks, replaces it when it dies."""
+
+    def __init__(self, tasks: SimpleQueue, memory_limit: int) -> None:
+        super().__init__(daemon=True, name="feeler keeper")
+        self._tasks, self._memory_limit = tasks, memory_limit
+        self._process, self._pipe, self._killed = None, None, False
+
+    def run(self) -> None:
+        while (task := self._tasks.get()) is not None:
+            future, function, args = task
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(self._ask(function, args))
+                except BaseException as error:
+                    future.set_exception(error)
+            del task, future, function, args
+        self._end()
+
+    def _ask(self, function: Callable, args: tuple) -> Any:
+        message = pickle.dumps((function, args))
+        if self._process is None or not self._process.is_alive():
+            self._start()
+        try:
+            self._pipe.send_bytes(message)
+            wait([self._pipe, self._process.sentinel])
+            good, value = pickle.loads(self._pipe.recv_bytes())
+        except (EOFError, OSError) as error:
+            raise WorkerCrashed(self._obituary()) from error
+        if good:
+            return value
+        if isinstance(value, MemoryError):  # a heap that was once full may be in pieces: begin with a clean one
+            self._end()
+        raise value
+
+    def _start(self) -> None:
+        self._pipe, theirs = _SPAWN.Pipe()
+        self._process = _SPAWN.Process(
+            target=_serve, args=(theirs, self._memory_limit), daemon=True, name="feeler worker"
+        )
+        self._process.start()
+        theirs.close()
+        if self._killed:
+            self._process.kill()
+
+    def _obituary(self) -> str:
+        self._process.join(timeout=5)
+        code = self._process.exitcode
+        how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
+        hint = " The system may have run out of memory: use fewer workers." if code == -signal.SIGKILL else ""
+        if code == 1:
+            hint = ' In a script, start batches under `if __name__ == "__main__":`.'
+        return f"a worker process ended {how} before it had answered.{hint}"
+
+    def kill(self) -> None:
+        self._killed = True
+        if self._process is not None:
+            self._process.kill()
+
+    def _end(self) -> None:
+        if self._process is not None:
+            self._pipe.close()
+            self._process.kill()
+            self._process.join(timeout=5)
+            self._process = None
+
+
+def _serve(pipe: Connection, memory_limit: int) -> None:
+    """A worker's life: answer until the pipe closes or the parent is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_die_with_parent, daemon=True).start()
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
+    while True:
+        try:
+            message = pipe.recv_bytes()
+        except (EOFError, OSError):
+            return
+        pipe.send_bytes(_answer(message))
+
+
+def _answer(message: bytes) -> bytes:
+    try:
+        function, args = pickle.loads(message)
+        return pickle.dumps((True, function(*args)))
+    except MemoryError:
+        words = "a worker reached its memory limit; use fewer workers or shorter trials"
+        return pickle.dumps((False, MemoryError(words)))
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))  # an error that cannot travel is reported by its words
+            return pickle.dumps((False, error))
+        except Exception:
+            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+def _die_with_parent() -> None:
+    wait([multiprocessing.parent_process().sentinel])
+    os._exit(1)
+
+
+def find_free_memory() -> int:
+    """Bytes that can still be taken: what the system calls available, or what the control group leaves, if less."""
+    free = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        free = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
+        limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
+        if limit != "max":
+            free = min(free, int(limit) - int(Path("/sys/fs/cgroup/memory.current").read_text()))
+    except (OSError, ValueError, StopIteration):
+        pass
+    return max(free, 2**28)

@@ -1,0 +1,52 @@
+"""Functions for worker processes: they must be importable by name."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+
+def double(x):
+    return 2 * x
+
+
+def refuse(x):
+    raise ValueError(f"no {x}")
+
+
+def crash_once(item):
+    """Kill the worker on the first call with this path, answer on the second."""
+    x, path = item
+    if path and not Path(path).exists():
+        Path(path).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 2 * x
+
+
+def crash_always(x):
+    if x == 3:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return 2 * x
+
+
+def eat(n_bytes):
+    return len(bytearray(n_bytes))
+
+
+class Untravelled(Exception):
+    def __init__(self, a, b):
+        super().__init__("local words")
+
+
+def raise_untravelled(_):
+    raise Untravelled(1, 2)
+
+
+def slow(x):
+    time.sleep(0.3)
+    return x
+
+
+def sleep_long(path):
+    Path(path, str(os.getpid())).touch()
+    time.sleep(600)

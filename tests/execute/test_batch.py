@@ -1,0 +1,168 @@
+"""Batches: every item answered once, whatever happens to the workers."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.execute import ProcessExecutor, ThreadExecutor, WorkerCrashed, run_batch
+
+from . import _tasks
+
+
+def collect(function, items, **options):
+    return {outcome.index: outcome for outcome in run_batch(function, enumerate(items), **options)}
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with ProcessExecutor(2) as executor:
+        yield executor
+
+
+@pytest.mark.parametrize("make", [lambda: ThreadExecutor(2), lambda: ThreadPoolExecutor(2), lambda: None])
+def test_each_item_is_answered_once(make):
+    executor = make()
+    outcomes = collect(_tasks.double, range(57), executor=executor)
+    assert {i: o.value for i, o in outcomes.items()} == {i: 2 * i for i in range(57)}
+
+
+def test_processes_answer_the_same(processes):
+    outcomes = collect(_tasks.double, range(20), executor=processes)
+    assert {i: o.value for i, o in outcomes.items()} == {i: 2 * i for i in range(20)}
+
+
+def test_an_error_is_the_outcome_of_its_item_alone():
+    outcomes = collect(lambda x: 1 / x, [1, 0, 2], executor=ThreadExecutor(2))
+    assert isinstance(outcomes[1].error, ZeroDivisionError)
+    assert (outcomes[0].value, outcomes[2].value) == (1.0, 0.5)
+
+
+def test_a_crash_costs_its_item_one_retry(processes, tmp_path):
+    items = [(i, str(tmp_path / f"{i}") if i in (2, 5) else "") for i in range(8)]
+    outcomes = collect(_tasks.crash_once, items, executor=processes)
+    assert {i: o.value for i, o in outcomes.items()} == {i: 2 * i for i in range(8)}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["2", "5"]
+
+
+def test_an_item_that_always_crashes_fails_alone_and_says_how(processes):
+    outcomes = collect(_tasks.crash_always, range(6), executor=processes)
+    assert isinstance(outcomes.pop(3).error, WorkerCrashed)
+    assert {i: o.value for i, o in outcomes.items()} == {i: 2 * i for i in (0, 1, 2, 4, 5)}
+    with pytest.raises(WorkerCrashed, match="killed by SIGSEGV"):
+        processes.submit(_tasks.crash_always, 3).result()
+
+
+def test_a_worker_cannot_take_more_than_its_memory():
+    with ProcessExecutor(1, memory_limit=2**29) as executor:
+        outcomes = collect(_tasks.eat, [2**20, 2**31], executor=executor)
+        assert outcomes[0].value == 2**20
+        with pytest.raises(MemoryError, match="memory limit"):
+            raise outcomes[1].error
+        assert "at most 0.5 GiB each" in executor.describe()
+
+
+def test_an_error_that_cannot_be_pickled_arrives_as_words(processes):
+    with pytest.raises(RuntimeError, match="Untravelled: local words"):
+        processes.submit(_tasks.raise_untravelled, 0).result()
+
+
+def test_results_do_not_pile_up():
+    handed_out = []
+
+    def items():
+        for i in range(30):
+            handed_out.append(i)
+            yield i, i
+
+    for n, _ in enumerate(run_batch(_tasks.double, items(), executor=ThreadExecutor(2), window=3), 1):
+        assert len(handed_out) <= n + 3
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, True, "2"])
+@pytest.mark.parametrize("kind", [ThreadExecutor, ProcessExecutor])
+def test_a_wrong_number_of_workers_is_refused(kind, workers):
+    with pytest.raises(InvalidInput, match="workers must be a whole number"):
+        kind(workers)
+
+
+@pytest.mark.parametrize("options", [{"retries": -1}, {"window": 0}])
+def test_wrong_options_are_refused(options):
+    with pytest.raises(InvalidInput, match="retries must be"):
+        collect(_tasks.double, [1], **options)
+
+
+SCRIPT = """
+    import sys, time
+    sys.path.insert(0, {tests!r})
+    from feeler.execute import ProcessExecutor, ThreadExecutor, run_batch
+    from execute import _tasks
+    if __name__ == "__main__":
+        items = [(i, {item}) for i in range(40)]
+        print("ready", flush=True)
+        try:
+            for outcome in run_batch({function}, items, executor={executor}):
+                print("done", outcome.index, flush=True)
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+"""
+
+
+def start(**fields):
+    source = textwrap.dedent(SCRIPT.format(tests=str(Path(__file__).parents[1]), **fields))
+    process = subprocess.Popen(
+        [sys.executable, "-c", source],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def test_first_interrupt_finishes_what_runs():
+    process = start(function="_tasks.slow", item="i", executor="ThreadExecutor(2)")
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert out.endswith("interrupted\n")
+    assert "stopping after the trials" in err
+    assert len(out.splitlines()) < 12
+
+
+@pytest.mark.parametrize("end", ["two interrupts", "kill"])
+def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
+    process = start(function="_tasks.sleep_long", item=repr(str(tmp_path)), executor="ProcessExecutor(2)")
+    wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
+    workers = [int(path.name) for path in tmp_path.iterdir()]
+    if end == "kill":
+        process.kill()
+    else:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+    process.communicate(timeout=15)
+    wait_for(lambda: not any(alive(pid) for pid in workers))
+
+
+def wait_for(condition, seconds=30):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+        return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z"
+    except (ProcessLookupError, FileNotFoundError):
+        return False
