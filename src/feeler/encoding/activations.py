@@ -1,0 +1,162 @@
+"""Steps of the activations on fixed bases, from what the bases see (A) and from their inner products (kernel, edge)."""
+
+import numpy as np
+from numba import njit
+
+from feeler.encoding.gram import add_shifted_kernel
+from feeler.encoding.sparseness import project_row
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def apply_gram(kernel, edge, activations, out):
+    """out = G·activations for one trial, both (component, time)."""
+    n_components, n_times = activations.shape
+    out[:] = 0.0
+    for k in range(n_components):
+        for place in range(n_times):
+            value = activations[k, place]
+            if value != 0.0:
+                for m in range(n_components):
+                    add_shifted_kernel(kernel[m, k], edge[m, k], value, place, edge.shape[2], out[m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def multiply_activations(seen, kernel, edge, activations, n_sweeps):
+    """Multiplicative updates H ← H·A/(G H), n_sweeps of them: activations (trial, component, time) change in place."""
+    tiny = np.finfo(np.float32).eps  # what scikit-learn's NMF puts in place of a vanishing denominator
+    pulled = np.empty(activations.shape[1:])
+    for n in range(activations.shape[0]):
+        for _ in range(n_sweeps):
+            apply_gram(kernel, edge, activations[n], pulled)
+            for m in range(pulled.shape[0]):
+                for t in range(pulled.shape[1]):
+                    below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
+                    activations[n, m, t] = activations[n, m, t] / below * max(seen[n, m, t], 0.0)  # this order: no overflow
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
+    """Projected-gradient sweeps under the sparseness constraint: activations (trial, component, time) change in place.
+
+    joint: one constraint per component over all trials given, else one per component and trial. steps (trial, component) are
+    the step sizes, kept between calls, in units of the one that cannot fail. A trial ends early once a sweep lowers its loss
+    by less than tol times what the bases explain. Returns the most sweeps any trial took.
+    """
+    safe = np.empty(kernel.shape[0])
+    for m in range(safe.size):
+        bound = np.abs(kernel[m, m]).sum()  # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
+        safe[m] = 1.0 / bound if bound > 0.0 else 0.0
+    if joint:
+        return _descend_group(seen, kernel, edge, activations, steps[0], safe, l1, n_sweeps, tol)
+    most = 0
+    for n in range(activations.shape[0]):
+        sweeps = _descend_group(
+            seen[n : n + 1], kernel, edge, activations[n : n + 1], steps[n], safe, l1, n_sweeps, tol
+        )
+        most = max(most, sweeps)
+    return most
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, tol):
+    """Sweeps over the components of trials that share one constraint per component."""
+    n_trials, n_components, n_times = activations.shape
+    pulled = np.empty(activations.shape)
+    for n in range(n_trials):
+        apply_gram(kernel, edge, activations[n], pulled[n])
+    row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
+    change, pull = np.empty((n_trials, n_times)), np.empty((n_trials, n_times))
+    for sweep in range(n_sweeps):
+        gained, explained = 0.0, 0.0
+        for m in range(n_components):
+            if safe[m] == 0.0:
+                continue
+            gained += _descend_row(
+                m, seen, kernel, edge, activations, pulled, steps, safe[m], l1, row, projected, change, pull
+            )
+        for n in range(n_trials):
+            for m in range(n_components):
+                for t in range(n_times):
+                    explained += seen[n, m, t] * activations[n, m, t]
+        if gained <= tol * explained:
+            return sweep + 1
+    return n_sweeps
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull):
+    """One step of component m: halve the step until the loss falls, then try a longer one next time. Returns the fall."""
+    n_trials, n_components, n_times = activations.shape
+    while True:
+        step = steps[m] * safe
+        for n in range(n_trials):
+            for t in range(n_times):
+                row[n * n_times + t] = activations[n, m, t] - step * (pulled[n, m, t] - seen[n, m, t])
+        project_row(row, l1, projected)
+        slope, bend = 0.0, 0.0
+        for n in range(n_trials):
+            pull[n] = 0.0
+            for t in range(n_times):
+                delta = projected[n * n_times + t] - activations[n, m, t]
+                change[n, t] = delta
+                if delta != 0.0:
+                    slope += delta * (pulled[n, m, t] - seen[n, m, t])
+                    add_shifted_kernel(kernel[m, m], edge[m, m], delta, t, edge.shape[2], pull[n])
+            for t in range(n_times):
+                bend += change[n, t] * pull[n, t]
+        fall = -(slope + 0.5 * bend)
+        if fall > 0.0:
+            break
+        if steps[m] <= 1.0:  # the step that cannot fail: nothing left but rounding
+            steps[m] = 1.0
+            return 0.0
+        steps[m] = max(0.5 * steps[m], 1.0)
+    steps[m] *= 1.2
+    for n in range(n_trials):
+        for t in range(n_times):
+            if change[n, t] == 0.0:
+                continue
+            activations[n, m, t] = projected[n * n_times + t]
+            for k in range(n_components):
+                if k != m:
+                    add_shifted_kernel(kernel[k, m], edge[k, m], change[n, t], t, edge.shape[2], pulled[n, k])
+        for t in range(n_times):
+            pulled[n, m, t] += pull[n, t]
+    return fall
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve_nonnegative(seen, kernel, edge, activations, max_sweeps, tol):
+    """Coordinate descent for min ½ h·G h − A·h over h ≥ 0, trial by trial, in place; returns the most sweeps any trial took.
+
+    Ends when no coordinate's step exceeds tol times the trial's largest activation.
+    """
+    n_trials, n_components, n_times = activations.shape
+    n_lags = edge.shape[2]
+    slope = np.empty((n_components, n_times))
+    most = 0
+    for n in range(n_trials):
+        h = activations[n]
+        apply_gram(kernel, edge, h, slope)
+        slope -= seen[n]
+        sweep = 0
+        while sweep < max_sweeps:
+            sweep += 1
+            largest, top = 0.0, 0.0
+            for t in range(n_times):
+                left = min(n_times - 1 - t, n_lags - 1)
+                for m in range(n_components):
+                    diagonal = edge[m, m, left, left]
+                    if diagonal == 0.0:
+                        continue
+                    delta = max(h[m, t] - slope[m, t] / diagonal, 0.0) - h[m, t]
+                    top = max(top, h[m, t])
+                    if delta != 0.0:
+                        largest = max(largest, abs(delta))
+                        h[m, t] += delta
+                        for k in range(n_components):
+                            add_shifted_kernel(kernel[k, m], edge[k, m], delta, t, n_lags, slope[k])
+            if largest <= tol * top:
+                break
+        most = max(most, sweep)
+    return most

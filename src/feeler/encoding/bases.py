@@ -1,0 +1,101 @@
+"""The bases: multiplicative updates from sums over trials, a canonical order and scale, and how alike two sets are."""
+
+from itertools import combinations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+_TINY = float(np.finfo(np.float32).eps)  # scikit-learn's NMF puts it in place of a vanishing denominator
+
+
+def multiply_bases(
+    components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
+) -> tuple[np.ndarray, float, float]:
+    """Multiplicative updates W ← W·B/(W C), n_sweeps of them; each lowers the loss or leaves it (Lee & Seung 2001).
+
+    Parameters
+    ----------
+    components : (component, sensor, lag)
+    seen : (component, sensor, lag), B: the data correlated with the activations.
+    gram : (component, lag, component, lag), C: the activations correlated with each other.
+
+    Returns
+    -------
+    The new bases, and two of the three parts of the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩: ⟨B, W⟩ and ⟨W, W C⟩.
+    """
+    n_components, n_sensors, n_lags = components.shape
+    size = n_components * n_lags
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
+    target = np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)  # the Fourier transform leaves −1e-16
+    square = gram.reshape(size, size)
+    pulled = flat @ square
+    for _ in range(n_sweeps):
+        flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
+        pulled = flat @ square
+    bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
+    return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
+
+
+def locate_components(components: np.ndarray) -> np.ndarray:
+    """Where along the antenna each basis acts: its centre of mass over sensors, 0 at the first and 1 at the last.
+
+    A basis of zeros is put at the tip.
+    """
+    profile = components.sum(axis=2)
+    mass = profile.sum(axis=1)
+    place = np.linspace(0, 1, components.shape[1])
+    return np.where(mass > 0, profile @ place / np.where(mass > 0, mass, 1), 1.0)
+
+
+def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Order the components from base to tip and give each basis unit length; their product stays the same."""
+    order = np.argsort(locate_components(components), kind="stable")
+    components, activations = components[order], activations[:, order]
+    length = np.sqrt((components**2).sum(axis=(1, 2)))
+    safe = np.where(length > 0, length, 1)
+    return components / safe[:, None, None], activations * safe[:, None]
+
+
+def compute_basis_similarity(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Greatest cosine between each basis of one set and each of another, over all shifts along the lags.
+
+    Parameters
+    ----------
+    first, second : (component, sensor, lag)
+
+    Returns
+    -------
+    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled or shifted within the lags.
+    """
+    length = 2 * first.shape[2]
+    spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
+    overlap = np.einsum("asf,bsf->abf", spectra[0], spectra[1].conj())
+    return np.clip(np.fft.irfft(overlap, length).max(axis=2), 0, 1)
+
+
+def match_components(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pair the bases of two sets so that the similarities sum to the most.
+
+    Returns
+    -------
+    order : for each basis of `first`, its partner's number in `second`.
+    similarity : the cosine of each pair, see `compute_basis_similarity`.
+    """
+    similarity = compute_basis_similarity(first, second)
+    rows, order = linear_sum_assignment(-similarity)
+    return order, similarity[rows, order]
+
+
+def compute_stability(restarts: list[np.ndarray]) -> float:
+    """How alike the bases of several restarts are: mean cosine of matched bases over all pairs of restarts, in [0, 1].
+
+    NaN for a single restart. Random non-negative bases already score far above 0, so compare scores between numbers of
+    components rather than read one by itself.
+    """
+    pairs = [match_components(first, second)[1].mean() for first, second in combinations(restarts, 2)]
+    return float(np.mean(pairs)) if pairs else float("nan")
+
+
+def _to_unit(components: np.ndarray) -> np.ndarray:
+    length = np.sqrt((components**2).sum(axis=(1, 2), keepdims=True))
+    return components / np.where(length > 0, length, 1)

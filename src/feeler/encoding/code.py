@@ -1,0 +1,81 @@
+"""Codes of tensors on fixed bases: each trial by itself, so the same tensor has the same code wherever it stands."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from feeler.encoding.activations import descend_activations, solve_nonnegative
+from feeler.encoding.convolution import compute_spectra, correlate_with_bases, fourier_length, invert_spectra
+from feeler.encoding.gram import compute_basis_gram
+from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+
+BLOCK = 8  # trials per task [C]
+
+
+def encode(
+    tensors: np.ndarray,
+    components: np.ndarray,
+    code: str,
+    *,
+    sparseness: float | None = 0.8,
+    ridge: float = 0.01,
+    max_sweeps: int = 500,
+    tol: float = 1e-5,
+    run: Callable = map,
+) -> tuple[np.ndarray, int]:
+    """Activations (trial, component, time) of tensors (trial, sensor, time) on bases (component, sensor, lag).
+
+    Parameters
+    ----------
+    code : which code.
+        "nonnegative": h ≥ 0 with the least ½‖V − V̂‖². Convex, but where bases are smooth several h do almost as well.
+        "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖². Strictly convex: one answer, and one that moves little
+        when the tensor does. ‖W‖² is the mean squared length of a basis, so that ridge has no unit.
+        "sparse": least ½‖V − V̂‖² among activations whose every row has exactly this sparseness (or is zero), by projected
+        gradient from the ridge code's projection. Not convex: a fixed start makes it one answer, not the best one.
+    max_sweeps, tol : end after this many sweeps, or when one changes the code (sparse: lowers the loss) by less than tol,
+        relatively.
+
+    Returns
+    -------
+    activations, and the most sweeps any trial took; max_sweeps means that some trial did not reach tol.
+    """
+    n_trials, _, n_times = tensors.shape
+    n_components, _, n_lags = components.shape
+    length = fourier_length(n_times, n_lags)
+    basis_spectra = compute_spectra(components, length)
+    kernel, edge = compute_basis_gram(components)
+    padded = (kernel, edge) if code == "nonnegative" else _add_ridge(kernel, edge, ridge)
+    l1 = l1_of_unit_vector(n_times, sparseness) if code == "sparse" else 0.0
+    activations = np.zeros((n_trials, n_components, n_times))
+
+    def encode_block(block: slice) -> int:
+        spectra = compute_spectra(tensors[block], length)
+        seen = np.empty((2, spectra.shape[1], n_components, spectra.shape[3]))
+        correlate_with_bases(*spectra, *basis_spectra, seen)
+        seen = invert_spectra(seen, length, n_times)
+        rows = activations[block]
+        sweeps = solve_nonnegative(seen, *padded, rows, max_sweeps, tol)
+        if code != "sparse":
+            return sweeps
+        for trial in rows:
+            for row in trial:
+                project_row(row.copy(), l1, row)
+        return descend_activations(
+            seen, kernel, edge, rows, np.ones(rows.shape[:2]), l1, False, max_sweeps, tol
+        )
+
+    blocks = [slice(start, start + BLOCK) for start in range(0, n_trials, BLOCK)]
+    return activations, max(run(encode_block, blocks))
+
+
+def _add_ridge(kernel: np.ndarray, edge: np.ndarray, ridge: float) -> tuple[np.ndarray, np.ndarray]:
+    """The inner products with ridge·‖W‖² added where a basis meets itself at the same moment."""
+    kernel, edge = kernel.copy(), edge.copy()
+    n_components, n_lags = edge.shape[1:3]
+    own = np.arange(n_components)
+    weight = ridge * kernel[own, own, n_lags - 1].mean()
+    kernel[own, own, n_lags - 1] += weight
+    for i in range(n_lags):
+        edge[own, own, i, i] += weight
+    return kernel, edge

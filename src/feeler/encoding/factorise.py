@@ -1,0 +1,174 @@
+"""One factorisation from one start: activations and bases in turn, until the loss no longer falls."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.encoding.activations import descend_activations, multiply_activations
+from feeler.encoding.bases import multiply_bases
+from feeler.encoding.convolution import (
+    compute_spectra,
+    correlate_with_activations,
+    correlate_with_bases,
+    fourier_length,
+    invert_spectra,
+)
+from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
+from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+
+BLOCK = 8  # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How to factorise."""
+
+    n_components: int
+    n_lags: int
+    sparseness: float | None
+    """Hoyer sparseness of the activations; None: no constraint, multiplicative updates."""
+    joint: bool
+    """One constraint per component over all trials, rather than one per component and trial."""
+    max_iter: int
+    tol: float
+    """Stop when ten iterations lower the loss by less than ten times this fraction of it."""
+    inner_steps: int
+    """Steps of the activations, and then of the bases, per iteration."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factors:
+    """What a factorisation found."""
+
+    components: np.ndarray
+    activations: np.ndarray
+    losses: np.ndarray
+    """½‖V − V̂‖² before the first iteration and after each."""
+    converged: bool
+
+
+class Data:
+    """Tensors made ready once for any number of factorisations: their transform and their size."""
+
+    def __init__(self, tensors: np.ndarray, n_lags: int):
+        self.n_trials, self.n_sensors, self.n_times = tensors.shape
+        self.n_lags = n_lags
+        self.length = fourier_length(self.n_times, n_lags)
+        self.spectra = compute_spectra(tensors, self.length)
+        self.energy = float(np.vdot(tensors, tensors))
+
+    def see(self, components: np.ndarray, trials: slice) -> np.ndarray:
+        """A (trial, component, time): the bases correlated with the tensors."""
+        basis_spectra = compute_spectra(components, self.length)
+        return self._see(basis_spectra, trials)
+
+    def _see(self, basis_spectra: np.ndarray, trials: slice) -> np.ndarray:
+        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
+        out = np.empty((2, v_re.shape[0], basis_spectra.shape[1], v_re.shape[2]))
+        correlate_with_bases(v_re, v_im, basis_spectra[0], basis_spectra[1], out)
+        return invert_spectra(out, self.length, self.n_times)
+
+    def gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
+        """Transform of B (component, sensor, lag): the tensors correlated with their activations, summed over these trials."""
+        h_re, h_im = compute_spectra(activations[trials], self.length)
+        v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
+        out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))
+        correlate_with_activations(v_re, v_im, h_re, h_im, out)
+        return out
+
+
+def factorise(
+    data: Data,
+    components: np.ndarray,
+    activations: np.ndarray,
+    settings: Settings,
+    run: Callable = map,
+    on_iteration: Callable[[int, float], None] | None = None,
+) -> Factors:
+    """Lower ½‖V − V̂‖² from these starting bases and activations; see `ConvolutiveNMF` for the algorithm.
+
+    Parameters
+    ----------
+    data : the tensors.
+    components : (component, sensor, lag), non-negative.
+    activations : (trial, component, time), non-negative; made to fulfil the constraint by the first steps.
+    run : how to map a function over blocks of trials (`map`, or a thread pool's).
+    on_iteration : called with the iteration and the relative residual ‖V − V̂‖/‖V‖.
+    """
+    components, activations = components.copy(), activations.copy()
+    blocks = [slice(start, start + BLOCK) for start in range(0, data.n_trials, BLOCK)]
+    groups = 1 if settings.joint else data.n_trials
+    steps = np.ones((groups, settings.n_components))
+    if settings.sparseness is not None:
+        project_activations(activations, settings.sparseness, settings.joint)
+    losses, converged = [], False
+    for iteration in range(settings.max_iter):
+        _update_activations(data, components, activations, steps, settings, blocks, run)
+        components, loss = _update_bases(data, components, activations, settings, blocks, run)
+        losses.append(loss)
+        if on_iteration is not None:
+            on_iteration(iteration, np.sqrt(2 * loss / data.energy) if data.energy else 0.0)
+        if _has_converged(losses, settings.tol, data.energy):
+            converged = True
+            break
+    return Factors(components=components, activations=activations, losses=np.array(losses), converged=converged)
+
+
+def project_activations(activations: np.ndarray, sparseness: float, joint: bool) -> None:
+    """Put activations (trial, component, time) onto the constraint, in place."""
+    n_trials, n_components, n_times = activations.shape
+    rows = activations.transpose(1, 0, 2).reshape(n_components * (1 if joint else n_trials), -1)
+    projected = np.empty_like(rows)
+    for row, target in zip(rows, projected, strict=True):
+        project_row(row, l1_of_unit_vector(row.size, sparseness), target)
+    activations[:] = projected.reshape(n_components, n_trials, n_times).transpose(1, 0, 2)
+
+
+def _has_converged(losses: list[float], tol: float, energy: float) -> bool:
+    """Ten iterations together count, so that one slow step does not end the fit."""
+    if losses[-1] <= 1e-14 * energy:
+        return True
+    return len(losses) > 10 and losses[-11] - losses[-1] <= 10 * tol * losses[-1]
+
+
+def _update_activations(data, components, activations, steps, settings, blocks, run) -> None:
+    """New activations in place, block by block."""
+    spectra = compute_spectra(components, data.length)
+    kernel, edge = compute_basis_gram(components)
+    joint = settings.joint and settings.sparseness is not None
+    size = data.n_times * (data.n_trials if joint else 1)
+    l1 = 0.0 if settings.sparseness is None else l1_of_unit_vector(size, settings.sparseness)
+
+    def update(block: slice) -> None:
+        seen = data._see(spectra, block)
+        if settings.sparseness is None:
+            multiply_activations(seen, kernel, edge, activations[block], settings.inner_steps)
+        else:
+            row = steps if joint else steps[block]
+            descend_activations(seen, kernel, edge, activations[block], row, l1, joint, settings.inner_steps, 0.0)
+
+    list(run(update, [slice(None)] if joint else blocks))
+
+
+def _update_bases(data, components, activations, settings, blocks, run) -> tuple[np.ndarray, float]:
+    """New bases, and the loss they leave."""
+    spectra = np.zeros((2, settings.n_components, data.n_sensors, data.length // 2 + 1))
+    for part in run(lambda block: data.gather(activations, block), blocks):
+        spectra += part
+    seen = invert_spectra(spectra, data.length, data.n_lags)
+    gram = compute_activation_gram(activations, data.n_lags)
+    components, shared, square = multiply_bases(components, seen, gram, settings.inner_steps)
+    return components, max(0.5 * data.energy - shared + 0.5 * square, 0.0)
+
+
+@contextmanager
+def open_pool(n_jobs: int) -> Iterator[Callable]:
+    """How to map over blocks of trials: by this many threads (the compiled parts release the interpreter's lock), or by none."""
+    if n_jobs == 1:
+        yield map
+        return
+    with ThreadPoolExecutor(n_jobs) as pool:
+        yield pool.map

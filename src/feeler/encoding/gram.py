@@ -1,0 +1,85 @@
+"""Inner products that replace reconstructions: of shifted bases with each other, of shifted activations with each other.
+
+Both matrices are Toeplitz up to the end of the window, so two small sums along diagonals give them exactly.
+"""
+
+import numpy as np
+from numba import njit
+
+
+def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inner products of the bases placed at two moments of one trial.
+
+    Parameters
+    ----------
+    components : (component, sensor, lag)
+
+    Returns
+    -------
+    kernel : (component m, component k, 2·lag − 1). kernel[m, k, d + L − 1] = Σ_x Σ_τ W_m(x, τ) W_k(x, τ + d): m starts d after
+        k, both fit into the window.
+    edge : (component m, component k, lag, lag). edge[m, k, i, j]: m starts i samples before the last one, k starts j before
+        it, and what runs past the window is cut off. edge[..., L − 1, :] and edge[..., :, L − 1] are the kernel.
+    """
+    n_components, n_sensors, n_lags = components.shape
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, n_components * n_lags)
+    products = (flat.T @ flat).reshape(n_components, n_lags, n_components, n_lags).transpose(0, 2, 1, 3)
+    edge = np.ascontiguousarray(products)
+    for i in range(1, n_lags):
+        edge[:, :, i, 1:] += edge[:, :, i - 1, :-1]
+    kernel = np.empty((n_components, n_components, 2 * n_lags - 1))
+    # m starts d after k: with k at the last full place (j = L − 1), m stands at i = L − 1 − d
+    kernel[:, :, n_lags - 1 :] = edge[:, :, ::-1, n_lags - 1]
+    kernel[:, :, : n_lags - 1] = edge[:, :, n_lags - 1, : n_lags - 1]
+    return kernel, edge
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_shifted_kernel(kernel, edge, value, place, n_lags, out):
+    """out(s) += value · ⟨basis m at s, basis k at `place`⟩ for every s; kernel and edge are those of the pair (m, k)."""
+    n_times = out.size
+    last_full = n_times - n_lags
+    first = max(0, place - n_lags + 1)
+    if place <= last_full:
+        row = kernel[first - place + n_lags - 1 :]
+        for s in range(place + n_lags - first):
+            out[first + s] += value * row[s]
+        return
+    for s in range(first, last_full + 1):
+        out[s] += value * kernel[s - place + n_lags - 1]
+    j = n_times - 1 - place
+    for s in range(max(last_full + 1, 0), n_times):
+        out[s] += value * edge[n_times - 1 - s, j]
+
+
+def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:
+    """C[m, τ, k, σ] = Σ_n Σ_t H_nm(t − τ) H_nk(t − σ), t running over the window: (component, lag, component, lag)."""
+    n_trials, n_components, n_times = activations.shape
+    ends = np.ascontiguousarray(activations[:, :, : -n_lags - 1 : -1]).reshape(n_trials, n_components * n_lags)
+    lost = (ends.T @ ends).reshape(n_components, n_lags, n_components, n_lags)  # what each further lag pushes out
+    lagged = np.zeros((n_components, n_components, n_lags))
+    _correlate_lags(np.ascontiguousarray(activations), lagged)
+    gram = np.empty_like(lost)
+    gram[:, 0, :, :] = lagged
+    gram[:, :, :, 0] = lagged.transpose(1, 2, 0)
+    for lag in range(1, n_lags):
+        gram[:, lag, :, 1:] = gram[:, lag - 1, :, :-1] - lost[:, lag - 1, :, :-1]
+    return np.maximum(gram, 0, out=gram)  # rounding may leave −1e-16
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _correlate_lags(activations, out):
+    """Add Σ_n Σ_u H_nk(u) H_nm(u + d) to out[m, k, d], d ≥ 0; moments without activation cost nothing."""
+    n_trials, n_components, n_times = activations.shape
+    n_lags = out.shape[2]
+    for n in range(n_trials):
+        for k in range(n_components):
+            for u in range(n_times):
+                value = activations[n, k, u]
+                if value == 0.0:
+                    continue
+                reach = min(n_lags, n_times - u)
+                for m in range(n_components):
+                    later, target = activations[n, m, u:], out[m, k]
+                    for d in range(reach):
+                        target[d] += value * later[d]

@@ -1,0 +1,273 @@
+"""ConvolutiveNMF: the encoder, as a scikit-learn estimator."""
+
+import os
+import warnings
+from dataclasses import replace
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.utils.validation import check_is_fitted
+
+from feeler.encoding.bases import canonicalise, compute_stability
+from feeler.encoding.code import encode
+from feeler.encoding.convolution import reconstruct
+from feeler.encoding.factorise import Data, Factors, Settings, factorise, open_pool
+from feeler.encoding.inputs import CODES, as_tensors, check_choice, check_settings, check_size
+from feeler.encoding.online import OnlineSums, learn_batch
+from feeler.encoding.start import make_generators, start_activations, start_bases
+from feeler.errors import InvalidInput
+
+
+class ConvolutiveNMF(TransformerMixin, BaseEstimator):
+    """Convolutive non-negative matrix factorisation of tactile tensors, with exactly sparse activations (cNMFsc).
+
+    Every tensor becomes a sum of a few bases that are short films of the antenna, each played whenever its activation says:
+
+        V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
+
+    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases, projected-gradient steps with
+    Hoyer's exact projection for the activations, row by row, a step accepted only if the loss falls. No trial runs into the next.
+
+    Parameters
+    ----------
+    n_components : how many bases, M. The paper shows 2 to 5, and works with 3.
+    n_lags : how many samples a basis lasts, T. The paper: 40 samples of 1 ms.
+    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain convolutive NMF with multiplicative
+        updates; with n_lags=1 it is scikit-learn's NMF(solver="mu"), step for step.
+    constraint : "trial": every trial's activation of every component has this sparseness, or is zero. "all": the activation of
+        each component over all trials together has it, as if the tensors were one recording; then how sparse a trial's code is
+        depends on the others. The default is "trial", because only then is the code of a tensor a matter of the tensor alone.
+    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row), "ridge" (non-negative with a
+        small ridge: one answer, continuous in the tensor), "nonnegative" (no ridge). None: "sparse" with a sparseness, else
+        "nonnegative".
+    ridge : weight of the ridge, relative to the squared length of a basis.
+    init : "windows" starts from stretches of the tensors drawn by energy, "random" from uniform numbers.
+    n_restarts : fits from this many starts; keeps the one with the lowest loss.
+    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol times itself
+        per iteration.
+    inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1 without.
+    random_state : seed or generator of the starts.
+    n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
+
+    Attributes
+    ----------
+    components_ : (component, sensor, lag); unit length each, ordered from base to tip by where they act.
+    activations_ : (trial, component, time): those found together with the bases. They are not unique, so codes to compare come
+        from `transform`; `fit_transform` returns those too.
+    reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V − V̂‖/‖V‖.
+    n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
+    stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one restart.
+    restarts_ : relative residual of each restart, best first. restart_components_ : their bases, in the same order.
+    n_sensors_in_ : sensors the bases were learned on.
+
+    References
+    ----------
+    Smaragdis 2004, LNCS 3195:494 (convolutive NMF). Hoyer 2004, J. Mach. Learn. Res. 5:1457 (sparseness). Ramanarayanan,
+    Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc). Lee & Seung 2001, NIPS 13 (multiplicative updates).
+    Gillis & Glineur 2012, Neural Comput. 24:1085 (several inner steps per iteration).
+    """
+
+    def __init__(
+        self,
+        n_components=3,
+        n_lags=40,
+        sparseness=0.8,
+        *,
+        constraint="trial",
+        code=None,
+        ridge=0.01,
+        init="windows",
+        n_restarts=3,
+        max_iter=300,
+        tol=1e-4,
+        inner_steps=None,
+        random_state=None,
+        n_jobs=None,
+    ):
+        self.n_components = n_components
+        self.n_lags = n_lags
+        self.sparseness = sparseness
+        self.constraint = constraint
+        self.code = code
+        self.ridge = ridge
+        self.init = init
+        self.n_restarts = n_restarts
+        self.max_iter = max_iter
+        self.tol = tol
+        self.inner_steps = inner_steps
+        self.random_state = random_state
+        self.n_jobs = n_jobs
+
+    def fit(self, X, y=None, *, components=None, activations=None):
+        """Learn the bases of tensors (trial, sensor, time); y is ignored.
+
+        components (component, sensor, lag) and activations (trial, component, time) set the start; then there is one restart.
+
+        Raises
+        ------
+        InvalidInput : tensors or parameters that cannot be used, each with what to do.
+        """
+        check_settings(self)
+        tensors = as_tensors(X)
+        check_size(tensors, self.n_components, self.n_lags)
+        data = Data(tensors, self.n_lags)
+        with open_pool(_count_threads(self.n_jobs)) as run:
+            found = [
+                factorise(data, *start, self._settings(), run)
+                for start in self._make_starts(tensors, data, components, activations)
+            ]
+        self._keep(found, tensors, data.energy)
+        return self
+
+    def fit_transform(self, X, y=None, **starts):
+        """`fit`, then `transform` of the same tensors: the same code that new tensors get."""
+        return self.fit(X, y, **starts).transform(X)
+
+    def transform(self, X, *, code=None):
+        """Activations (trial, component, time) of tensors on the fixed bases; see `encode` for the codes.
+
+        Each trial is coded by itself from a fixed start: the same tensor gets the same code, whatever its neighbours.
+        """
+        check_is_fitted(self, "components_")
+        tensors = self._check_against_bases(as_tensors(X))
+        code = self._choose_code(code)
+        max_sweeps = 500
+        with open_pool(_count_threads(self.n_jobs)) as run:
+            activations, sweeps = encode(
+                tensors, self.components_, code, sparseness=self.sparseness, ridge=self.ridge, max_sweeps=max_sweeps, run=run
+            )
+        if sweeps >= max_sweeps and code != "nonnegative":
+            warnings.warn(
+                f"The {code} code of some trial still moved after {max_sweeps} sweeps. A larger ridge (now {self.ridge}) "
+                "makes the problem better posed.",
+                ConvergenceWarning,
+                stacklevel=2,
+            )
+        return activations
+
+    def inverse_transform(self, X):
+        """Tensors (trial, sensor, time) from activations (trial, component, time)."""
+        check_is_fitted(self, "components_")
+        activations = np.asarray(X, dtype=float)
+        if activations.ndim != 3 or activations.shape[1] != len(self.components_):
+            raise InvalidInput(
+                f"Activations need the shape (trial, {len(self.components_)}, time); got {activations.shape}."
+            )
+        return reconstruct(self.components_, activations)
+
+    def score(self, X, y=None):
+        """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²; 1 is best."""
+        tensors = as_tensors(X)
+        energy = np.vdot(tensors, tensors)
+        rest = tensors - self.inverse_transform(self.transform(tensors))
+        return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
+
+    def partial_fit(self, X, y=None, *, forget=0.7):
+        """Learn from one batch of tensors; the sums over earlier batches count `forget` times as much with each new one."""
+        check_settings(self)
+        tensors = as_tensors(X)
+        if not hasattr(self, "_sums"):
+            check_size(tensors, self.n_components, self.n_lags)
+            rng = make_generators(self.random_state, 1)[0]
+            start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
+            self._sums, self.components_, self.n_sensors_in_ = OnlineSums(), start, tensors.shape[1]
+        self._check_against_bases(tensors)
+        with open_pool(_count_threads(self.n_jobs)) as run:
+            self.components_ = learn_batch(tensors, self.components_, self._sums, self._settings(), forget, run)
+        return self
+
+    def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7):
+        """Learn from tensors that need not fit into memory, a batch of trials at a time.
+
+        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over trials: a Zarr array, a NumPy
+            memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
+        """
+        if len(getattr(source, "shape", ())) != 3:
+            raise InvalidInput("fit_stream needs something with a shape (trial, sensor, time), such as a Zarr array.")
+        if hasattr(self, "_sums"):
+            del self._sums
+        for _ in range(n_epochs):
+            for start in range(0, source.shape[0], batch_size):
+                self.partial_fit(source[start : start + batch_size], forget=forget)
+        self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
+        return self
+
+    def _settings(self) -> Settings:
+        inner = self.inner_steps or (1 if self.sparseness is None else 3)
+        return Settings(
+            n_components=self.n_components,
+            n_lags=self.n_lags,
+            sparseness=self.sparseness,
+            joint=self.constraint == "all",
+            max_iter=self.max_iter,
+            tol=self.tol,
+            inner_steps=inner,
+        )
+
+    def _make_starts(self, tensors, data, components, activations):
+        """Yield the (bases, activations) to start from."""
+        given = components is not None or activations is not None
+        for rng in make_generators(self.random_state, 1 if given else self.n_restarts):
+            bases = start_bases(tensors, self.n_components, self.n_lags, self.init, rng) if components is None else components
+            bases = _check_start("components", bases, (self.n_components, data.n_sensors, self.n_lags))
+            codes = start_activations(data, bases, self.init, rng) if activations is None else activations
+            yield bases, _check_start("activations", codes, (data.n_trials, self.n_components, data.n_times))
+
+    def _keep(self, found: list[Factors], tensors, energy) -> None:
+        """Set the learned attributes from the restarts."""
+        found = sorted(found, key=lambda factors: factors.losses[-1])
+        found = [replace(f, **dict(zip(("components", "activations"), canonicalise(f.components, f.activations), strict=True)))
+                 for f in found]
+        best = found[0]
+        self.components_, self.activations_ = best.components, best.activations
+        self.loss_curve_, self.n_iter_ = best.losses, len(best.losses)
+        self.n_sensors_in_ = tensors.shape[1]
+        self.reconstruction_err_ = float(np.sqrt(2 * best.losses[-1]))
+        self.relative_residual_ = float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
+        self.restarts_ = np.array([np.sqrt(2 * f.losses[-1] / energy) if energy > 0 else 0.0 for f in found])
+        self.restart_components_ = np.stack([f.components for f in found])
+        self.stability_ = compute_stability(list(self.restart_components_))
+        if not best.converged:
+            warnings.warn(
+                f"The fit still improved by more than tol={self.tol:g} per iteration after max_iter={self.max_iter} iterations. "
+                "Raise max_iter, or tol if this residual will do.",
+                ConvergenceWarning,
+                stacklevel=3,
+            )
+
+    def _choose_code(self, code: str | None) -> str:
+        code = code or self.code or ("nonnegative" if self.sparseness is None else "sparse")
+        check_choice("code", code, CODES)
+        if code == "sparse" and self.sparseness is None:
+            raise InvalidInput("The sparse code needs a sparseness; set one, or choose code='ridge' or 'nonnegative'.")
+        return code
+
+    def _check_against_bases(self, tensors: np.ndarray) -> np.ndarray:
+        if tensors.shape[1] != self.n_sensors_in_:
+            raise InvalidInput(
+                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on {self.n_sensors_in_}. Record the "
+                "same sensors, or fit again."
+            )
+        n_lags = self.components_.shape[2]
+        if tensors.shape[2] < n_lags:
+            raise InvalidInput(f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the bases.")
+        return tensors
+
+
+def _check_start(name: str, value, shape: tuple[int, ...]) -> np.ndarray:
+    value = np.array(value, dtype=float)
+    if value.shape != shape:
+        raise InvalidInput(f"The starting {name} need the shape {shape}; got {value.shape}.")
+    if not (np.isfinite(value).all() and (value >= 0).all()):
+        raise InvalidInput(f"The starting {name} must be finite and non-negative.")
+    return value
+
+
+def _count_threads(n_jobs: int | None) -> int:
+    """None or −1: all that this process may use."""
+    if n_jobs is None or n_jobs == -1:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if n_jobs < 1:
+        raise InvalidInput(f"n_jobs must be None, -1 or at least 1; got {n_jobs}.")
+    return int(n_jobs)
