@@ -1,0 +1,237 @@
+"""Transfer from simulation to hardware: align touches, train on noisy simulations, score on recordings.
+
+The recipe of the paper (Methods, tactile feature classification from simulation to reality): align on the first
+positive peak of the tip trace, copy each simulated tensor ten times with Gaussian noise of 20 % of its maximum, train
+a one-versus-one support vector machine over all classes, test on recordings.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import find_peaks
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.svm import SVC
+from sklearn.utils.validation import check_is_fitted
+
+from feeler.errors import InvalidInput
+
+NO_CONTACT = ("no contact", float("nan"), float("nan"))
+"""What a touch without contact is called."""
+BEFORE, AFTER = 1500, 400  # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
+PROMINENCE = 0.2  # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
+MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
+N_COPIES = 10  # [P]
+NOISE = 0.2  # [P] sd as a share of each tensor's maximum
+PARTS = ("feature", "location", "speed")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Aligned:
+    """Touches cut to one window around the first positive peak of their tip traces."""
+
+    values: np.ndarray
+    """(trial, sensor, before + after) [rad]; NaN in trials without contact."""
+    peak: np.ndarray
+    """(trial,) sample of the peak; −1 without contact."""
+
+    @property
+    def touched(self) -> np.ndarray:
+        """(trial,) whether there was contact."""
+        return self.peak >= 0
+
+
+def find_first_peak(
+    tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION
+) -> int:
+    """Sample of the first positive peak of a tip trace (time,) [mm] measured from rest; −1 where there is none.
+
+    A peak counts if it is at least ``min_deflection`` high and its prominence is that share of the trace's maximum.
+    """
+    top = np.max(tip, initial=-np.inf, where=np.isfinite(tip))
+    if not top >= min_deflection:
+        return -1
+    peaks, _ = find_peaks(tip, height=min_deflection, prominence=prominence * top)
+    return int(peaks[0]) if peaks.size else -1
+
+
+def align(
+    angle: Sequence[np.ndarray],
+    tip: Sequence[np.ndarray],
+    *,
+    before: int = BEFORE,
+    after: int = AFTER,
+    prominence: float = PROMINENCE,
+    min_deflection: float = MIN_DEFLECTION,
+) -> Aligned:
+    """Cut touches (sensor, time) of any durations to ``before + after`` samples around their tips' first peaks.
+
+    Beyond a recording's ends its first and last samples go on: before contact the antenna is at rest.
+    """
+    if len(angle) != len(tip) or not len(angle):
+        raise InvalidInput(f"align needs one tip trace per touch, got {len(angle)} touches and {len(tip)} traces.")
+    if before < 0 or after < 1:
+        raise InvalidInput(f"the window needs before ≥ 0 and after ≥ 1 samples, got {before} and {after}.")
+    values = np.full((len(angle), np.shape(angle[0])[0], before + after), np.nan)
+    peaks = np.full(len(angle), -1)
+    for k, (touch, trace) in enumerate(zip(angle, tip, strict=True)):
+        touch, trace = np.asarray(touch, dtype=float), np.asarray(trace, dtype=float)
+        if touch.ndim != 2 or touch.shape[0] != values.shape[1] or trace.shape != touch.shape[1:]:
+            raise InvalidInput(
+                f"touch {k} has shape {touch.shape} and its tip trace {trace.shape}; expected "
+                f"({values.shape[1]} sensors, time) and (time,)."
+            )
+        peaks[k] = find_first_peak(trace, prominence=prominence, min_deflection=min_deflection)
+        if peaks[k] >= 0:
+            index = np.arange(peaks[k] - before, peaks[k] + after)
+            values[k] = touch[:, np.clip(index, 0, touch.shape[1] - 1)]
+    return Aligned(values=values, peak=peaks)
+
+
+def add_noisy_copies(
+    tensors: np.ndarray, n_copies: int, noise: float, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Copies (trial · n_copies, sensor, time) with Gaussian noise, and the number of the tensor each is a copy of.
+
+    The noise's sd is ``noise`` × each tensor's largest absolute value.
+    """
+    if n_copies < 1 or not (np.isfinite(noise) and noise >= 0):
+        raise InvalidInput(f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {n_copies} and {noise}.")
+    index = np.repeat(np.arange(len(tensors)), n_copies)
+    scale = noise * np.abs(tensors).max(axis=(1, 2))
+    return tensors[index] + scale[index, None, None] * rng.standard_normal((index.size, *tensors.shape[1:])), index
+
+
+class TransferClassifier(ClassifierMixin, BaseEstimator):
+    """One-versus-one linear support vector machine on noisy copies of aligned tensors.
+
+    Parameters
+    ----------
+    n_copies, noise
+        Copies of each training tensor and their noise as a share of its maximum (10 and 20 % in the paper).
+    C
+        Penalty of the support vector machine; the kernel is linear. Neither is stated in the paper [C].
+    random_state
+        Seed of the noise.
+
+    Attributes
+    ----------
+    classes_
+        Labels (feature, location, speed), sorted.
+    """
+
+    def __init__(self, n_copies: int = N_COPIES, noise: float = NOISE, C: float = 1.0, random_state: int = 0) -> None:
+        self.n_copies = n_copies
+        self.noise = noise
+        self.C = C
+        self.random_state = random_state
+
+    def fit(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
+        """Train on tensors (trial, sensor, time) with one label each; several tensors may share a label."""
+        X = _check_tensors(X)
+        if len(y) != len(X):
+            raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
+        self.classes_ = sorted(set(y))
+        if len(self.classes_) < 2:
+            raise InvalidInput(f"a classifier needs at least 2 classes, got {len(self.classes_)}.")
+        number = np.array([self.classes_.index(label) for label in y])
+        copies, index = add_noisy_copies(X, self.n_copies, self.noise, np.random.default_rng(self.random_state))
+        self.scale_ = float(np.abs(X).max()) or 1.0
+        self.shape_ = X.shape[1:]
+        self.copies_ = copies.reshape(len(copies), -1) / self.scale_
+        self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr", break_ties=True)
+        self.svm_.fit(self.copies_ @ self.copies_.T, number[index])
+        return self
+
+    def decide(self, X: np.ndarray) -> np.ndarray:
+        """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors without contact."""
+        check_is_fitted(self, "svm_")
+        X = np.asarray(X, dtype=float)
+        if X.shape[1:] != self.shape_:
+            raise InvalidInput(
+                f"trained on tensors of (sensor, time) = {self.shape_}, got {X.shape[1:]}. Align and resample alike."
+            )
+        votes = np.full((len(X), len(self.classes_)), np.nan)
+        touched = np.isfinite(X).all(axis=(1, 2))
+        if touched.any():
+            kernel = X[touched].reshape(touched.sum(), -1) / self.scale_ @ self.copies_.T
+            votes[touched] = _spread(self.svm_.decision_function(kernel), len(self.classes_))
+        return votes
+
+    def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
+        """The ``k`` best labels of each tensor, best first; ``NO_CONTACT`` alone for a tensor without contact."""
+        ranked = []
+        for votes in self.decide(X):
+            order = np.argsort(-votes, kind="stable")[:k]
+            ranked.append([NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order])
+        return ranked
+
+    def predict(self, X: np.ndarray) -> list[tuple]:
+        """The best label of each tensor; ``NO_CONTACT`` where there was none."""
+        return [best[0] for best in self.predict_top(X, 1)]
+
+
+def _spread(decision: np.ndarray, n_classes: int) -> np.ndarray:
+    """Two classes give one number per trial, more give one per class."""
+    return np.stack([-decision, decision], axis=1) if n_classes == 2 else decision
+
+
+def _check_tensors(X: np.ndarray) -> np.ndarray:
+    X = np.asarray(X, dtype=float)
+    if X.ndim != 3 or 0 in X.shape:
+        raise InvalidInput(f"tensors must be (trial, sensor, time), got shape {X.shape}.")
+    bad = ~np.isfinite(X).all(axis=(1, 2))
+    if bad.any():
+        raise InvalidInput(
+            f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing channel. Leave it out."
+        )
+    return X
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TransferScore:
+    """How well recordings were read; every share comes with its 95 % Wilson interval."""
+
+    correct: dict[str, int]
+    """Right answers for ``all`` (feature, location and speed together), each part by itself, and ``top2``."""
+    total: int
+    predicted: list[tuple]
+    true: list[tuple]
+
+    def share(self, what: str = "all") -> tuple[float, float, float]:
+        """Share right, and the ends of its interval."""
+        if what not in self.correct:
+            raise InvalidInput(f"unknown score {what!r}; valid: {', '.join(self.correct)}.")
+        return (self.correct[what] / self.total, *compute_wilson(self.correct[what], self.total))
+
+    def confusion(self, classes: Sequence[tuple]) -> np.ndarray:
+        """Counts (true class, predicted class), with one more column for no contact."""
+        place = {label: i for i, label in enumerate(classes)}
+        counts = np.zeros((len(classes), len(classes) + 1), dtype=int)
+        for true, predicted in zip(self.true, self.predicted, strict=True):
+            counts[place[true], place.get(predicted, len(classes))] += 1
+        return counts
+
+
+def score_transfer(classifier: TransferClassifier, X: np.ndarray, true: Sequence[tuple]) -> TransferScore:
+    """Score predictions for tensors (trial, sensor, time): together, feature, location and speed, and top-2."""
+    if len(X) != len(true) or not len(true):
+        raise InvalidInput(f"one true label per tensor is needed, got {len(X)} tensors and {len(true)} labels.")
+    ranked = classifier.predict_top(X, 2)
+    predicted = [best[0] for best in ranked]
+    pairs = list(zip(true, predicted, strict=True))
+    correct = {"all": sum(t == p for t, p in pairs)}
+    correct |= {part: sum(t[i] == p[i] for t, p in pairs) for i, part in enumerate(PARTS)}
+    correct["top2"] = sum(t in best for t, best in zip(true, ranked, strict=True))
+    return TransferScore(correct=correct, total=len(true), predicted=predicted, true=list(true))
+
+
+def compute_wilson(successes: int, total: int, z: float = 1.959964) -> tuple[float, float]:
+    """Wilson's score interval of a share (doi:10.1080/01621459.1927.10502953), 95 % by default."""
+    if total < 1 or not 0 <= successes <= total:
+        raise InvalidInput(f"an interval needs 0 ≤ successes ≤ total and total ≥ 1, got {successes} of {total}.")
+    share = successes / total
+    centre = (share + z**2 / (2 * total)) / (1 + z**2 / total)
+    half = z / (1 + z**2 / total) * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
+    low, high = max(0.0, centre - half), min(1.0, centre + half)
+    return (0.0 if successes == 0 else low), (1.0 if successes == total else high)

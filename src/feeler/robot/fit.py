@@ -1,0 +1,233 @@
+"""Fit of the robot's two factors p1 and p2 to the ringing after a release (Methods, robophysical model)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from feeler.antenna import Antenna, compute_modes
+from feeler.errors import InvalidInput
+from feeler.robot.hinge import Hinges, make_hinges
+from feeler.robot.preset import make_robot
+from feeler.robot.recording import Recording
+from feeler.robot.touches import INTERVAL, TIMESTEP, compute_tip
+
+METHODS = ("update", "powell")
+MAX_UPDATES = 12
+CLOSE = 1e-5  # relative distance at which the updates stop
+MIN_CYCLES = 2.0
+MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ringing:
+    """A free response in two numbers."""
+
+    frequency: float
+    """Damped natural frequency [kHz]."""
+    damping_ratio: float
+    """ζ of the damped cosine fitted to the record after the first crossing of rest [1]."""
+    r_squared: float
+    """Share of the trace's variance that the damped cosine explains."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotFit:
+    """The factors that make the model ring as the recording does."""
+
+    stiffness_factor: float
+    """p1 [1]."""
+    damping_factor: float
+    """p2 [ms]."""
+    error: float
+    """Root of the sum of the two squared relative errors, as in the paper."""
+    target: Ringing
+    reached: Ringing
+    n_evaluations: int
+    antenna: Antenna
+    """The fitted model."""
+
+
+def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
+    """Damped frequency and damping ratio of a free tip trace (time,) by a least-squares damped cosine.
+
+    ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first crossing of rest on, when
+    the faster modes have died down. The first sample must be the release or later.
+
+    Raises
+    ------
+    InvalidInput
+        Not finite, not evenly sampled, less than two cycles, or nothing that rings (over-damped, or no deflection).
+    """
+    time, tip = np.asarray(time, dtype=float), np.asarray(tip, dtype=float)
+    if time.ndim != 1 or time.shape != tip.shape or not np.all(np.isfinite(time) & np.isfinite(tip)):
+        raise InvalidInput("a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first.")
+    if time.size < 20 or np.any(np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)):
+        raise InvalidInput("a ringing trace needs at least 20 evenly spaced samples. Repair it first.")
+    rest = np.mean(tip[-max(tip.size // 4, 2) :])
+    crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
+    if crossings.size < 2 * MIN_CYCLES or np.ptp(tip) == 0:
+        raise InvalidInput(
+            f"the trace crosses rest {crossings.size} times; at least {2 * MIN_CYCLES:.0f} (two cycles) are needed. "
+            "It is too short, over-damped (which has no damped frequency), or holds no release."
+        )
+    return _fit_cosine(time[crossings[0] :] - time[crossings[0]], tip[crossings[0] :])
+
+
+def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
+    """Frequency and decay by nonlinear least squares; amplitude, phase and offset are linear and solved inside."""
+    interval = time[1] - time[0]
+    spectrum = np.abs(np.fft.rfft((tip - tip.mean()) * np.hanning(tip.size), 8 * tip.size))
+    start = max(np.argmax(spectrum[4:]) + 4, 4) / (8 * tip.size * interval)
+
+    def residual(logs: np.ndarray) -> np.ndarray:
+        frequency, decay = np.exp(logs)
+        fall, phase = np.exp(-decay * time), 2 * np.pi * frequency * time
+        basis = np.stack([fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1)
+        return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
+
+    bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
+    fits = [least_squares(residual, np.log([start, share * start]), bounds=bounds) for share in (0.1, 1.0)]
+    best = min(fits, key=lambda fit: fit.cost)
+    omega_d, decay = 2 * np.pi * np.exp(best.x[0]), np.exp(best.x[1])
+    return Ringing(
+        frequency=float(omega_d / (2 * np.pi)),
+        damping_ratio=float(decay / np.hypot(omega_d, decay)),
+        r_squared=float(1 - 2 * best.cost / np.sum((tip - tip.mean()) ** 2)),
+    )
+
+
+def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> np.ndarray:
+    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at rest."""
+    from feeler.physics.chain import run
+    from feeler.physics.clock import Clock
+    from feeler.physics.scene import Scene
+
+    clock = Clock(duration=duration, sample_interval=INTERVAL, timestep=TIMESTEP)
+    return run(Scene(antenna=antenna, angle=posture, label="release"), clock).angle.T
+
+
+def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
+    """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection`` mm off (linear)."""
+    arm = antenna.length - antenna.hinge_position
+    angle = np.where(antenna.stiffness > 0, arm / np.where(antenna.stiffness > 0, antenna.stiffness, 1.0), 0.0)
+    return angle * deflection / float(arm @ angle)
+
+
+def fit_factors(
+    recording: Recording, *, hinges: Hinges | None = None, method: str = "update", name: str = "fitted robot"
+) -> RobotFit:
+    """Factors p1 and p2 for which the model rings as a recorded release does.
+
+    The closed form for proportional damping starts it (p1 = (ω/ω_th)², p2 = 2 ζ p1/ω, from the first mode); then the
+    simulated release from the recorded posture, measured in the same way, is matched to the recording.
+
+    Parameters
+    ----------
+    recording
+        Hinge angles on an even time base, first sample at the release.
+    hinges
+        Geometry of the flexures; default :func:`make_hinges`.
+    method
+        ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations. ``powell``: the
+        paper's optimiser, some hundred evaluations, same answer.
+
+    Raises
+    ------
+    InvalidInput
+        Capacitance instead of angles, the wrong number of hinges, or a recording that does not ring.
+    """
+    if method not in METHODS:
+        raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
+    hinges = make_hinges() if hinges is None else hinges
+    angle = _check_release(recording, hinges)
+    tip = compute_tip(make_robot(hinges=hinges), angle)
+    target = measure_ringing(recording.time, tip)
+    rest = angle[:, -max(angle.shape[1] // 4, 2) :].mean(axis=1)
+    posture, duration = angle[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
+    count = 0
+
+    def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
+        nonlocal count
+        count += 1
+        return _ring(hinges, factors, posture, duration, name)
+
+    start = solve_factors(target, hinges)
+    factors = _search_powell(ring, target, start) if method == "powell" else _search_update(ring, target, start)
+    reached, antenna = ring(factors)
+    if reached is None:
+        raise InvalidInput("no factors make the model ring like the recording. Is it a release, is the geometry right?")
+    return RobotFit(
+        stiffness_factor=float(factors[0]),
+        damping_factor=float(factors[1]),
+        error=_distance(reached, target),
+        target=target,
+        reached=reached,
+        n_evaluations=count,
+        antenna=antenna,
+    )
+
+
+def solve_factors(target: Ringing, hinges: Hinges) -> np.ndarray:
+    """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and damping ratio.
+
+    With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
+    """
+    theory = compute_modes(make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0), 1)
+    omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
+    p1 = (omega / (2 * np.pi * theory.frequency[0])) ** 2
+    return np.array([p1, 2 * target.damping_ratio * p1 / omega])
+
+
+def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.ndarray:
+    """Repeat: simulate, then scale p1 by the squared ratio of frequencies and p2 so that ζ would come out right."""
+    best, best_error = factors, np.inf
+    for _ in range(MAX_UPDATES):
+        reached, _ = ring(factors)
+        if reached is None:
+            return best
+        error = _distance(reached, target)
+        if error < best_error:
+            best, best_error = factors, error
+        if error < CLOSE:
+            break
+        faster = target.frequency / reached.frequency
+        factors = factors * [faster**2, faster * target.damping_ratio / reached.damping_ratio]
+    return best
+
+
+def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.ndarray:
+    def cost(logs: np.ndarray) -> float:
+        reached = ring(np.exp(logs))[0]
+        return 1e3 if reached is None else _distance(reached, target)
+
+    logs = np.log(start)
+    bounds = [(value - 1.0, value + 1.0) for value in logs]
+    return np.exp(minimize(cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}).x)
+
+
+def _ring(
+    hinges: Hinges, factors: np.ndarray, posture: np.ndarray, duration: float, name: str
+) -> tuple[Ringing | None, Antenna]:
+    antenna = make_robot(hinges=hinges, stiffness_factor=factors[0], damping_factor=factors[1], name=name)
+    motion = simulate_release(antenna, posture, duration)
+    try:
+        return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
+    except InvalidInput:
+        return None, antenna
+
+
+def _distance(reached: Ringing, target: Ringing) -> float:
+    return float(np.hypot(reached.frequency / target.frequency - 1, reached.damping_ratio / target.damping_ratio - 1))
+
+
+def _check_release(recording: Recording, hinges: Hinges) -> np.ndarray:
+    if recording.quantity != "angle":
+        raise InvalidInput("the fit needs hinge angles; turn capacitance into angles with a sensor calibration first.")
+    if recording.n_sensors != hinges.stiffness.size:
+        n = hinges.stiffness.size
+        raise InvalidInput(f"the recording has {recording.n_sensors} channels, the model {n} hinges.")
+    if np.abs(recording.values.sum(axis=0)).max() < MIN_RINGING:
+        raise InvalidInput("the recording holds no deflection worth measuring: it must start at the release.")
+    return recording.values

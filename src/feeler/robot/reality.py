@@ -1,0 +1,162 @@
+"""The reality gap, measured: transfer against its size, and what closes it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna import Antenna
+from feeler.decoding.transfer import Aligned, TransferClassifier, TransferScore, align, score_transfer
+from feeler.errors import InvalidInput
+from feeler.robot.gap import Gap, draw_antenna, draw_trial
+from feeler.robot.preset import make_robot
+from feeler.robot.recording import Recording
+from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
+from feeler.robot.touches import Label, compute_tip, get_label, make_touches, simulate_touches
+from feeler.touch import Trial
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Touches:
+    """Aligned touches (trial, sensor, time) with their labels, and the recordings they came from."""
+
+    aligned: Aligned
+    labels: tuple[Label, ...]
+    antenna: Antenna
+    """The nominal model, whose lengths give the tip's trace."""
+    recordings: tuple[Recording, ...] = ()
+
+    @property
+    def values(self) -> np.ndarray:
+        """Tensors (trial, sensor, time) [rad]."""
+        return self.aligned.values
+
+    def take(self, index: np.ndarray) -> "Touches":
+        """The touches with these numbers."""
+        index = np.asarray(index, dtype=int)
+        return Touches(
+            aligned=Aligned(values=self.aligned.values[index], peak=self.aligned.peak[index]),
+            labels=tuple(self.labels[i] for i in index),
+            antenna=self.antenna,
+            recordings=tuple(self.recordings[i] for i in index) if self.recordings else (),
+        )
+
+    def join(self, other: "Touches") -> "Touches":
+        """These touches, then the others."""
+        return Touches(
+            aligned=Aligned(
+                values=np.concatenate([self.aligned.values, other.aligned.values]),
+                peak=np.concatenate([self.aligned.peak, other.aligned.peak]),
+            ),
+            labels=self.labels + other.labels,
+            antenna=self.antenna,
+        )
+
+
+def make_training(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    n_variants: int = 0,
+    gap: Gap | None = None,
+    rng: np.random.Generator | None = None,
+) -> Touches:
+    """Simulate the training set: the nominal model, and ``n_variants`` more with mechanics and touches drawn at random.
+
+    The variants are domain randomisation: each draws an antenna and every touch with differences of size ``gap``
+    (default one reality gap), without the sensing faults, and all keep the nominal labels.
+    """
+    antenna = make_robot() if antenna is None else antenna
+    trials = make_touches() if trials is None else list(trials)
+    motions = simulate_touches(antenna, trials)
+    if n_variants < 0 or (n_variants and rng is None):
+        raise InvalidInput(f"n_variants must be ≥ 0 and needs rng=, got n_variants={n_variants}, rng={rng}.")
+    for _ in range(n_variants):
+        size = Gap() if gap is None else gap
+        variant = draw_antenna(antenna, size, rng)
+        moved = simulate_touches(variant, [draw_trial(trial, size, rng) for trial in trials])
+        motions += [motion - motion[:, :1] for motion in moved]
+    labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
+    touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna)
+    return touches.take(np.flatnonzero(touches.aligned.touched))
+
+
+def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
+    """Touch a surrogate robot, read its recordings as a user would, and align them."""
+    antenna = make_robot() if antenna is None else antenna
+    recordings = tuple(surrogate.read_angles(recording) for recording in surrogate.touch(trials))
+    return Touches(
+        aligned=_align(antenna, [recording.values for recording in recordings]),
+        labels=tuple(get_label(trial) for trial in trials),
+        antenna=antenna,
+        recordings=recordings,
+    )
+
+
+def align_recordings(recordings: Sequence[Recording], antenna: Antenna | None = None) -> Aligned:
+    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated touches."""
+    return _align(make_robot() if antenna is None else antenna, [recording.values for recording in recordings])
+
+
+def _align(antenna: Antenna, motions: Sequence[np.ndarray]) -> Aligned:
+    return align(motions, [compute_tip(antenna, motion) for motion in motions])
+
+
+def draw_robots(size: float, n_robots: int, seed: int, *, gap: Gap | None = None) -> list[Surrogate]:
+    """Surrogate robots at a reality gap of ``size``; the same seed gives the same robots."""
+    gap = (Gap() if gap is None else gap).scaled(size)
+    children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
+    return [make_surrogate(np.random.default_rng(child), gap=gap, name=f"surrogate-{size:g}-{k}")
+            for k, child in enumerate(children)]  # fmt: skip
+
+
+def measure_transfer(
+    classifier: TransferClassifier, robots: Sequence[Surrogate], *, repeats: int = 1, antenna: Antenna | None = None
+) -> TransferScore:
+    """Score the six tip contacts of each robot, all together."""
+    trials = make_tip_touches(repeats)
+    read = [read_touches(robot, trials, antenna) for robot in robots]
+    values = np.concatenate([touches.values for touches in read])
+    return score_transfer(classifier, values, [label for touches in read for label in touches.labels])
+
+
+def sweep_gap(
+    classifier: TransferClassifier, sizes: Sequence[float], *, n_robots: int, seed: int = 0
+) -> list[TransferScore]:
+    """Transfer against the size of the reality gap: fresh robots at each size."""
+    return [measure_transfer(classifier, draw_robots(size, n_robots, seed)) for size in sizes]
+
+
+def sweep_shots(
+    training: Touches, shots: Sequence[int], robots: Sequence[Surrogate], *, n_tests: int = 1
+) -> list[TransferScore]:
+    """Transfer after few-shot calibration: k touches of the robot itself, per tip contact, join the training set.
+
+    Each robot is touched max(shots) + ``n_tests`` times in each of the six ways; the last ``n_tests`` are the test, the
+    first k join the training, so no touch is in both.
+    """
+    most = max(shots)
+    read = [read_touches(robot, make_tip_touches(most + n_tests), training.antenna) for robot in robots]
+    scores = []
+    for k in shots:
+        parts = [_score_shots(training, touches, k, most) for touches in read]
+        scores.append(_pool(parts))
+    return scores
+
+
+def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> TransferScore:
+    per_round = len(make_tip_touches())
+    shown = np.arange(k * per_round)
+    known = touches.take(shown[touches.aligned.touched[shown]])
+    tested = touches.take(np.arange(most * per_round, len(touches.labels)))
+    joined = training.join(known) if k else training
+    return score_transfer(TransferClassifier().fit(joined.values, joined.labels), tested.values, tested.labels)
+
+
+def _pool(scores: Sequence[TransferScore]) -> TransferScore:
+    return TransferScore(
+        correct={what: sum(score.correct[what] for score in scores) for what in scores[0].correct},
+        total=sum(score.total for score in scores),
+        predicted=[label for score in scores for label in score.predicted],
+        true=[label for score in scores for label in score.true],
+    )

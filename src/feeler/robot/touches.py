@@ -1,0 +1,71 @@
+"""Touches of the robotic antenna in simulation: the paper's grid, and angles over time."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from feeler.antenna import Antenna
+from feeler.touch import Ball, Box, Trial
+
+SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
+LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
+SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
+LEAD = 20.0  # [C] ms before contact, enough to see the resting level
+TAIL = 400.0  # [C] ms kept after contact can last
+SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
+TIMESTEP = 0.05  # [C] ms; 0.025 changes aligned tensors less than the touches' own spread
+INTERVAL = 1.0  # [P] ms
+
+Label = tuple[str, float, float]
+"""A class: feature, location, speed."""
+
+
+def make_touches(
+    *,
+    locations: Sequence[float] = LOCATIONS,
+    speeds: Sequence[float] = SPEEDS,
+    size: float = SIZE,
+    friction: float = 1.0,
+) -> list[Trial]:
+    """The paper's grid for the robot: ball and box at every location and speed, 30 touches by default."""
+    features = (Ball(radius=size), Box(half_width=size, half_height=size))
+    return [
+        Trial(feature=feature, location=location, speed=speed, lead=LEAD, friction=friction)
+        for speed in speeds
+        for location in locations
+        for feature in features
+    ]
+
+
+def get_label(trial: Trial) -> Label:
+    """The class of a trial."""
+    return trial.feature.kind, trial.location, trial.speed
+
+
+def choose_duration(trial: Trial) -> float:
+    """Time [ms] after which a touch of the robot has let go and rung for about ``TAIL`` ms."""
+    sweep = max(SWEEP[0] + SWEEP[1] * (trial.location - 0.5), 0.0)
+    return float(np.ceil(trial.lead + sweep / trial.speed + TAIL))
+
+
+def simulate_touches(
+    antenna: Antenna, trials: Sequence[Trial], *, timestep: float = TIMESTEP, workers: int = 2
+) -> list[np.ndarray]:
+    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz, chain engine; durations by :func:`choose_duration`."""
+    from feeler.physics.chain import run
+    from feeler.physics.clock import Clock
+    from feeler.physics.scene import make_scene
+
+    def simulate(trial: Trial) -> np.ndarray:
+        clock = Clock(duration=choose_duration(trial), sample_interval=INTERVAL, timestep=timestep)
+        return run(make_scene(antenna, trial), clock).angle.T
+
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        return list(pool.map(simulate, trials))
+
+
+def compute_tip(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on."""
+    heading = np.cumsum(np.nan_to_num(angle), axis=-2)
+    return np.einsum("n,...nt->...t", antenna.segment_length, np.sin(heading))
