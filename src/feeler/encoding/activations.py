@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from feeler.encoding.gram import add_shifted_kernel
+from feeler.encoding.gram import add_convolved, add_shifted_kernel
 from feeler.encoding.sparseness import project_row
 
 
@@ -11,13 +11,25 @@ from feeler.encoding.sparseness import project_row
 def apply_gram(kernel, edge, activations, out):
     """out = G·activations for one trial, both (component, time)."""
     n_components, n_times = activations.shape
+    pad = edge.shape[2] - 1
+    padded = np.zeros(n_times + 2 * pad)
     out[:] = 0.0
     for k in range(n_components):
-        for place in range(n_times):
-            value = activations[k, place]
-            if value != 0.0:
-                for m in range(n_components):
-                    add_shifted_kernel(kernel[m, k], edge[m, k], value, place, edge.shape[2], out[m])
+        first, stop = _find_extent(activations[k])
+        padded[pad : pad + n_times] = activations[k]
+        for m in range(n_components):
+            add_convolved(kernel[m, k], edge[m, k], padded, first, stop, out[m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_extent(row):
+    """First entry that is not zero, and the one after the last."""
+    first, stop = 0, row.size
+    while first < stop and row[first] == 0.0:
+        first += 1
+    while stop > first and row[stop - 1] == 0.0:
+        stop -= 1
+    return first, stop
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -31,7 +43,8 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
             for m in range(pulled.shape[0]):
                 for t in range(pulled.shape[1]):
                     below = pulled[m, t] if pulled[m, t] != 0.0 else tiny
-                    activations[n, m, t] = activations[n, m, t] / below * max(seen[n, m, t], 0.0)  # this order: no overflow
+                    ratio = activations[n, m, t] / below  # before the product: it cannot overflow
+                    activations[n, m, t] = ratio * max(seen[n, m, t], 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -65,17 +78,15 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
     for n in range(n_trials):
         apply_gram(kernel, edge, activations[n], pulled[n])
     row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
-    change, pull = np.empty((n_trials, n_times)), np.empty((n_trials, n_times))
+    change, pull = np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2)), np.empty((n_trials, n_times))
     for sweep in range(n_sweeps):
         gained, explained = 0.0, 0.0
         for m in range(n_components):
-            if safe[m] == 0.0:
-                continue
-            gained += _descend_row(
-                m, seen, kernel, edge, activations, pulled, steps, safe[m], l1, row, projected, change, pull
-            )
-        for n in range(n_trials):
-            for m in range(n_components):
+            if safe[m] > 0.0:
+                gained += _descend_row(
+                    m, seen, kernel, edge, activations, pulled, steps, safe[m], l1, row, projected, change, pull
+                )
+            for n in range(n_trials):
                 for t in range(n_times):
                     explained += seen[n, m, t] * activations[n, m, t]
         if gained <= tol * explained:
@@ -85,26 +96,25 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull):
-    """One step of component m: halve the step until the loss falls, then try a longer one next time. Returns the fall."""
-    n_trials, n_components, n_times = activations.shape
+    """One step of component m: halve it until the loss falls, then try a longer one next time. Returns the fall."""
+    n_trials, _, n_times = activations.shape
+    pad = edge.shape[2] - 1
     while True:
         step = steps[m] * safe
         for n in range(n_trials):
             for t in range(n_times):
                 row[n * n_times + t] = activations[n, m, t] - step * (pulled[n, m, t] - seen[n, m, t])
         project_row(row, l1, projected)
-        slope, bend = 0.0, 0.0
+        fall = 0.0
         for n in range(n_trials):
+            delta = change[n, pad : pad + n_times]
+            for t in range(n_times):
+                delta[t] = projected[n * n_times + t] - activations[n, m, t]
             pull[n] = 0.0
-            for t in range(n_times):
-                delta = projected[n * n_times + t] - activations[n, m, t]
-                change[n, t] = delta
-                if delta != 0.0:
-                    slope += delta * (pulled[n, m, t] - seen[n, m, t])
-                    add_shifted_kernel(kernel[m, m], edge[m, m], delta, t, edge.shape[2], pull[n])
-            for t in range(n_times):
-                bend += change[n, t] * pull[n, t]
-        fall = -(slope + 0.5 * bend)
+            first, stop = _find_extent(delta)
+            add_convolved(kernel[m, m], edge[m, m], change[n], first, stop, pull[n])
+            for t in range(first, stop):
+                fall -= delta[t] * (pulled[n, m, t] - seen[n, m, t] + 0.5 * pull[n, t])
         if fall > 0.0:
             break
         if steps[m] <= 1.0:  # the step that cannot fail: nothing left but rounding
@@ -113,15 +123,12 @@ def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, ro
         steps[m] = max(0.5 * steps[m], 1.0)
     steps[m] *= 1.2
     for n in range(n_trials):
-        for t in range(n_times):
-            if change[n, t] == 0.0:
-                continue
-            activations[n, m, t] = projected[n * n_times + t]
-            for k in range(n_components):
-                if k != m:
-                    add_shifted_kernel(kernel[k, m], edge[k, m], change[n, t], t, edge.shape[2], pulled[n, k])
-        for t in range(n_times):
-            pulled[n, m, t] += pull[n, t]
+        first, stop = _find_extent(change[n, pad : pad + n_times])
+        activations[n, m] = projected[n * n_times : (n + 1) * n_times]
+        pulled[n, m] += pull[n]
+        for k in range(kernel.shape[0]):
+            if k != m:
+                add_convolved(kernel[k, m], edge[k, m], change[n], first, stop, pulled[n, k])
     return fall
 
 

@@ -50,11 +50,8 @@ def encode(
     activations = np.zeros((n_trials, n_components, n_times))
 
     def encode_block(block: slice) -> int:
-        spectra = compute_spectra(tensors[block], length)
-        seen = np.empty((2, spectra.shape[1], n_components, spectra.shape[3]))
-        correlate_with_bases(*spectra, *basis_spectra, seen)
-        seen = invert_spectra(seen, length, n_times)
         rows = activations[block]
+        seen = np.concatenate([_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]])
         sweeps = solve_nonnegative(seen, *padded, rows, max_sweeps, tol)
         if code != "sparse":
             return sweeps
@@ -67,6 +64,14 @@ def encode(
 
     blocks = [slice(start, start + BLOCK) for start in range(0, n_trials, BLOCK)]
     return activations, max(run(encode_block, blocks))
+
+
+def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np.ndarray:
+    """The bases correlated with one tensor, (1, component, time); alone, so that its neighbours do not even round it."""
+    spectra = compute_spectra(tensor[None], length)
+    seen = np.empty((2, 1, basis_spectra.shape[1], spectra.shape[-1]))
+    correlate_with_bases(*spectra, *basis_spectra, seen)
+    return invert_spectra(seen, length, tensor.shape[-1])
 
 
 def _add_ridge(kernel: np.ndarray, edge: np.ndarray, ridge: float) -> tuple[np.ndarray, np.ndarray]:

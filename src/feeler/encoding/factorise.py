@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from feeler.encoding.activations import descend_activations, multiply_activations
 from feeler.encoding.bases import multiply_bases
@@ -166,9 +167,13 @@ def _update_bases(data, components, activations, settings, blocks, run) -> tuple
 
 @contextmanager
 def open_pool(n_jobs: int) -> Iterator[Callable]:
-    """How to map over blocks of trials: by this many threads (the compiled parts release the interpreter's lock), or by none."""
-    if n_jobs == 1:
-        yield map
-        return
-    with ThreadPoolExecutor(n_jobs) as pool:
-        yield pool.map
+    """How to map over blocks of trials: on this many threads (the compiled parts release the interpreter's lock), or none.
+
+    The products of small matrices in between stay on one thread: there, more only wait for each other.
+    """
+    with threadpool_limits(1, user_api="blas"):
+        if n_jobs == 1:
+            yield map
+            return
+        with ThreadPoolExecutor(n_jobs) as pool:
+            yield pool.map

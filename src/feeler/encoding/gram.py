@@ -52,9 +52,38 @@ def add_shifted_kernel(kernel, edge, value, place, n_lags, out):
         out[s] += value * edge[n_times - 1 - s, j]
 
 
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})  # fused multiply-add: half the instructions
+def add_convolved(kernel, edge, padded, first, stop, out):
+    """Add G·h to out (time), G of the pair (m, k); h stands in `padded` with n_lags − 1 zeros each side, and is zero
+    outside [first, stop)."""
+    n_lags, n_times = edge.shape[0], out.size
+    low, high = max(0, first - n_lags + 1), min(n_times, stop + n_lags - 1)
+    target, width = out[low:high], high - low
+    offset = low + 2 * (n_lags - 1)
+    j = 0
+    while j + 4 <= kernel.size:  # four lags per pass: a quarter of the loads and stores of the target
+        a, b, c, d = kernel[j], kernel[j + 1], kernel[j + 2], kernel[j + 3]
+        source = padded[offset - j - 3 :]
+        for s in range(width):
+            target[s] += a * source[s + 3] + b * source[s + 2] + c * source[s + 1] + d * source[s]
+        j += 4
+    while j < kernel.size:
+        a, source = kernel[j], padded[offset - j :]
+        for s in range(width):
+            target[s] += a * source[s]
+        j += 1
+    last_full = n_times - n_lags
+    for place in range(max(first, last_full + 1), stop):  # near the end both are cut: put the edge's numbers instead
+        value = padded[place + n_lags - 1]
+        if value != 0.0:
+            for s in range(last_full + 1, n_times):
+                cut = edge[n_times - 1 - s, n_times - 1 - place] - kernel[s - place + n_lags - 1]
+                out[s] += value * cut
+
+
 def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:
     """C[m, τ, k, σ] = Σ_n Σ_t H_nm(t − τ) H_nk(t − σ), t running over the window: (component, lag, component, lag)."""
-    n_trials, n_components, n_times = activations.shape
+    n_trials, n_components, _ = activations.shape
     ends = np.ascontiguousarray(activations[:, :, : -n_lags - 1 : -1]).reshape(n_trials, n_components * n_lags)
     lost = (ends.T @ ends).reshape(n_components, n_lags, n_components, n_lags)  # what each further lag pushes out
     lagged = np.zeros((n_components, n_components, n_lags))

@@ -74,7 +74,7 @@ def l1_of_unit_vector(size: int, sparseness: float) -> float:
     return float(root - sparseness * (root - 1))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in vector registers
 def project_row(v, l1, out):
     """Write into `out` the point nearest to `v` among the non-negative vectors with ‖·‖₁ = l1·‖·‖₂."""
     n = v.size
@@ -92,12 +92,13 @@ def project_row(v, l1, out):
         ties += out[i] == 0.0
     if ties > l1 * l1:
         _rank_ties(out)
-    threshold = _threshold(out, l1)
+    threshold = _threshold(out.copy(), l1)
     dot, square = 0.0, 0.0
     for i in range(n):
-        out[i] = max(out[i] - threshold, 0.0)
-        dot += out[i] * v[i]
-        square += out[i] * out[i]
+        w = max(out[i] - threshold, 0.0)
+        out[i] = w
+        dot += w * v[i]
+        square += w * w
     scale = max(dot, 0.0) / square if square > 0.0 else 0.0
     for i in range(n):
         out[i] *= scale
@@ -119,26 +120,27 @@ def _rank_ties(z):
         z[i] -= top
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in vector registers
 def _threshold(z, l1):
-    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂; max(z) is 0.
+    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂; max(z) is 0. z is used up.
 
-    On a fixed set of k active entries with mean m and variance q, ‖w‖₁²= l1²‖w‖₂² gives m − λ = l1·√(q/(k − l1²)).
+    On a fixed set of k active entries with mean m and variance q, ‖w‖₁² = l1²‖w‖₂² gives m − λ = l1·√(q/(k − l1²)).
     Dropping the entries below λ and solving again (Hoyer's loop) only raises λ, and ends at the exact one.
     """
-    threshold = -np.inf
-    active = z.size + 1
+    threshold, active = -np.inf, z.size
     while True:
-        k, total = 0, 0.0
-        for i in range(z.size):
-            if z[i] > threshold:
-                k += 1
-                total += z[i]
-        if k == active or k <= l1 * l1:
+        total, spread = 0.0, 0.0
+        for i in range(active):
+            total += z[i]
+        mean = total / active
+        for i in range(active):
+            spread += (z[i] - mean) * (z[i] - mean)
+        threshold = max(threshold, mean - l1 * np.sqrt(spread / active / (active - l1 * l1)))
+        left = 0
+        for i in range(active):
+            value = z[i]
+            z[left] = value
+            left += value > threshold
+        if left == active or left <= l1 * l1:
             return threshold
-        mean, spread = total / k, 0.0
-        for i in range(z.size):
-            if z[i] > threshold:
-                spread += (z[i] - mean) ** 2
-        active = k
-        threshold = max(threshold, mean - l1 * np.sqrt(spread / k / (k - l1 * l1)))
+        active = left
