@@ -73,12 +73,13 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InvalidInput(f"cannot read {os.fspath(path)!s}: {reason}. Check the path.") from error
-    with os.fdopen(descriptor, "rb") as file:
-        info = os.fstat(file.fileno())
+    info = os.fstat(descriptor)
+    if not stat.S_ISREG(info.st_mode) or info.st_size > max_bytes:
+        os.close(descriptor)
         if not stat.S_ISREG(info.st_mode):
             raise InvalidInput(f"{os.fspath(path)} is not a regular file.")
-        if info.st_size > max_bytes:
-            raise InvalidInput(f"{os.fspath(path)} has {_size(info.st_size)}, over the limit of {_size(max_bytes)}.")
+        raise InvalidInput(f"{os.fspath(path)} has {_size(info.st_size)}, over the limit of {_size(max_bytes)}.")
+    with os.fdopen(descriptor, "rb") as file:
         return file.read(max_bytes + 1)[:max_bytes]
 
 
