@@ -1,0 +1,30 @@
+"""Decoding: classifiers, noise, honest splits. Arrays in, numbers out; no simulator needed."""
+
+from feeler.decoding.baseline import PeakEncoder
+from feeler.decoding.classifiers import make_lda, make_svm
+from feeler.decoding.codes import CODES, encode, make_codes, make_null
+from feeler.decoding.components import PrincipalComponents
+from feeler.decoding.confusion import Confused, explain_confusion
+from feeler.decoding.labels import make_labels
+from feeler.decoding.splits import compute_jittered, compute_left_out, iterate_left_out, jitter_trials
+from feeler.decoding.sweep import Sweep, compute_sweep
+
+__all__ = [
+    "CODES",
+    "Confused",
+    "PeakEncoder",
+    "PrincipalComponents",
+    "Sweep",
+    "compute_jittered",
+    "compute_left_out",
+    "compute_sweep",
+    "encode",
+    "explain_confusion",
+    "iterate_left_out",
+    "jitter_trials",
+    "make_codes",
+    "make_labels",
+    "make_lda",
+    "make_null",
+    "make_svm",
+]

@@ -1,0 +1,31 @@
+"""The trivial baseline: where and when a tensor peaks, and nothing else."""
+
+from typing import Any
+
+import numpy as np
+
+from feeler.decoding.noise import as_codes
+
+
+class PeakEncoder:
+    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1].
+
+    A peak is known to its sample only, so a uniform dither of one sample is added: without it the copies of a trial
+    would be identical and the classifier's within-class spread 0.
+
+    Parameters
+    ----------
+    random_state
+        Seed of the dither.
+    """
+
+    def __init__(self, random_state: int = 0):
+        self._rng = np.random.default_rng(random_state)
+
+    def __call__(self, tensors: Any) -> np.ndarray:
+        """(trial, 2, 1): position along the antenna, time."""
+        array = as_codes(tensors)
+        _, n_sensors, n_samples = array.shape
+        peak = np.unravel_index(array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples))
+        dither = self._rng.uniform(-0.5, 0.5, (len(array), 2))
+        return ((np.stack(peak, axis=1) + 0.5 + dither) / (n_sensors, n_samples))[:, :, None]

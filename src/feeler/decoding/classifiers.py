@@ -1,0 +1,45 @@
+"""Classifiers as scikit-learn pipelines; everything they learn, they learn in ``fit``."""
+
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import StandardScaler
+from sklearn.svm import SVC
+
+from feeler.decoding.components import PrincipalComponents
+
+N_COMPONENTS = 30  # [P] "selected the first 30 features"
+
+
+def make_lda(n_components: int | None = N_COMPONENTS) -> Pipeline:
+    """Principal components, then linear discriminant analysis: the paper's classifier.
+
+    Parameters
+    ----------
+    n_components
+        Principal components kept; None for LDA on the entries themselves.
+
+    Notes
+    -----
+    Paper, "Feature classification from tactile tensors".
+    """
+    lda = LinearDiscriminantAnalysis()
+    return make_pipeline(lda) if n_components is None else make_pipeline(PrincipalComponents(n_components), lda)
+
+
+def make_svm(n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0) -> Pipeline:
+    """Principal components, one common scale, support vector machine one-vs-one (the paper's, for the robot).
+
+    Parameters
+    ----------
+    n_components
+        Principal components kept; None for all entries.
+    kernel, C
+        Of ``sklearn.svm.SVC``; the paper states neither [C].
+    """
+    svm = SVC(kernel=kernel, C=C, decision_function_shape="ovo")
+    scale = StandardScaler()
+    return (
+        make_pipeline(scale, svm)
+        if n_components is None
+        else make_pipeline(PrincipalComponents(n_components), scale, svm)
+    )

@@ -1,0 +1,68 @@
+"""The codes a classifier can be given: jointly fitted, fixed-basis with and without sparseness, raw; and the null."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from feeler.decoding.noise import as_codes
+from feeler.errors import InvalidInput
+
+CODES = {
+    "joint": "activations fitted together with the bases (the paper's recipe)",
+    "sparse": "activations for fixed bases, sparseness constraint on",
+    "nonnegative": "activations for fixed bases, no constraint",
+    "raw": "tensors themselves",
+}
+
+
+class Encoder(Protocol):
+    """What is asked of an encoder (``feeler.encoding.ConvolutiveNMF``)."""
+
+    activations_: np.ndarray
+    """Activations (trial, component, time) found together with the bases."""
+
+    def fit(self, X: np.ndarray) -> "Encoder":
+        """Learn the bases of tensors (trial, sensor, time)."""
+
+    def transform(self, X: np.ndarray, *, code: str) -> np.ndarray:
+        """Activations of tensors for the fitted bases."""
+
+
+def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = tuple(CODES)) -> dict[str, np.ndarray]:
+    """Every kind of code of the same tensors, after one fit of the bases.
+
+    Parameters
+    ----------
+    tensors
+        Non-negative (trial, sensor, time).
+    encoder
+        An unfitted encoder; it is fitted here unless only ``raw`` is asked for.
+    kinds
+        Any of joint, sparse, nonnegative, raw.
+    """
+    array = as_codes(tensors)
+    if unknown := [kind for kind in kinds if kind not in CODES]:
+        raise InvalidInput(f"unknown code {unknown[0]!r}; known: {', '.join(CODES)}.")
+    if set(kinds) - {"raw"}:
+        encoder.fit(array)
+    return {kind: encoder.activations_ if kind == "joint" else encode(array, encoder, kind) for kind in kinds}
+
+
+def encode(tensors: np.ndarray, encoder: Encoder | None, kind: str) -> np.ndarray:
+    """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
+    if kind == "joint":
+        raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'nonnegative'.")
+    return tensors if kind == "raw" else np.asarray(encoder.transform(tensors, code=kind))
+
+
+def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
+    """One and the same tensor, as often as there were trials: a pipeline that tells these apart measures itself.
+
+    The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies reach, labelled
+    as if they were different touches, comes from the method and not from touch.
+    """
+    array = as_codes(tensors)
+    energy = (array**2).sum(axis=(1, 2))
+    typical = np.argsort(energy, kind="stable")[len(array) // 2]
+    return np.repeat(array[typical][None], n_copies or len(array), axis=0)

@@ -1,0 +1,75 @@
+"""Principal components of few trials with many entries, exact."""
+
+import numpy as np
+from scipy.linalg import eigh
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+from feeler.errors import InvalidInput
+
+
+class PrincipalComponents(TransformerMixin, BaseEstimator):
+    """PCA through the smaller of the Gram and the covariance matrix: exact, and only the components asked for.
+
+    scikit-learn's ``PCA`` with the same ``n_components``, up to sign; its automatic solver would be a randomised
+    approximation at this size, which the flat noise spectrum here does not suit.
+
+    Parameters
+    ----------
+    n_components
+        Components kept. Fewer entries than that: all of them.
+
+    Attributes
+    ----------
+    components_ (component, entry), mean_ (entry,), explained_variance_ (component,),
+    explained_variance_ratio_ (component,)
+    """
+
+    def __init__(self, n_components: int = 30):
+        self.n_components = n_components
+
+    def fit(self, X, y=None):
+        """Find the components of ``X`` (trial, entry).
+
+        Raises
+        ------
+        InvalidInput
+            Fewer trials than components.
+        """
+        X = validate_data(self, X, dtype=float, ensure_min_samples=2)
+        n, n_entries = X.shape
+        k = min(self.n_components, n_entries)
+        if not 1 <= k <= n:
+            raise InvalidInput(
+                f"{n} training trials cannot give {self.n_components} principal components. "
+                f"Lower n_components to at most {n}, or train on more (copies of) trials."
+            )
+        self.mean_ = X.mean(axis=0)
+        centred = X - self.mean_
+        if n <= n_entries:
+            energy, left = eigh(centred @ centred.T, subset_by_index=(n - k, n - 1))
+            axes = left.T @ centred
+        else:
+            energy, right = eigh(centred.T @ centred, subset_by_index=(n_entries - k, n_entries - 1))
+            axes = right.T
+        order = np.argsort(energy)[::-1]
+        norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
+        self.components_ = axes[order] / np.maximum(norm, np.finfo(float).tiny)
+        total = np.vdot(centred, centred)
+        self.explained_variance_ = np.maximum(energy[order], 0.0) / (n - 1)
+        self.explained_variance_ratio_ = self.explained_variance_ * (n - 1) / max(total, np.finfo(float).tiny)
+        return self
+
+    def transform(self, X):
+        """Coordinates of ``X`` along the components, (trial, component)."""
+        check_is_fitted(self)
+        X = validate_data(self, X, dtype=float, reset=False)
+        return (X - self.mean_) @ self.components_.T
+
+
+def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:
+    """Share of the variance of ``X`` (trial, entry) about its own mean that the components keep."""
+    centred = X - X.mean(axis=0)
+    total = float(np.vdot(centred, centred))
+    kept = centred @ components.components_.T
+    return float(np.vdot(kept, kept)) / total if total > 0 else float("nan")

@@ -1,0 +1,35 @@
+"""Class labels of trials: feature × size × location."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+CLASS = ("feature", "size", "location")  # [P] six features (three shapes, two sizes) at five locations: 30 classes
+
+
+def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
+    """One readable label per trial, e.g. ``ball 1.5 0.5``.
+
+    Parameters
+    ----------
+    trials
+        A Dataset (or anything indexed by name that gives one value per trial) with the coordinates in ``by``.
+    by
+        What makes a class.
+    """
+    columns = []
+    for name in by:
+        try:
+            columns.append(np.asarray(trials[name]))
+        except KeyError:
+            raise InvalidInput(
+                f"the trials have no coordinate {name!r}; labels need {', '.join(by)}."
+            ) from None
+    return np.array([" ".join(_write(value) for value in row) for row in zip(*columns, strict=True)])
+
+
+def _write(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float | np.floating) else str(value)

@@ -1,0 +1,181 @@
+"""The sweep: limits, honesty, determinism, refusals."""
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.decomposition import PCA
+from sklearn.neighbors import KNeighborsClassifier
+
+from feeler.decoding import (
+    PeakEncoder,
+    PrincipalComponents,
+    compute_jittered,
+    compute_left_out,
+    compute_sweep,
+    jitter_trials,
+    make_lda,
+    make_null,
+    make_svm,
+)
+from feeler.errors import InvalidInput
+from feeler.touch.feature import Ball
+from feeler.touch.trial import Trial
+
+FEW = {"n_copies": 4, "n_repeats": 3}
+
+
+def make_bumps(places=(20, 30, 40, 50, 60, 70), width=5.0, n_sensors=3):
+    """Distinct, smooth activations: a bump at another time in each trial."""
+    time = np.arange(100)
+    bumps = np.exp(-0.5 * ((time - np.array(places)[:, None]) / width) ** 2)
+    return np.repeat(bumps[:, None], n_sensors, axis=1)
+
+
+@pytest.mark.parametrize("estimator", [make_lda(12), make_svm(12), KNeighborsClassifier(3)])
+def test_distinct_codes_are_told_apart_without_noise(estimator):
+    sweep = compute_sweep(make_bumps(), list("abcdef"), ratios=(0.0,), estimator=estimator, **FEW)
+    assert (sweep.noisy == 1).all() and (sweep.clean == 1).all()
+
+
+def test_accuracy_falls_to_chance_as_noise_grows():
+    sweep = compute_sweep(make_bumps(), np.arange(6), ratios=(0.1, 2.0, 1000.0), estimator=make_lda(12), n_repeats=10)
+    noisy = sweep.noisy.mean(axis=1)
+    assert noisy[0] > noisy[1] > noisy[2]
+    assert noisy[2] == pytest.approx(sweep.chance, abs=0.05)
+
+
+@pytest.mark.parametrize("rotate", [False, True])
+def test_the_null_of_identical_codes_stays_at_chance(rotate):
+    null = make_null(make_bumps())
+    sweep = compute_sweep(null, np.arange(6), ratios=(0.2,), level="tensor", rotate=rotate, n_repeats=25)
+    np.testing.assert_allclose(sweep.noisy.mean(axis=1), 1 / 6, atol=0.04)
+    np.testing.assert_allclose(sweep.clean, 1 / 6)
+
+
+def test_threads_do_not_change_the_numbers():
+    options = {"ratios": (1.5,), "estimator": make_lda(12), **FEW}
+    a, b = (compute_sweep(make_bumps(), np.arange(6), n_jobs=n, **options) for n in (1, 3))
+    np.testing.assert_array_equal(a.noisy, b.noisy)
+    np.testing.assert_array_equal(a.confusion, b.confusion)
+
+
+def test_equal_seeds_give_equal_sweeps_and_others_do_not():
+    options = {"ratios": (1.5,), "estimator": make_lda(12), **FEW}
+    a, b, c = (compute_sweep(make_bumps(), np.arange(6), random_state=s, **options) for s in (1, 1, 2))
+    np.testing.assert_array_equal(a.confusion, b.confusion)
+    assert (a.confusion != c.confusion).any()
+
+
+class Memory(ClassifierMixin, BaseEstimator):
+    """Remembers what it was fitted on and refuses to predict any of it: catches a leak from train to test."""
+
+    def fit(self, X, y):
+        self.seen_ = {row.tobytes() for row in X}
+        self.classes_ = np.unique(y)
+        return self
+
+    def predict(self, X):
+        assert not any(row.tobytes() in self.seen_ for row in X)
+        return np.repeat(self.classes_[0], len(X))
+
+
+def test_no_test_copy_was_seen_in_training():
+    compute_sweep(make_bumps(), np.arange(6), ratios=(0.1,), estimator=Memory(), **FEW)
+
+
+def test_confusion_counts_every_test_copy_and_gives_the_accuracy():
+    sweep = compute_sweep(make_bumps(), np.arange(6), ratios=(0.5, 3.0), estimator=make_lda(12), **FEW)
+    np.testing.assert_array_equal(sweep.confusion.sum(axis=(1, 2)), 6 * 4 * 3)
+    np.testing.assert_allclose(np.nanmean(sweep.recall, axis=1), sweep.noisy.mean(axis=1))
+    assert "variance kept" in sweep.table() and "chance 16.7 %" in sweep.table()
+
+
+def test_noise_before_encoding_reaches_the_encoder():
+    tensors = make_bumps(n_sensors=5)
+    seen = []
+
+    def total(noisy):
+        seen.append(len(noisy))
+        return noisy.sum(axis=1, keepdims=True)
+
+    sweep = compute_sweep(tensors, np.arange(6), ratios=(0.1,), encode=total, estimator=make_lda(12), **FEW)
+    assert seen == [24, 24, 6] * 3 and sweep.noisy.mean() == 1
+
+
+def test_variance_kept_agrees_with_scikit_learn():
+    X = np.random.default_rng(0).normal(size=(40, 90))
+    for rows in (X, X.T):
+        ours, theirs = PrincipalComponents(7).fit(rows), PCA(7, svd_solver="full").fit(rows)
+        np.testing.assert_allclose(ours.explained_variance_ratio_, theirs.explained_variance_ratio_, rtol=1e-9)
+        np.testing.assert_allclose(np.abs(ours.transform(rows)), np.abs(theirs.transform(rows)), atol=1e-9)
+
+
+def test_leaving_out_a_size_tests_on_that_size_only():
+    codes = np.concatenate([make_bumps(), 3 * make_bumps()])
+    labels, sizes = np.tile(np.arange(6), 2), np.repeat([1.5, 3.0], 6)
+    sweeps = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
+    assert list(sweeps) == [1.5, 3.0]
+    codes[6:] = codes[:6][::-1]  # the large ones now look like other small ones: unseen sizes are all wrong
+    wrong = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
+    assert sweeps[3.0].clean.mean() > 0.9 and wrong[3.0].clean.mean() == 0 and wrong[1.5].clean.mean() == 0
+
+
+def make_trials():
+    return [Trial(feature=Ball(radius=1.5), location=place, speed=0.06) for place in (0.2, 0.5, 0.8)]
+
+
+def simulate_bumps(trials):
+    return make_bumps(places=[100 * trial.location for trial in trials])
+
+
+def test_jittered_trials_stay_near_and_keep_the_rest():
+    trials = make_trials()
+    jittered = jitter_trials(trials, np.random.default_rng(0), location=0.05, speed=0.1, n_each=50)
+    assert len(jittered) == 150
+    shift = np.array([j.location - t.location for j, t in zip(jittered, trials * 50, strict=True)])
+    change = np.array([j.speed / t.speed - 1 for j, t in zip(jittered, trials * 50, strict=True)])
+    assert 0.045 < np.abs(shift).max() <= 0.05 and 0.09 < np.abs(change).max() <= 0.1
+    assert all(j.feature == Ball(radius=1.5) for j in jittered)
+
+
+@pytest.mark.parametrize(("jitter", "right"), [(0.01, True), (0.9, False)])
+def test_jittered_touches_are_recognised_while_the_jitter_is_small(jitter, right):
+    trials = make_trials()
+    sweep = compute_jittered(
+        simulate_bumps(trials), list("abc"), trials, simulate_bumps,
+        location=min(jitter, 0.19), n_each=5, ratios=(0.05,), estimator=make_lda(9), **FEW,
+    )  # fmt: skip
+    assert (sweep.clean.mean() > 0.95) == right
+
+
+def test_peak_baseline_finds_the_peak():
+    tensors = np.zeros((2, 10, 20))
+    tensors[0, 3, 4], tensors[1, 9, 19] = 1, 1
+    peaks = PeakEncoder()(tensors)[:, :, 0]
+    assert np.abs(peaks - [[3.5 / 10, 4.5 / 20], [9.5 / 10, 19.5 / 20]]).max() <= 0.05
+    assert np.abs(peaks - [[3.5 / 10, 4.5 / 20], [9.5 / 10, 19.5 / 20]]).max() > 0
+
+
+BUMPS = make_bumps()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
+        (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "ratio ≥ 0"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3), "18 training trials cannot give 30 .* at most 18"),
+        (lambda: compute_sweep(BUMPS[0], np.arange(6)), r"\(trial, vector, time\), got shape"),
+        (lambda: compute_sweep([BUMPS[0], BUMPS[0, :, :9]], [0, 1]), "same shape"),
+        (lambda: compute_sweep(BUMPS * np.nan, np.arange(6)), "NaN"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), rotate=True), "rotate needs"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS, np.arange(1, 7))), "held-out classes 6"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS[:, :1], np.arange(6))), "held-out trials have"),
+        (lambda: compute_left_out(BUMPS, np.arange(6), [1] * 6), "belong to one group"),
+        (lambda: jitter_trials([], np.random.default_rng(0), location=-1), "jitter must lie"),
+    ],
+)
+def test_bad_input_is_refused(call, message):
+    with pytest.raises(InvalidInput, match=message):
+        call()
