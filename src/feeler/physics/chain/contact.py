@@ -19,6 +19,8 @@ from feeler.physics.chain.fields import (
     O_MIN_IMPEDANCE,
     O_POWER,
     O_WIDTH,
+    P_VX,
+    P_VY,
     W_ALPHA,
     W_AX,
     W_AY,
@@ -61,10 +63,10 @@ MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
 @njit(**COMPILE)
-def compute_impedance(distance, obj):
+def compute_impedance(distance, obj, lane):
     """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
-    low, high, width = obj[O_MIN_IMPEDANCE], obj[O_MAX_IMPEDANCE], obj[O_WIDTH]
-    middle, power = obj[O_MIDPOINT], obj[O_POWER]
+    low, high, width = obj[0, O_MIN_IMPEDANCE, lane], obj[0, O_MAX_IMPEDANCE, lane], obj[0, O_WIDTH, lane]
+    middle, power = obj[0, O_MIDPOINT, lane], obj[0, O_POWER, lane]
     x = abs(distance) / width
     if x >= 1.0:
         return min(max(high, MIN_IMPEDANCE), MAX_IMPEDANCE)
@@ -80,18 +82,19 @@ def compute_impedance(distance, obj):
 
 
 @njit(**COMPILE)
-def make_rows(constants, work, obj, table, count, vx, vy, rows):
-    """The rows of ``count`` contacts with an object that moves at (vx, vy)."""
-    mu = obj[O_FRICTION]
+def make_rows(constants, work, obj, table, count, place, rows, lane):
+    """The rows of one lane's ``count`` contacts."""
+    vx, vy = place[0, P_VX, lane], place[0, P_VY, lane]
+    mu = obj[0, O_FRICTION, lane]
     for k in range(count):
         i = int(table[k, T_SEGMENT])
         distance, nx, ny = table[k, T_DISTANCE], table[k, T_NX], table[k, T_NY]
-        rx, ry = table[k, T_X] - work[i, W_PX], table[k, T_Y] - work[i, W_PY]
-        impedance = compute_impedance(distance, obj)
-        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[i, C_INVWEIGHT] * (1.0 - impedance) / impedance
+        rx, ry = table[k, T_X] - work[i, W_PX, lane], table[k, T_Y] - work[i, W_PY, lane]
+        impedance = compute_impedance(distance, obj, lane)
+        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[i, C_INVWEIGHT, lane] * (1.0 - impedance) / impedance
         weight = 1.0 / max(ease, 1e-15)
-        pull = -obj[O_K] * impedance * distance
-        omega, wx, wy = work[i, W_OMEGA], work[i, W_VX] - vx, work[i, W_VY] - vy
+        pull = -obj[0, O_K, lane] * impedance * distance
+        omega, wx, wy = work[i, W_OMEGA, lane], work[i, W_VX, lane] - vx, work[i, W_VY, lane] - vy
         for side in range(ROWS):
             slide = (side - 1) * mu  # −μ, 0, +μ along the tangent (−n_y, n_x)
             dx, dy = nx - slide * ny, ny + slide * nx
@@ -100,37 +103,51 @@ def make_rows(constants, work, obj, table, count, vx, vy, rows):
             rows[row, R_SEGMENT] = i
             rows[row, R_W0], rows[row, R_W1], rows[row, R_W2] = lever, dx, dy
             rows[row, R_WEIGHT] = 2.0 * weight if side == 1 else weight
-            rows[row, R_AIM] = pull - obj[O_B] * (lever * omega + dx * wx + dy * wy)
+            rows[row, R_AIM] = pull - obj[0, O_B, lane] * (lever * omega + dx * wx + dy * wy)
 
 
 @njit(**COMPILE)
-def solve_contacts(constants, work, rows, n_rows, loaded, memory):
-    """Forces of the rows in ``R_FORCE`` at the minimum; the number of sweeps it took.
+def solve_contacts(constants, work, rows, count, loaded, memory, open_, width):
+    """Forces of each lane's rows in ``R_FORCE`` at its minimum; the number of sweeps it took.
 
-    ``memory`` (segment,) holds each segment's active rows as bits, from the step before; it is the first guess.
+    ``memory`` (lane, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
+    A lane that has its minimum is left alone while the others go on.
     """
-    last = int(rows[n_rows - 1, R_SEGMENT])
-    _recall(rows, n_rows, memory)
-    sweeps = 0
-    for iteration in range(MAX_NEWTON):
-        _load(work, rows, n_rows, loaded)
-        solve_with_contacts(constants, work, loaded, last)
-        sweeps += 1
-        same = _evaluate(work, rows, n_rows)
-        if iteration == 0 or same:
-            for r in range(n_rows):
-                rows[r, R_X], rows[r, R_FORCE] = rows[r, R_NEW_X], rows[r, R_NEW_FORCE]
+    last, left = -1, 0
+    for lane in range(count.shape[0]):
+        open_[lane] = count[lane] > 0
+        if open_[lane]:
+            _recall(rows[lane], ROWS * count[lane], memory[lane])
+            last = max(last, int(rows[lane, ROWS * count[lane] - 1, R_SEGMENT]))
+            left += 1
+    for sweep in range(MAX_NEWTON):
+        for lane in range(count.shape[0]):
+            if open_[lane]:
+                _load(work, rows[lane], ROWS * count[lane], loaded, lane)
+        solve_with_contacts(constants, work, loaded, last, width)
+        for lane in range(count.shape[0]):
+            if open_[lane] and _improve(work, rows[lane], ROWS * count[lane], sweep == 0, lane):
+                open_[lane] = False
+                _remember(rows[lane], ROWS * count[lane], memory[lane])
+                left -= 1
+        if left == 0:
+            return sweep + 1
+    return MAX_NEWTON
+
+
+@njit(**COMPILE)
+def _improve(work, rows, n_rows, first, lane):
+    """Move one lane's iterate along the Newton step; whether it is the minimum."""
+    same = _evaluate(work, rows, n_rows, lane)
+    step = 1.0 if first or same else _search(rows, n_rows)
+    for r in range(n_rows):
+        if step == 1.0:
+            rows[r, R_X], rows[r, R_FORCE] = rows[r, R_NEW_X], rows[r, R_NEW_FORCE]
         else:
-            step = _search(rows, n_rows)
-            for r in range(n_rows):
-                rows[r, R_X] += step * (rows[r, R_NEW_X] - rows[r, R_X])
-                rows[r, R_FORCE] += step * (rows[r, R_NEW_FORCE] - rows[r, R_FORCE])
-        if same:
-            break
-        for r in range(n_rows):
-            rows[r, R_ACTIVE] = 1.0 if rows[r, R_X] < rows[r, R_AIM] else 0.0
-    _remember(rows, n_rows, memory)
-    return sweeps
+            rows[r, R_X] += step * (rows[r, R_NEW_X] - rows[r, R_X])
+            rows[r, R_FORCE] += step * (rows[r, R_NEW_FORCE] - rows[r, R_FORCE])
+        rows[r, R_ACTIVE] = 1.0 if rows[r, R_X] < rows[r, R_AIM] else 0.0
+    return same
 
 
 @njit(**COMPILE)
@@ -149,42 +166,46 @@ def _remember(rows, n_rows, memory):
 
 
 @njit(**COMPILE)
-def _load(work, rows, n_rows, loaded):
+def _load(work, rows, n_rows, loaded, lane):
     """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
-    clear(work, rows, n_rows)
+    clear(work, rows, n_rows, lane)
     for r in range(n_rows):
         if rows[r, R_ACTIVE] > 0.0:
             i = int(rows[r, R_SEGMENT])
             loaded[i] = True
             w0, w1, w2, weight = rows[r, R_W0], rows[r, R_W1], rows[r, R_W2], rows[r, R_WEIGHT]
-            work[i, W_K00] += weight * w0 * w0
-            work[i, W_K01] += weight * w0 * w1
-            work[i, W_K02] += weight * w0 * w2
-            work[i, W_K11] += weight * w1 * w1
-            work[i, W_K12] += weight * w1 * w2
-            work[i, W_K22] += weight * w2 * w2
+            work[i, W_K00, lane] += weight * w0 * w0
+            work[i, W_K01, lane] += weight * w0 * w1
+            work[i, W_K02, lane] += weight * w0 * w2
+            work[i, W_K11, lane] += weight * w1 * w1
+            work[i, W_K12, lane] += weight * w1 * w2
+            work[i, W_K22, lane] += weight * w2 * w2
             pull = weight * rows[r, R_AIM]
-            work[i, W_B0] -= pull * w0
-            work[i, W_B1] -= pull * w1
-            work[i, W_B2] -= pull * w2
+            work[i, W_B0, lane] -= pull * w0
+            work[i, W_B1, lane] -= pull * w1
+            work[i, W_B2, lane] -= pull * w2
 
 
 @njit(**COMPILE)
-def clear(work, rows, n_rows):
+def clear(work, rows, n_rows, lane):
     """Empty the contact columns of the touched segments."""
     for r in range(n_rows):
         i = int(rows[r, R_SEGMENT])
         for column in range(W_K00, W_B2 + 1):
-            work[i, column] = 0.0
+            work[i, column, lane] = 0.0
 
 
 @njit(**COMPILE)
-def _evaluate(work, rows, n_rows):
+def _evaluate(work, rows, n_rows, lane):
     """J q̈ and λ of the full Newton step; whether its active rows are those it was computed with."""
     same = True
     for r in range(n_rows):
         i = int(rows[r, R_SEGMENT])
-        x = rows[r, R_W0] * work[i, W_ALPHA] + rows[r, R_W1] * work[i, W_AX] + rows[r, R_W2] * work[i, W_AY]
+        x = (
+            rows[r, R_W0] * work[i, W_ALPHA, lane]
+            + rows[r, R_W1] * work[i, W_AX, lane]
+            + rows[r, R_W2] * work[i, W_AY, lane]
+        )
         rows[r, R_NEW_X] = x
         short = rows[r, R_AIM] - x
         active = rows[r, R_ACTIVE] > 0.0
@@ -223,17 +244,17 @@ def _search(rows, n_rows):
 
 
 @njit(**COMPILE)
-def press(work, rows, n_rows, loaded):
+def press(work, rows, n_rows, loaded, lane):
     """Put minus the rows' wrenches into the bias columns; the total force on the chain."""
-    clear(work, rows, n_rows)
+    clear(work, rows, n_rows, lane)
     fx = fy = 0.0
     for r in range(n_rows):
         force = rows[r, R_FORCE]
         if force > 0.0:
             i = int(rows[r, R_SEGMENT])
             loaded[i] = True
-            work[i, W_B0] -= force * rows[r, R_W0]
-            work[i, W_B1] -= force * rows[r, R_W1]
-            work[i, W_B2] -= force * rows[r, R_W2]
+            work[i, W_B0, lane] -= force * rows[r, R_W0]
+            work[i, W_B1, lane] -= force * rows[r, R_W1]
+            work[i, W_B2, lane] -= force * rows[r, R_W2]
             fx, fy = fx + force * rows[r, R_W1], fy + force * rows[r, R_W2]
     return fx, fy

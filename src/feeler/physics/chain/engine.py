@@ -1,128 +1,91 @@
-"""Stepping a chain: MuJoCo's discrete equations at O(n) cost."""
+"""Running scenes on the chain engine, one at a time or many in SIMD lanes."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
-from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.physics.chain.contact import N_ROW, ROWS, clear, make_rows, press, solve_contacts
-from feeler.physics.chain.fields import KIND_NONE, N_WORK, O_BASE, W_ANGLE, W_RATE
-from feeler.physics.chain.model import ChainModel, make_model
-from feeler.physics.chain.narrow import N_CONTACT, find_contacts
-from feeler.physics.chain.sweep import COMPILE, advance, move
+from feeler.errors import InvalidInput
+from feeler.physics.chain.batch import Batch
+from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion, Scene
 
-CHUNK_WORK = 1_000_000  # segment-steps between looks for Ctrl-C, about 50 ms
-MAX_CONTACTS = 20_000
-OK, DIVERGED, CROWDED = range(3)
-
-
-@njit(**COMPILE)
-def step_many(
-    constants,
-    obj,
-    kind,
-    corners,
-    part,
-    leg_velocity,
-    leg_step,
-    first,
-    n_steps,
-    place,
-    work,
-    table,
-    rows,
-    loaded,
-    memory,
-    force,
-    timestep,
-):
-    """Take ``n_steps`` steps from step number ``first``; a status. All arrays are changed in place."""
-    leg = 0
-    for step in range(first, first + n_steps):
-        while step >= leg_step[leg]:
-            leg += 1
-        vx, vy = leg_velocity[leg, 0], leg_velocity[leg, 1]
-        move(constants, work, obj[O_BASE])
-        force[0] = force[1] = 0.0
-        count = 0
-        if kind != KIND_NONE:
-            count = find_contacts(constants, work, obj, kind, corners, part, place[0], place[1], table)
-            if count < 0:
-                return CROWDED
-        if count > 0:
-            make_rows(constants, work, obj, table, count, vx, vy, rows)
-            solve_contacts(constants, work, rows, ROWS * count, loaded, memory)
-            loaded[:] = False
-            force[0], force[1] = press(work, rows, ROWS * count, loaded)
-        advance(constants, work, loaded, timestep)
-        if count > 0:
-            clear(work, rows, ROWS * count)
-            loaded[:] = False
-        place[0] += timestep * vx
-        place[1] += timestep * vy
-        if not np.isfinite(work[constants.shape[0] - 1, W_RATE]):
-            return DIVERGED
-    return OK
+LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
 
 
 def run(scene: Scene, clock: Clock) -> Motion:
-    """Simulate one scene with the chain engine."""
-    model = make_model(scene, clock.timestep)
-    return _Run(scene, model, clock).run()
+    """Simulate one scene.
+
+    Returns
+    -------
+    Motion
+        Angles, velocities and the contact force on the antenna at each sample: MuJoCo's answer for the same scene and
+        timestep, to rounding.
+
+    Raises
+    ------
+    SimulationDiverged
+        Angles left the finite numbers; names the scene and the time.
+    InvalidInput
+        The timestep is too large for the contact's time constant.
+    """
+    result = _run_lanes([scene], clock)[0]
+    if isinstance(result, Exception):
+        raise result
+    return result
 
 
-class _Run:
-    def __init__(self, scene: Scene, model: ChainModel, clock: Clock) -> None:
-        n = scene.antenna.n_segments
-        self.scene, self.model, self.clock = scene, model, clock
-        self.work = np.zeros((n, N_WORK))
-        self.work[:, W_ANGLE], self.work[:, W_RATE] = scene.initial_angle, scene.initial_velocity
-        size = min(2 * (n + 2) * len(model.part), MAX_CONTACTS)
-        self.table, self.rows = np.zeros((size, N_CONTACT)), np.zeros((ROWS * size, N_ROW))
-        self.loaded, self.memory = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.int64)
-        self.place, self.force = model.origin.copy(), np.zeros(2)
+def run_batch(scenes: Sequence[Scene], clock: Clock, *, workers: int = 1) -> list[Motion | Exception]:
+    """Simulate many scenes, eight at a time in SIMD lanes, in the order given.
 
-    def run(self) -> Motion:
-        clock, n = self.clock, self.scene.antenna.n_segments
-        angle, velocity = np.empty((clock.n_samples, n)), np.empty((clock.n_samples, n))
-        force = np.zeros((clock.n_samples, 2))
-        for k in range(clock.n_samples):
-            if k:
-                self._advance(k)
-            angle[k], velocity[k], force[k] = self.work[:, W_ANGLE], self.work[:, W_RATE], self.force
-            if not (np.isfinite(angle[k]).all() and np.isfinite(velocity[k]).all()):
-                raise SimulationDiverged(self.scene.label, clock.time[k], angle[max(k - 1, 0)], velocity[max(k - 1, 0)])
-        return Motion(time=clock.time, angle=angle, velocity=velocity, force=force)
+    Every result has the same bits as ``run`` of that scene alone, whatever its neighbours and ``workers`` (threads).
+    A scene that diverges gives its SimulationDiverged in place of a Motion; the others go on.
 
-    def _advance(self, k: int) -> None:
-        step, last = (k - 1) * self.clock.steps_per_sample, k * self.clock.steps_per_sample
-        chunk = max(1, CHUNK_WORK // len(self.work))
-        model = self.model
-        while step < last:
-            n_steps = min(chunk, last - step)
-            status = step_many(
-                model.constants,
-                model.object,
-                model.kind,
-                model.corners,
-                model.part,
-                model.leg_velocity,
-                model.leg_step,
-                step,
-                n_steps,
-                self.place,
-                self.work,
-                self.table,
-                self.rows,
-                self.loaded,
-                self.memory,
-                self.force,
-                self.clock.timestep,
-            )
-            if status == CROWDED:
-                raise InvalidInput(
-                    f"'{self.scene.label}' makes more than {len(self.table)} contacts at once. Use an outline with fewer "
-                    "convex parts."
-                )
-            step += n_steps
+    Raises
+    ------
+    InvalidInput
+        ``workers`` below 1, or a timestep too large for a scene's contact.
+    """
+    if workers < 1:
+        raise InvalidInput(f"workers must be at least 1, got {workers}. Use the number of cores.")
+    groups = make_groups(scenes)
+    results: list[Motion | Exception | None] = [None] * len(scenes)
+    pool = ThreadPoolExecutor(max_workers=workers)
+    try:
+        jobs = [pool.submit(_run_lanes, [scenes[i] for i in group], clock) for group in groups]
+        for group, job in zip(groups, jobs, strict=True):
+            for i, result in zip(group, job.result(), strict=True):
+                results[i] = result
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    return results
+
+
+def make_groups(scenes: Sequence[Scene]) -> list[list[int]]:
+    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch."""
+    order = sorted(range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i))
+    groups: list[list[int]] = []
+    for i in order:
+        group = groups[-1] if groups else []
+        same = group and scenes[group[0]].antenna.n_segments == scenes[i].antenna.n_segments
+        if same and len(group) < LANES:
+            group.append(i)
+        else:
+            groups.append([i])
+    return groups
+
+
+def _phase(scene: Scene) -> tuple[float, float]:
+    """Speed of the object, and how far it starts from the antenna's base: what decides when contact begins and ends."""
+    if scene.feature is None:
+        return 0.0, 0.0
+    return float(np.hypot(*scene.path.velocity[0])), float(np.hypot(*scene.origin))
+
+
+def _run_lanes(scenes: list[Scene], clock: Clock) -> list[Motion | Exception]:
+    """Up to LANES scenes together; a group that is neither one nor full is filled up with copies of its last."""
+    lanes = 1 if len(scenes) == 1 else LANES
+    filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
+    models = [make_model(scene, clock.timestep) for scene in filled]
+    return Batch(filled, models, clock).run()[: len(scenes)]

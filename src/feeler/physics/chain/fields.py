@@ -1,8 +1,17 @@
 """Columns of the engine's tables: one row per segment, one column per quantity."""
 
 # constants of a segment
-C_LENGTH, C_MASS, C_RADIUS, C_STIFFNESS, C_DAMPING, C_REST, C_INVWEIGHT = range(7)
-N_CONSTANTS = 7
+(
+    C_LENGTH,
+    C_MASS,
+    C_INERTIA,  # about the hinge, m ℓ² / 3
+    C_STIFFNESS,
+    C_DAMPING,
+    C_REST,
+    C_RADIUS,
+    C_INVWEIGHT,
+) = range(8)
+N_CONSTANTS = 8
 
 # constants of the object and of its contact
 (
@@ -25,6 +34,17 @@ N_CONSTANTS = 7
 ) = range(16)
 N_OBJECT = 16
 
+# the object's place and velocity, and what is near it
+(
+    P_X,
+    P_Y,
+    P_VX,
+    P_VY,
+    P_FIRST,  # first and last segment near the object; first > last: none
+    P_LAST,
+) = range(6)
+N_PLACE = 6
+
 KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
 
 # state and workspace of a segment
@@ -41,11 +61,10 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
     W_TORQUE,  # passive torque of its hinge
     W_FX,  # minus mass times velocity-product acceleration of its centre
     W_FY,
-    W_UX,  # articulated coupling of turning with the hinge's acceleration
+    W_UX,  # articulated coupling of turning with the hinge's acceleration, likewise
     W_UY,
-    W_D,  # articulated inertia about the hinge
-    W_INVERSE,  # 1 / (that + timestep · damping)
-    W_U,  # torque left for the hinge
+    W_D,  # articulated inertia about the hinge, over itself and the implicit damping
+    W_U,  # torque left for the hinge, likewise
     W_ALPHA,  # acceleration: turn, hinge (velocity products left out)
     W_AX,
     W_AY,
@@ -58,6 +77,5 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
     W_B0,
     W_B1,
     W_B2,
-    W_SPARE,
-) = range(30)
-N_WORK = 30
+) = range(28)
+N_WORK = 28

@@ -7,6 +7,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.chain.fields import (
     C_DAMPING,
+    C_INERTIA,
     C_INVWEIGHT,
     C_LENGTH,
     C_MASS,
@@ -103,6 +104,7 @@ def _make_constants(scene: Scene) -> np.ndarray:
         antenna.damping,
         antenna.rest_angle,
     )
+    table[:, C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
     table[:, C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
     return table
 
@@ -141,6 +143,7 @@ def _make_object(scene: Scene, corners: np.ndarray) -> np.ndarray:
     table[O_FRICTION] = max(scene.friction, MIN_FRICTION)
     table[O_FORWARD_X], table[O_FORWARD_Y] = scene.forward
     table[O_BASE] = scene.base_angle
+    table[[O_LOW_X, O_LOW_Y]], table[[O_HIGH_X, O_HIGH_Y]] = 1.0, -1.0  # nothing is near an empty box
     if scene.feature is not None:
         grow = table[O_RADIUS] = scene.feature.rounding
         table[O_LOW_X], table[O_LOW_Y] = corners.min(axis=0) - grow

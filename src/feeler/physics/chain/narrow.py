@@ -17,6 +17,10 @@ from feeler.physics.chain.fields import (
     O_LOW_X,
     O_LOW_Y,
     O_RADIUS,
+    P_FIRST,
+    P_LAST,
+    P_X,
+    P_Y,
     W_EX,
     W_EY,
     W_PX,
@@ -30,15 +34,23 @@ MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 
 
 @njit(**COMPILE)
-def find_contacts(constants, work, obj, kind, corners, part, x, y, table):
-    """Fill ``table`` with the contacts at object origin (x, y), base to tip; their number, or −1 if it is too short."""
-    n, count = constants.shape[0], 0
-    cx, cy = obj[O_FORWARD_X], obj[O_FORWARD_Y]
-    low_x, low_y, high_x, high_y = obj[O_LOW_X], obj[O_LOW_Y], obj[O_HIGH_X], obj[O_HIGH_Y]
-    for i in range(n):
-        dx, dy, radius = work[i, W_PX] - x, work[i, W_PY] - y, constants[i, C_RADIUS]
+def find_contacts(constants, work, obj, kind, corners, part, place, table, lane):
+    """Fill ``table`` with one lane's contacts, base to tip; their number, or −1 if the table is too short."""
+    count, x, y = 0, place[0, P_X, lane], place[0, P_Y, lane]
+    cx, cy = obj[0, O_FORWARD_X, lane], obj[0, O_FORWARD_Y, lane]
+    low_x, low_y, high_x, high_y = (
+        obj[0, O_LOW_X, lane],
+        obj[0, O_LOW_Y, lane],
+        obj[0, O_HIGH_X, lane],
+        obj[0, O_HIGH_Y, lane],
+    )
+    for i in range(int(place[0, P_FIRST, lane]), int(place[0, P_LAST, lane]) + 1):
+        dx, dy, radius = work[i, W_PX, lane] - x, work[i, W_PY, lane] - y, constants[i, C_RADIUS, lane]
         px, py = cx * dx + cy * dy, cx * dy - cy * dx
-        ex, ey = cx * work[i, W_EX] + cy * work[i, W_EY], cx * work[i, W_EY] - cy * work[i, W_EX]
+        ex, ey = (
+            cx * work[i, W_EX, lane] + cy * work[i, W_EY, lane],
+            cx * work[i, W_EY, lane] - cy * work[i, W_EX, lane],
+        )
         if (
             min(px, px + ex) > high_x + radius
             or max(px, px + ex) < low_x - radius
@@ -48,7 +60,9 @@ def find_contacts(constants, work, obj, kind, corners, part, x, y, table):
             continue
         before = count
         if kind == KIND_BALL:
-            count = _touch_ball(table, count, px, py, ex, ey, radius, corners[0, 0], corners[0, 1], obj[O_RADIUS])
+            count = _touch_ball(
+                table, count, px, py, ex, ey, radius, corners[0, 0], corners[0, 1], obj[0, O_RADIUS, lane]
+            )
         elif kind == KIND_BOX:
             count = _touch_box(table, count, px, py, ex, ey, radius, corners)
         else:

@@ -1,0 +1,204 @@
+"""Lanes filled with scenes: the arrays that a batch of simulations steps together."""
+
+import numpy as np
+from numba import njit
+
+from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.physics.chain.contact import N_ROW, ROWS, clear, make_rows, press, solve_contacts
+from feeler.physics.chain.fields import (
+    KIND_NONE,
+    N_CONSTANTS,
+    N_OBJECT,
+    N_PLACE,
+    N_WORK,
+    P_FIRST,
+    P_LAST,
+    P_VX,
+    P_VY,
+    P_X,
+    P_Y,
+    W_ANGLE,
+    W_RATE,
+)
+from feeler.physics.chain.model import ChainModel
+from feeler.physics.chain.narrow import N_CONTACT, find_contacts
+from feeler.physics.chain.sweep import COMPILE, advance, locate, move
+from feeler.physics.clock import Clock
+from feeler.physics.scene import Motion, Scene
+
+MAX_CONTACTS = 20_000
+CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
+
+
+@njit(**COMPILE)
+def step_many(first, n_steps, timestep, constants, obj, shapes, legs, work, place, contacts, loaded, force, width):
+    """Take ``n_steps`` steps from step number ``first``; all arrays are changed in place.
+
+    ``shapes`` = (kind, corners, part, parts), ``legs`` = (velocity, end step), ``contacts`` = (table, rows, memory,
+    count, open), each with the lane first.
+    """
+    kind = shapes[0]
+    count = contacts[3]
+    for step in range(first, first + n_steps):
+        _choose_leg(step, legs, place)
+        move(constants, work, obj, place, width)
+        touched = False
+        force[:] = 0.0
+        if _near(kind, place):
+            _find(constants, work, obj, shapes, place, contacts, width)
+            for lane in range(count.shape[0]):
+                touched = touched or count[lane] > 0
+        if touched:
+            _push(constants, work, obj, place, contacts, loaded, force, width)
+        advance(constants, work, loaded, timestep, width)
+        if touched:
+            loaded[:] = False
+            for lane in range(count.shape[0]):
+                clear(work, contacts[1][lane], ROWS * count[lane], lane)
+        for lane in range(count.shape[0]):
+            place[0, P_X, lane] += timestep * place[0, P_VX, lane]
+            place[0, P_Y, lane] += timestep * place[0, P_VY, lane]
+
+
+@njit(**COMPILE)
+def _choose_leg(step, legs, place):
+    velocity, end = legs
+    for lane in range(velocity.shape[0]):
+        leg = 0
+        while step >= end[lane, leg]:
+            leg += 1
+        place[0, P_VX, lane], place[0, P_VY, lane] = velocity[lane, leg, 0], velocity[lane, leg, 1]
+
+
+@njit(**COMPILE)
+def _near(kind, place):
+    for lane in range(kind.shape[0]):
+        if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
+            return True
+    return False
+
+
+@njit(**COMPILE)
+def _find(constants, work, obj, shapes, place, contacts, width):
+    """Each lane's contacts; a crowded lane gets the count −1 for good."""
+    kind, corners, part, parts = shapes
+    table, count = contacts[0], contacts[3]
+    last = -1
+    for lane in range(kind.shape[0]):
+        last = max(last, int(place[0, P_LAST, lane]))
+    locate(constants, work, last, width)
+    for lane in range(kind.shape[0]):
+        if count[lane] < 0:
+            continue
+        count[lane] = 0
+        if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
+            edges = part[lane, : parts[lane] + 1]
+            count[lane] = find_contacts(
+                constants, work, obj, kind[lane], corners[lane], edges, place, table[lane], lane
+            )
+
+
+@njit(**COMPILE)
+def _push(constants, work, obj, place, contacts, loaded, force, width):
+    """Solve the contacts and leave their wrenches in the bias columns."""
+    table, rows, memory, count, still_open = contacts
+    for lane in range(count.shape[0]):
+        if count[lane] > 0:
+            make_rows(constants, work, obj, table[lane], count[lane], place, rows[lane], lane)
+    solve_contacts(constants, work, rows, count, loaded, memory, still_open, width)
+    loaded[:] = False
+    for lane in range(count.shape[0]):
+        if count[lane] > 0:
+            force[lane, 0], force[lane, 1] = press(work, rows[lane], ROWS * count[lane], loaded, lane)
+
+
+class Batch:
+    """Scenes of one segment count, one per lane, from their initial state to the end of the clock."""
+
+    def __init__(self, scenes: list[Scene], models: list[ChainModel], clock: Clock) -> None:
+        self.scenes, self.clock = scenes, clock
+        n, width = scenes[0].antenna.n_segments, len(scenes)
+        self.width = (0,) * width
+        self.constants, self.obj = np.empty((n, N_CONSTANTS, width)), np.empty((1, N_OBJECT, width))
+        self.work, self.place = np.zeros((n, N_WORK, width)), np.zeros((1, N_PLACE, width))
+        for lane, (scene, model) in enumerate(zip(scenes, models, strict=True)):
+            self.constants[:, :, lane], self.obj[0, :, lane] = model.constants, model.object
+            self.work[:, W_ANGLE, lane], self.work[:, W_RATE, lane] = scene.initial_angle, scene.initial_velocity
+            self.place[0, [P_X, P_Y], lane] = model.origin
+        self.shapes, self.legs = _stack_shapes(models), _stack_legs(models)
+        size = min(max(2, max(len(m.part) - 1 for m in models)) * (n + 2), MAX_CONTACTS)
+        self.contacts = (
+            np.empty((width, size, N_CONTACT)),
+            np.empty((width, ROWS * size, N_ROW)),
+            np.zeros((width, n), dtype=np.int64),
+            np.zeros(width, dtype=np.int64),
+            np.zeros(width, dtype=np.bool_),
+        )
+        self.loaded, self.force = np.zeros(n, dtype=np.bool_), np.zeros((width, 2))
+
+    def run(self) -> list[Motion | Exception]:
+        """One Motion per lane, or the error that ended it; a lane's end never touches the others."""
+        clock, width, n = self.clock, len(self.scenes), self.work.shape[0]
+        angle, velocity = np.empty((2, width, clock.n_samples, n))
+        force = np.zeros((width, clock.n_samples, 2))
+        failed: list[Exception | None] = [None] * width
+        for k in range(clock.n_samples):
+            if k:
+                self._advance(k)
+            angle[:, k] = self.work[:, W_ANGLE].T + 0.0  # no negative zeros: equal states are equal bits
+            velocity[:, k] = self.work[:, W_RATE].T + 0.0
+            force[:, k] = self.force + 0.0
+            self._check(k, angle, velocity, failed)
+            if all(failed):
+                break
+        return [
+            failed[i] or Motion(time=clock.time, angle=angle[i], velocity=velocity[i], force=force[i])
+            for i in range(width)
+        ]
+
+    def _advance(self, k: int) -> None:
+        """From sample k − 1 to sample k, with a breath between chunks."""
+        step, last = (k - 1) * self.clock.steps_per_sample, k * self.clock.steps_per_sample
+        chunk = max(1, CHUNK // (self.work.shape[0] * self.work.shape[2]))
+        while step < last:
+            n_steps = min(chunk, last - step)
+            step_many(
+                step, n_steps, self.clock.timestep, self.constants, self.obj, self.shapes, self.legs, self.work,
+                self.place, self.contacts, self.loaded, self.force, self.width,
+            )  # fmt: skip
+            step += n_steps
+
+    def _check(self, k: int, angle: np.ndarray, velocity: np.ndarray, failed: list[Exception | None]) -> None:
+        finite = np.isfinite(angle[:, k]).all(axis=1) & np.isfinite(velocity[:, k]).all(axis=1)
+        for i, scene in enumerate(self.scenes):
+            if failed[i] is None and self.contacts[3][i] < 0:
+                failed[i] = InvalidInput(
+                    f"'{scene.label}' makes more than {MAX_CONTACTS} contacts at once. Use an outline with fewer corners."
+                )
+            elif failed[i] is None and not finite[i]:
+                before = max(k - 1, 0)
+                failed[i] = SimulationDiverged(
+                    scene.label, self.clock.time[k], angle[i, before].copy(), velocity[i, before].copy()
+                )
+
+
+def _stack_shapes(models: list[ChainModel]) -> tuple[np.ndarray, ...]:
+    """Kinds, corners, part starts and part counts with the lane first, padded to the longest."""
+    width = len(models)
+    corners = np.zeros((width, max(len(m.corners) for m in models), 2))
+    part = np.zeros((width, max(len(m.part) for m in models)), dtype=np.int64)
+    for i, model in enumerate(models):
+        corners[i, : len(model.corners)] = model.corners
+        part[i, : len(model.part)] = model.part
+    kind = np.array([m.kind for m in models], dtype=np.int64)
+    return kind, corners, part, np.array([len(m.part) - 1 for m in models], dtype=np.int64)
+
+
+def _stack_legs(models: list[ChainModel]) -> tuple[np.ndarray, np.ndarray]:
+    longest = max(len(m.leg_step) for m in models)
+    velocity = np.zeros((len(models), longest, 2))
+    end = np.full((len(models), longest), np.iinfo(np.int64).max)
+    for i, model in enumerate(models):
+        velocity[i, : len(model.leg_velocity)] = model.leg_velocity
+        end[i, : len(model.leg_step)] = model.leg_step
+    return velocity, end

@@ -1,0 +1,221 @@
+"""Lanes: several simulations in one SIMD register, as a number type that compiled code can calculate with.
+
+A table of the engine is an array (row, column, lane). ``get(table, i, j, width)`` reads all lanes of one entry as one
+number and ``put`` writes them back; ``width`` is a tuple with as many entries as there are lanes, because the lane count
+must be part of a type. Arithmetic is lane by lane and strictly IEEE: a lane's result does not depend on its neighbours nor
+on their number, and with one lane the type is a plain double.
+"""
+
+import operator
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model
+
+_DOUBLE, _BIT = ir.DoubleType(), ir.IntType(1)
+
+
+class Lanes(types.Type):
+    """One double per lane."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Lanes({width})")
+
+
+class Mask(types.Type):
+    """One truth value per lane."""
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        super().__init__(name=f"Mask({width})")
+
+
+def _wide(scalar: ir.Type, width: int) -> ir.Type:
+    return scalar if width == 1 else ir.VectorType(scalar, width)
+
+
+@register_model(Lanes)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager, kind) -> None:
+        super().__init__(manager, kind, _wide(_DOUBLE, kind.width))
+
+
+@register_model(Mask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager, kind) -> None:
+        super().__init__(manager, kind, _wide(_BIT, kind.width))
+
+
+def _spread(builder, value: ir.Value, width: int) -> ir.Value:
+    """The same scalar in every lane."""
+    if width == 1 or isinstance(value.type, ir.VectorType):
+        return value
+    whole = _wide(_DOUBLE, width)
+    first = builder.insert_element(ir.Constant(whole, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
+    return builder.shuffle_vector(first, ir.Constant(whole, ir.Undefined), zeros)
+
+
+def _widest(args) -> int | None:
+    if len(args) == 2 and all(isinstance(a, Lanes | types.Float) for a in args):
+        return next((a.width for a in args if isinstance(a, Lanes)), None)
+    return None
+
+
+def _register(operation, result, emit) -> None:
+    @infer_global(operation)
+    class _Typing(AbstractTemplate):
+        def generic(self, args, kws):
+            width = _widest(args)
+            return None if width is None or kws else signature(result(width), *args)
+
+    def lower(context, builder, sig, args):
+        width = _widest(sig.args)
+        return emit(builder, *(_spread(builder, a, width) for a in args))
+
+    for pair in ((Lanes, Lanes), (Lanes, types.Float), (types.Float, Lanes)):
+        lower_builtin(operation, *pair)(lower)
+
+
+_register(operator.add, Lanes, lambda b, x, y: b.fadd(x, y))
+_register(operator.sub, Lanes, lambda b, x, y: b.fsub(x, y))
+_register(operator.mul, Lanes, lambda b, x, y: b.fmul(x, y))
+_register(operator.truediv, Lanes, lambda b, x, y: b.fdiv(x, y))
+_register(operator.lt, Mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
+_register(operator.gt, Mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_register(operator.ge, Mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
+_register(operator.le, Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
+
+
+@infer_global(operator.neg)
+class _Negate(AbstractTemplate):
+    def generic(self, args, kws):
+        return signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], Lanes) else None
+
+
+@lower_builtin(operator.neg, Lanes)
+def _lower_negate(context, builder, sig, args):
+    return builder.fneg(args[0])
+
+
+def _combine(operation, emit) -> None:
+    @infer_global(operation)
+    class _Typing(AbstractTemplate):
+        def generic(self, args, kws):
+            if len(args) == 2 and isinstance(args[0], Mask) and args[0] == args[1]:
+                return signature(args[0], *args)
+            return None
+
+    lower_builtin(operation, Mask, Mask)(lambda context, builder, sig, args: emit(builder, *args))
+
+
+_combine(operator.and_, lambda b, x, y: b.and_(x, y))
+_combine(operator.or_, lambda b, x, y: b.or_(x, y))
+
+
+def _call_llvm(builder, name: str, args) -> ir.Value:
+    """LLVM's intrinsic of that name on doubles or vectors of doubles."""
+    kind = args[0].type
+    suffix = f"v{kind.count}f64" if isinstance(kind, ir.VectorType) else "f64"
+    shape = ir.FunctionType(kind, [kind] * len(args))
+    return builder.call(cgutils.get_or_insert_function(builder.module, shape, f"llvm.{name}.{suffix}"), args)
+
+
+def _address(context, builder, kind, array, i, j, width: int):
+    """Pointer to lane 0 of row i, column j of a C-contiguous table."""
+    table = context.make_array(kind)(context, builder, array)
+    stride = cgutils.unpack_tuple(builder, table.strides, 3)[0]
+    size = ir.Constant(i.type, 8 * width)
+    offset = builder.add(builder.mul(i, stride), builder.mul(j, size))
+    start = builder.ptrtoint(table.data, i.type)
+    return builder.inttoptr(builder.add(start, offset), _wide(_DOUBLE, width).as_pointer())
+
+
+@intrinsic
+def get(typing, table, i, j, width):
+    """All lanes of ``table[i, j]`` as one number."""
+    kind = Lanes(len(width))
+
+    def emit(context, builder, sig, args):
+        i, j = (context.cast(builder, args[k], sig.args[k], types.intp) for k in (1, 2))
+        return builder.load(_address(context, builder, sig.args[0], args[0], i, j, kind.width), align=8)
+
+    return kind(table, i, j, width), emit
+
+
+@intrinsic
+def put(typing, table, i, j, value, width):
+    """Write all lanes of ``table[i, j]``; a plain float goes to every lane."""
+    lanes = len(width)
+
+    def emit(context, builder, sig, args):
+        i, j = (context.cast(builder, args[k], sig.args[k], types.intp) for k in (1, 2))
+        where = _address(context, builder, sig.args[0], args[0], i, j, lanes)
+        builder.store(_spread(builder, args[3], lanes), where, align=8)
+        return context.get_dummy_value()
+
+    return types.void(table, i, j, value, width), emit
+
+
+@intrinsic
+def spread(typing, value, width):
+    """A plain float in every lane."""
+    kind = Lanes(len(width))
+    return kind(types.float64, width), lambda context, builder, sig, args: _spread(builder, args[0], kind.width)
+
+
+@intrinsic
+def choose(typing, mask, yes, no):
+    """``yes`` in the lanes where ``mask`` holds, else ``no``."""
+    kind = Lanes(mask.width)
+
+    def emit(context, builder, sig, args):
+        yes, no = (_spread(builder, a, kind.width) for a in args[1:])
+        return builder.select(args[0], yes, no)
+
+    return kind(mask, yes, no), emit
+
+
+def _pick(name: str, sign: str):
+    def typer(typing, a, b):
+        width = _widest((a, b))
+        kind = Lanes(width)
+
+        def emit(context, builder, sig, args):
+            a, b = (_spread(builder, x, width) for x in args)
+            return builder.select(builder.fcmp_ordered(sign, b, a), b, a)
+
+        return kind(a, b), emit
+
+    typer.__name__ = name
+    return intrinsic(typer)
+
+
+smaller = _pick("smaller", "<")
+larger = _pick("larger", ">")
+
+
+@intrinsic
+def floor(typing, value):
+    """Largest whole number not above."""
+
+    def emit(context, builder, sig, args):
+        return _call_llvm(builder, "floor", args)
+
+    return value(value), emit
+
+
+@intrinsic
+def fma(typing, a, b, c):
+    """a·b + c with one rounding."""
+    width = max(getattr(kind, "width", 0) for kind in (a, b, c))
+    kind = Lanes(width)
+
+    def emit(context, builder, sig, args):
+        values = [_spread(builder, x, width) for x in args]
+        return _call_llvm(builder, "fma", values)
+
+    return kind(a, b, c), emit
