@@ -99,7 +99,11 @@ def add_noisy_copies(
         raise InvalidInput(f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {n_copies} and {noise}.")
     index = np.repeat(np.arange(len(tensors)), n_copies)
     scale = noise * np.abs(tensors).max(axis=(1, 2))
-    return tensors[index] + scale[index, None, None] * rng.standard_normal((index.size, *tensors.shape[1:])), index
+    # single precision: the noise is a fifth of the signal, and this is half of the training time
+    noisy = rng.standard_normal((index.size, *tensors.shape[1:]), dtype=np.float32)
+    noisy *= scale[index, None, None].astype(np.float32)
+    noisy += tensors[index].astype(np.float32)
+    return noisy, index
 
 
 class TransferClassifier(ClassifierMixin, BaseEstimator):
