@@ -1,0 +1,235 @@
+"""The paper's convolutional network on tactile tensors (Fig. S4). PyTorch is imported only when a network is used."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.model_selection import train_test_split
+from sklearn.utils.validation import check_is_fitted
+
+from feeler.errors import InvalidInput, MissingExtra
+
+INSTALL = "pip install 'feeler[cnn]'"
+KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25  # [P] supplement, CNN layers
+
+
+class TouchNetwork(ClassifierMixin, BaseEstimator):
+    """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25 → classes, softmax.
+
+    A scikit-learn classifier of flat tensors, so that ``compute_sweep`` takes it (``n_jobs=1``: PyTorch has threads
+    of its own). Training is seeded; it stops early on a validation part of the *training* set, and keeps the weights of
+    the best validation loss.
+
+    Parameters
+    ----------
+    shape
+        (sensor, time) of a tensor; the paper's is (56, 380).
+    max_epochs, patience, validation_share, batch_size, learning_rate
+        Adam; the paper states none of these [C]. Training ends ``patience`` epochs after the best validation loss.
+    device
+        ``auto`` takes a GPU if there is one; or any PyTorch device.
+    random_state
+        Seed of weights, order and dropout.
+
+    Attributes
+    ----------
+    classes_, network_, n_epochs_, best_epoch_, validation_loss_ (epoch,), mean_ (sensor · time,), scale_
+
+    Notes
+    -----
+    Paper, supplement, "Other classification methods". Inputs are centred by the training mean image, as MATLAB's input
+    layer does, and divided by one training sd.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int] = (56, 380),
+        *,
+        max_epochs: int = 30,
+        patience: int = 4,
+        validation_share: float = 0.2,
+        batch_size: int = 32,
+        learning_rate: float = 1e-3,
+        device: str = "auto",
+        random_state: int = 0,
+    ):
+        self.shape = shape
+        self.max_epochs = max_epochs
+        self.patience = patience
+        self.validation_share = validation_share
+        self.batch_size = batch_size
+        self.learning_rate = learning_rate
+        self.device = device
+        self.random_state = random_state
+
+    def fit(self, X, y):
+        """Train on tensors ``X`` (trial, sensor · time) or (trial, sensor, time).
+
+        Raises
+        ------
+        MissingExtra
+            PyTorch is not installed.
+        InvalidInput
+            Fewer than two classes, labels that do not match, a shape the layers do not fit.
+        """
+        torch = import_torch()
+        images, y = self._read(X), np.asarray(y)
+        self._check(images, y)
+        self.classes_, targets = np.unique(y, return_inverse=True)
+        train, validate = self._split(targets)
+        self.mean_ = images[train].mean(axis=0)
+        self.scale_ = float((images[train] - self.mean_).std()) or 1.0
+        self.device_ = choose_device(torch, self.device)
+        data = torch.from_numpy(self._normalise(images)).to(self.device_)
+        targets = torch.from_numpy(targets).to(self.device_)
+        with torch.random.fork_rng():
+            torch.manual_seed(self.random_state)
+            self.network_ = make_network(torch, self.shape, self.classes_.size).to(self.device_)
+            self._train(torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate))
+        return self
+
+    def predict_proba(self, X):
+        """Probability of each class, (trial, class)."""
+        check_is_fitted(self, "network_")
+        torch = import_torch()
+        data = torch.from_numpy(self._normalise(self._read(X))).to(self.device_)
+        self.network_.eval()
+        with torch.no_grad():
+            parts = [torch.softmax(self.network_(part), dim=1).cpu().numpy() for part in data.split(64)]
+        return np.concatenate(parts)
+
+    def predict(self, X):
+        """Most probable class of each trial."""
+        return self.classes_[self.predict_proba(X).argmax(axis=1)]
+
+    def save(self, path: str | Path) -> None:
+        """Weights and settings as safetensors; never pickle."""
+        check_is_fitted(self, "network_")
+        safetensors = import_safetensors()
+        settings = {k: v for k, v in self.get_params().items() if k != "device"}
+        extra = {"classes": self.classes_.tolist(), "scale": self.scale_, "settings": settings}
+        state = {k: v.cpu().contiguous() for k, v in self.network_.state_dict().items()}
+        state["input_mean"] = import_torch().from_numpy(self.mean_.copy())
+        safetensors.save_file(state, str(path), metadata={"feeler": json.dumps(extra)})
+
+    @classmethod
+    def load(cls, path: str | Path, *, device: str = "auto") -> "TouchNetwork":
+        """A trained network from a file that ``save`` wrote."""
+        torch, safetensors = import_torch(), import_safetensors()
+        with safetensors.safe_open(str(path), framework="pt") as file:
+            metadata = (file.metadata() or {}).get("feeler")
+            if metadata is None:
+                raise InvalidInput(f"{path} was not written by TouchNetwork.save: it holds no feeler metadata.")
+            extra = json.loads(metadata)
+            state = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118 (not a dict)
+        extra["settings"]["shape"] = tuple(extra["settings"]["shape"])
+        model = cls(**extra["settings"], device=device)
+        model.classes_, model.scale_ = np.array(extra["classes"]), extra["scale"]
+        model.mean_ = state.pop("input_mean").numpy()
+        model.device_ = choose_device(torch, device)
+        model.network_ = make_network(torch, model.shape, model.classes_.size).to(model.device_)
+        model.network_.load_state_dict(state)
+        return model
+
+    def _read(self, X) -> np.ndarray:
+        images = np.asarray(X, dtype=np.float32)
+        if images[0].size != np.prod(self.shape):
+            raise InvalidInput(f"tensors of {images[0].size} entries do not have the shape {self.shape} given.")
+        return images.reshape(len(images), -1)
+
+    def _normalise(self, images: np.ndarray) -> np.ndarray:
+        return ((images - self.mean_) / np.float32(self.scale_)).reshape(-1, 1, *self.shape)
+
+    def _check(self, images: np.ndarray, y: np.ndarray) -> None:
+        if y.shape != (len(images),):
+            raise InvalidInput(f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor.")
+        if np.unique(y).size < 2:
+            raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
+        least = KERNEL - 2 * PADDING + POOL - 1
+        if min(self.shape) < least:
+            raise InvalidInput(f"the layers need at least {least} × {least} entries, got {self.shape}; use make_lda().")
+        if not 0 < self.validation_share < 1:
+            raise InvalidInput(f"validation_share must lie in (0, 1), got {self.validation_share}.")
+
+    def _split(self, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Training and validation positions; every class on both sides where there are enough trials."""
+        n_classes = targets.max() + 1
+        n_validate = max(round(self.validation_share * targets.size), n_classes)
+        even = np.bincount(targets).min() >= 2 and targets.size - n_validate >= n_classes
+        return train_test_split(
+            np.arange(targets.size),
+            test_size=n_validate if even else self.validation_share,
+            stratify=targets if even else None,
+            random_state=self.random_state,
+        )
+
+    def _train(self, torch, data, targets, train, validate) -> None:
+        optimiser = torch.optim.Adam(self.network_.parameters(), lr=self.learning_rate)
+        best, kept, self.best_epoch_, losses = np.inf, None, 0, []
+        for epoch in range(self.max_epochs):
+            self.network_.train()
+            for part in train[torch.randperm(len(train))].split(self.batch_size):
+                if len(part) > 1:  # batch norm has no variance of one
+                    optimiser.zero_grad()
+                    torch.nn.functional.cross_entropy(self.network_(data[part]), targets[part]).backward()
+                    optimiser.step()
+            losses.append(self._validate(torch, data, targets, validate))
+            if losses[-1] < best:
+                best, self.best_epoch_ = losses[-1], epoch
+                kept = {key: value.clone() for key, value in self.network_.state_dict().items()}
+            if epoch - self.best_epoch_ >= self.patience:
+                break
+        if kept is not None:
+            self.network_.load_state_dict(kept)
+        self.validation_loss_, self.n_epochs_ = np.array(losses), len(losses)
+
+    def _validate(self, torch, data, targets, validate) -> float:
+        self.network_.eval()
+        with torch.no_grad():
+            return float(torch.nn.functional.cross_entropy(self.network_(data[validate]), targets[validate]))
+
+
+def make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
+    """The layers, softmax left to the loss."""
+    height, width = ((n + 2 * PADDING - KERNEL + 1) // POOL for n in shape)
+    return torch.nn.Sequential(
+        torch.nn.Conv2d(1, CHANNELS, KERNEL, stride=1, padding=PADDING),
+        torch.nn.BatchNorm2d(CHANNELS),
+        torch.nn.ReLU(),
+        torch.nn.MaxPool2d(POOL),
+        torch.nn.Flatten(),
+        torch.nn.Linear(CHANNELS * height * width, HIDDEN),
+        torch.nn.Dropout(DROPOUT),
+        torch.nn.Linear(HIDDEN, n_classes),
+    )
+
+
+def import_torch() -> Any:
+    """PyTorch, or a message that says how to get it."""
+    try:
+        import torch
+    except ImportError:
+        raise MissingExtra(f"the network needs PyTorch, which is not installed. Install it with: {INSTALL}") from None
+    return torch
+
+
+def import_safetensors() -> Any:
+    """safetensors' PyTorch half, or a message that says how to get it."""
+    import_torch()
+    try:
+        import safetensors
+        import safetensors.torch
+    except ImportError:
+        raise MissingExtra(
+            f"saving weights needs safetensors, which is not installed. Install it with: {INSTALL}"
+        ) from None
+    from types import SimpleNamespace
+
+    return SimpleNamespace(save_file=safetensors.torch.save_file, safe_open=safetensors.safe_open)
+
+
+def choose_device(torch: Any, device: str) -> Any:
+    """A PyTorch device; ``auto`` is the GPU where there is one."""
+    return torch.device(("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device)

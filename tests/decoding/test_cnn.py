@@ -1,0 +1,105 @@
+"""The network: the paper's layers, seeded, honest early stopping, weights without pickle."""
+
+import builtins
+
+import numpy as np
+import pytest
+
+from feeler.decoding.cnn import TouchNetwork, make_network
+from feeler.errors import InvalidInput, MissingExtra
+
+SHAPE = (14, 20)
+QUICK = {"shape": SHAPE, "max_epochs": 6, "batch_size": 8}
+
+
+def make_touches(n_each=12, seed=0):
+    """Three classes: a blob in another place each."""
+    rng = np.random.default_rng(seed)
+    sensor, time = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    blobs = [np.exp(-((sensor - s) ** 2 + (time - t) ** 2) / 8) for s, t in ((3, 4), (7, 10), (11, 16))]
+    return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(size=(3 * n_each, *SHAPE)), np.tile(list("abc"), n_each)
+
+
+def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
+    real = builtins.__import__
+
+    def without_torch(name, *args, **kwargs):
+        if name.split(".")[0] == "torch":
+            raise ImportError(name)
+        return real(name, *args, **kwargs)
+
+    monkeypatch.setattr(builtins, "__import__", without_torch)
+    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[cnn\]'"):
+        TouchNetwork(**QUICK).fit(*make_touches())
+
+
+def test_layers_are_the_papers():
+    torch = pytest.importorskip("torch")
+    network = make_network(torch, (56, 380), 30)
+    shapes = [tuple(p.shape) for p in network.parameters()]
+    assert shapes == [(32, 1, 15, 15), (32,), (32,), (32,), (50, 32 * 23 * 185), (50,), (30, 50), (30,)]
+    kinds = [type(layer).__name__ for layer in network]
+    assert kinds == ["Conv2d", "BatchNorm2d", "ReLU", "MaxPool2d", "Flatten", "Linear", "Dropout", "Linear"]
+    assert network(torch.zeros(2, 1, 56, 380)).shape == (2, 30)
+
+
+def test_touches_are_learned_and_equal_seeds_give_equal_weights():
+    torch = pytest.importorskip("torch")
+    torch.manual_seed(5)
+    before = torch.random.get_rng_state()
+    models = [TouchNetwork(**QUICK, random_state=s).fit(*make_touches()) for s in (1, 1, 2)]
+    assert (torch.random.get_rng_state() == before).all()  # the caller's generator is left alone
+    weights = [model.network_[0].weight.detach().cpu().numpy() for model in models]
+    np.testing.assert_array_equal(weights[0], weights[1])
+    assert (weights[0] != weights[2]).any()
+    X, y = make_touches(seed=9)
+    assert (models[0].predict(X) == y).mean() > 0.9
+    np.testing.assert_allclose(models[0].predict_proba(X).sum(axis=1), 1, atol=1e-5)
+
+
+def test_training_stops_on_the_validation_part_and_keeps_its_best():
+    pytest.importorskip("torch")
+    X, y = make_touches()
+    y = np.random.default_rng(0).permutation(y)  # nothing to learn: validation loss soon rises
+    model = TouchNetwork(shape=SHAPE, max_epochs=60, patience=2, batch_size=8).fit(X, y)
+    assert model.n_epochs_ == model.best_epoch_ + 3 < 60
+    assert model.validation_loss_.argmin() == model.best_epoch_
+
+
+def test_normalisation_does_not_see_the_validation_part():
+    pytest.importorskip("torch")
+    X, y = make_touches()
+    model = TouchNetwork(**QUICK)
+    _, targets = np.unique(y, return_inverse=True)
+    train, validate = model._split(targets)
+    assert not set(train) & set(validate) and set(targets[validate]) == {0, 1, 2}
+    X[validate] += 100.0
+    model.fit(X, y)
+    assert model.mean_.max() < 10
+
+
+def test_weights_survive_the_disk(tmp_path):
+    pytest.importorskip("torch")
+    pytest.importorskip("safetensors")
+    X, y = make_touches()
+    model = TouchNetwork(**QUICK).fit(X, y)
+    model.save(tmp_path / "touch.safetensors")
+    loaded = TouchNetwork.load(tmp_path / "touch.safetensors", device="cpu")
+    np.testing.assert_allclose(loaded.predict_proba(X), model.predict_proba(X), atol=1e-6)
+    assert loaded.get_params() == model.get_params() | {"device": "cpu"}
+
+
+@pytest.mark.parametrize(
+    ("model", "labels", "message"),
+    [
+        (TouchNetwork(**QUICK), np.zeros(36), "only one class"),
+        (TouchNetwork(**QUICK), np.arange(5), "36 tensors but labels"),
+        (TouchNetwork((10, 28)), np.arange(36), "at least 12 × 12"),
+        (TouchNetwork((56, 380)), np.arange(36), "do not have the shape"),
+        (TouchNetwork(SHAPE, validation_share=0.0), np.arange(36), "validation_share"),
+    ],
+)
+def test_bad_input_is_refused(model, labels, message):
+    pytest.importorskip("torch")
+    with pytest.raises(InvalidInput, match=message):
+        model.fit(make_touches()[0], labels)
