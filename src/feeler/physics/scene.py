@@ -23,10 +23,23 @@ class Contact:
 
     def __post_init__(self) -> None:
         if not (np.all(np.isfinite(self.solref)) and min(self.solref) > 0):
-            raise InvalidInput(f"solref must be two positive numbers (time constant [ms], damping ratio), got {self.solref}.")
+            raise InvalidInput(
+                f"solref must be two positive numbers (time constant [ms], damping ratio), got {self.solref}."
+            )
         low, high, width, midpoint, power = self.solimp
         if not (0 < low <= high < 1 and width > 0 and 0 < midpoint < 1 and power >= 1):
-            raise InvalidInput(f"solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1), got {self.solimp}.")
+            raise InvalidInput(
+                f"solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1), got {self.solimp}."
+            )
+
+    def check_timestep(self, timestep: float) -> None:
+        """Refuse a timestep above half the time constant, where MuJoCo would silently soften the contact."""
+        limit = self.solref[0] / 2
+        if timestep > limit * (1 + 1e-9):
+            raise InvalidInput(
+                f"timestep {timestep:g} ms is too large for the contact's time constant of {self.solref[0]:g} ms; "
+                f"use at most {limit:g} ms, or a softer Contact."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

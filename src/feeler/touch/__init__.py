@@ -4,4 +4,16 @@ from feeler.touch.feature import Ball, Box, Feature, Outline, Triangle, Wall, ma
 from feeler.touch.placement import Placement, place
 from feeler.touch.trial import Trial, make_grid
 
-__all__ = ["Ball", "Box", "Feature", "Outline", "Placement", "Trial", "Triangle", "Wall", "make_feature", "make_grid", "place"]
+__all__ = [
+    "Ball",
+    "Box",
+    "Feature",
+    "Outline",
+    "Placement",
+    "Trial",
+    "Triangle",
+    "Wall",
+    "make_feature",
+    "make_grid",
+    "place",
+]

@@ -5,7 +5,9 @@ import numpy as np
 from feeler.touch.feature import Feature, Wall
 
 
-def compute_clearance(points: np.ndarray, radius: np.ndarray, feature: Feature, origin: np.ndarray, forward: np.ndarray) -> float:
+def compute_clearance(
+    points: np.ndarray, radius: np.ndarray, feature: Feature, origin: np.ndarray, forward: np.ndarray
+) -> float:
     """Smallest gap [mm] between the antenna's surface and the feature; negative where they overlap.
 
     Parameters

@@ -148,7 +148,9 @@ def make_feature(kind: str, size: float | None = None) -> Feature:
     if kind == "wall":
         return Wall()
     if kind not in ("ball", "box", "triangle"):
-        raise InvalidInput(f"unknown feature {kind!r}; valid: ball, box, triangle, wall (an Outline needs its vertices).")
+        raise InvalidInput(
+            f"unknown feature {kind!r}; valid: ball, box, triangle, wall (an Outline needs its vertices)."
+        )
     if size is None:
         raise InvalidInput(f"feature {kind!r} needs a size [mm]: a ball's radius, a box's or triangle's half-width.")
     return Ball(radius=size) if kind == "ball" else FEATURES[kind](half_width=size, half_height=size)
@@ -180,7 +182,9 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.nda
     """Whether segment a–b meets each segment c–d (touching counts)."""
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        return np.sign((q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0]))
+        return np.sign(
+            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+        )
 
     def within(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
         low, high = np.minimum(p, q), np.maximum(p, q)

@@ -69,7 +69,9 @@ def _aim(antenna: Antenna, trial: Trial, points: np.ndarray) -> tuple[np.ndarray
     return target, np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
 
 
-def _touching_offset(antenna: Antenna, trial: Trial, points: np.ndarray, target: np.ndarray, forward: np.ndarray) -> float:
+def _touching_offset(
+    antenna: Antenna, trial: Trial, points: np.ndarray, target: np.ndarray, forward: np.ndarray
+) -> float:
     """Distance from the target back to the origin at which the feature just touches."""
 
     def gap(offset: float) -> float:
@@ -79,5 +81,7 @@ def _touching_offset(antenna: Antenna, trial: Trial, points: np.ndarray, target:
     while gap(high) <= 0:
         low, high = high, 2 * high
         if high > 10 * antenna.length:
-            raise InvalidInput(f"the feature cannot be placed clear of the antenna ({trial.label}); change the approach.")
+            raise InvalidInput(
+                f"the feature cannot be placed clear of the antenna ({trial.label}); change the approach."
+            )
     return float(brentq(gap, low, high, xtol=1e-12, rtol=1e-14)) if gap(low) < 0 else low

@@ -1,0 +1,158 @@
+"""Impulse test: a cylinder hits the antenna near its tip, pushes it aside and lets it slip off."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.physics.clock import Clock
+from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
+from feeler.touch.feature import Ball
+from feeler.touch.trial import FRICTION, Trial
+
+LOCATION = 0.95  # [P] share of the length where the cylinder hits
+RADIUS = 2.5  # [P] mm; half of 5 mm
+SPEED = 0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
+POINTS = (0.71, 0.86)  # [P] share of the length
+TIMESTEP = 0.02  # [C] ms
+LEAD = 2.0  # [C] ms before contact
+LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Impulse:
+    """One impulse test, time 0 at first contact."""
+
+    time: np.ndarray
+    """(sample,) [ms]."""
+    points: tuple[float, ...]
+    """Followed points, shares of the length."""
+    deflection: np.ndarray
+    """(point, sample) [mm], across the straight antenna, positive the way the cylinder moves."""
+    tip: np.ndarray
+    """(sample,) [mm]."""
+    angle: np.ndarray
+    """Hinge angles (sample, segment) [rad]."""
+    object: np.ndarray
+    """Centre of the cylinder (sample, 2) [mm]."""
+    force: np.ndarray
+    """Contact force on the antenna (sample, 2) [N]."""
+
+
+def hit(
+    antenna: Antenna,
+    *,
+    location: float = LOCATION,
+    speed: float = SPEED,
+    radius: float = RADIUS,
+    lever: float | None = None,
+    points: tuple[float, ...] = POINTS,
+    friction: float = FRICTION,
+    duration: float | None = None,
+    sample_interval: float = 0.5,
+    timestep: float = TIMESTEP,
+    contact: Contact | None = None,
+    engine: str = "chain",
+) -> Impulse:
+    """Hit an antenna with a cylinder and follow points along it.
+
+    Parameters
+    ----------
+    location
+        Where the cylinder first touches, as a share of the length.
+    speed
+        Speed of the cylinder [mm/ms].
+    lever
+        Length of the lever arm [mm] whose pivot lies distally, on the antenna's own line; ``None``: a straight path.
+    points
+        Points to follow, shares of the length.
+    duration
+        From first contact [ms]; default: long enough for the cylinder to travel 0.6 of the length, plus 80 ms.
+
+    Returns
+    -------
+    Impulse
+        Deflections over time; feed them to ``feeler.response.measure_deflection_ratios``.
+
+    Raises
+    ------
+    InvalidInput
+        Points outside (0, 1], or a lever, speed or location that make no hit.
+    """
+    _check(points, lever)
+    trial = Trial(feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction)
+    scene = make_scene(antenna, trial, contact)
+    if lever is not None:
+        scene = _swing(scene, speed, lever)
+    duration = 0.6 * antenna.length / speed + 80.0 if duration is None else duration
+    clock = Clock(duration=duration + LEAD, sample_interval=sample_interval, timestep=timestep)
+    return _measure(antenna, scene, _run(engine, scene, clock), points)
+
+
+def _check(points: tuple[float, ...], lever: float | None) -> None:
+    if not all(0 < point <= 1 for point in points):
+        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
+    if lever is not None and not (np.isfinite(lever) and lever > 0):
+        raise InvalidInput(f"lever must be a length > 0 mm, or None for a straight path, got {lever}.")
+
+
+def _run(engine: str, scene: Scene, clock: Clock) -> Motion:
+    if engine == "chain":
+        from feeler.physics.chain import run
+    elif engine == "mujoco":
+        from feeler.physics.mujoco import run
+    else:
+        raise InvalidInput(f"unknown engine {engine!r}; valid: chain, mujoco.")
+    return run(scene, clock)
+
+
+def _swing(scene: Scene, speed: float, lever: float) -> Scene:
+    """Straight until contact, then a quarter circle away from the base, then straight on."""
+    edges = np.linspace(0, np.pi / 2, LEVER_LEGS + 1)
+    middle = (edges[:-1] + edges[1:]) / 2
+    forward, distal = np.asarray(scene.forward), np.array([0.0, 1.0])
+    legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
+    velocity = [speed * forward, *legs, speed * distal]
+    end = LEAD + edges * lever / speed
+    path = Path(velocity=tuple(tuple(map(float, v)) for v in velocity), end=tuple(map(float, end)))
+    return Scene(
+        antenna=scene.antenna,
+        feature=scene.feature,
+        origin=scene.origin,
+        forward=scene.forward,
+        path=path,
+        friction=scene.friction,
+        contact=scene.contact,
+        label=f"impulse, {scene.label}, lever {lever:g} mm",
+    )
+
+
+def _measure(antenna: Antenna, scene: Scene, motion: Motion, points: tuple[float, ...]) -> Impulse:
+    shape = antenna.shape(motion.angle)[..., 0] - antenna.shape()[:, 0]
+    arc = np.concatenate(([0.0], np.cumsum(antenna.segment_length)))
+    deflection = np.stack([_at(shape, arc, point * antenna.length) for point in points])
+    centre = np.asarray(scene.origin) - scene.feature.radius * np.asarray(scene.forward)
+    return Impulse(
+        time=motion.time - LEAD,
+        points=tuple(points),
+        deflection=deflection,
+        tip=shape[:, -1],
+        angle=motion.angle,
+        object=centre + travel(scene.path, motion.time),
+        force=motion.force,
+    )
+
+
+def _at(shape: np.ndarray, arc: np.ndarray, place: float) -> np.ndarray:
+    n = min(int(np.searchsorted(arc, place * (1 - 1e-12), side="right")), arc.size - 1)
+    share = (place - arc[n - 1]) / (arc[n] - arc[n - 1])
+    return shape[:, n - 1] + share * (shape[:, n] - shape[:, n - 1])
+
+
+def travel(path: Path, time: np.ndarray) -> np.ndarray:
+    """Displacement (sample, 2) [mm] along a path since time 0."""
+    starts = np.array([0.0, *path.end])
+    ends = np.array([*path.end, np.inf])
+    spent = np.clip(np.asarray(time)[:, None], starts, ends) - starts
+    return spent @ np.array(path.velocity)

@@ -1,0 +1,158 @@
+"""Touch an antenna and get its tactile tensors."""
+
+import os
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.experiment.configuration import LICENCE, describe_run, list_versions
+from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
+from feeler.physics.scene import Contact, Motion, make_scene
+from feeler.physics.simulate import simulate
+from feeler.tensors.dataset import make_tensors
+from feeler.touch.trial import Trial
+
+DURATION = 380.0  # ms, the size of the slow tensors [P]
+
+Progress = Callable[[int, int], None]
+
+
+def touch(
+    antenna: Antenna,
+    trials: Sequence[Trial] | Trial,
+    *,
+    duration: float = DURATION,
+    sample_interval: float = 1.0,
+    timestep: float = TIMESTEP,
+    engine: str = DEFAULT_ENGINE,
+    contact: Contact | None = None,
+    all_hinges: bool = False,
+    store: str | os.PathLike | None = None,
+    workers: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Simulate every trial and return the tactile tensors.
+
+    Parameters
+    ----------
+    antenna, trials
+        What is touched, and how.
+    duration, sample_interval, timestep
+        Recorded time, time between samples, and integration step [ms]; samples at 0, sample_interval, … < duration.
+    engine
+        ``chain`` (fast) or ``mujoco`` (reference).
+    contact
+        Softness of contact; it does not depend on the timestep.
+    all_hinges
+        Record every hinge instead of the antenna's sensors.
+    store
+        Folder of a Zarr store that receives each trial as it finishes; the same call resumes it.
+    workers
+        Threads; default one per core. The numbers do not depend on it.
+    seed
+        Root of one child seed per trial, stored with it.
+    progress
+        Called with (trials done, trials in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``angle`` [rad] and ``curvature`` [1/mm] (trial, sensor, time), ``tip`` [mm] and ``force`` [N]
+        (trial, time, axis).
+
+    Raises
+    ------
+    InvalidInput
+        Before anything is simulated.
+    SimulationDiverged
+        After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps them).
+    """
+    trials = [trials] if isinstance(trials, Trial) else list(trials)
+    if not trials:
+        raise InvalidInput("trials is empty; give at least one Trial.")
+    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
+    contact = contact or Contact()
+    contact.check_timestep(timestep)
+    get_engine(engine)
+    if all_hinges:
+        antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
+    seeds = spawn_seeds(seed, len(trials))
+    attrs = describe_attributes(antenna, trials, clock, contact, engine, seed)
+    scenes = [make_scene(antenna, trial, contact) for trial in trials]
+    done = 0
+
+    def finished(index: int, outcome: object) -> None:
+        nonlocal done
+        done += 1
+        if progress:
+            progress(done, len(trials))
+
+    outcomes = simulate(scenes, clock, engine=engine, workers=workers, finished=finished)
+    return _collect(antenna, trials, outcomes, seeds, attrs)
+
+
+def describe_attributes(
+    antenna: Antenna, trials: list[Trial], clock: Clock, contact: Contact, engine: str, seed: int
+) -> dict[str, object]:
+    """The Dataset's attributes: configuration, engine, versions, timestep, licence."""
+    return {
+        "configuration": describe_run(antenna, trials, clock, contact, engine, seed),
+        "engine": engine,
+        "versions": list_versions(),
+        "timestep": clock.timestep,
+        "timestep_units": "ms",
+        "licence": LICENCE,
+    }
+
+
+def spawn_seeds(seed: int, n: int) -> list[int]:
+    """One child seed per trial, the same whatever the order of work."""
+    if not (isinstance(seed, int | np.integer) and seed >= 0):
+        raise InvalidInput(f"seed must be a whole number ≥ 0, got {seed!r}.")
+    return [int(child.generate_state(1, np.uint32)[0]) for child in np.random.SeedSequence(int(seed)).spawn(n)]
+
+
+def make_touch_tensors(
+    antenna: Antenna, trials: Sequence[Trial], motions: Sequence[Motion], seeds: Sequence[int], attrs: dict
+) -> xr.Dataset:
+    """Motions of the trials as one Dataset."""
+    index = antenna.sensors - 1
+    angle = np.stack([motion.angle[:, index].T for motion in motions])
+    return make_tensors(
+        angle=angle,
+        time=motions[0].time,
+        segment=antenna.sensors,
+        position=antenna.hinge_position[index] / antenna.length,
+        segment_length=antenna.segment_length[index],
+        trials={
+            "feature": [trial.feature.kind for trial in trials],
+            "size": [trial.feature.size for trial in trials],
+            "location": [trial.location for trial in trials],
+            "speed": [trial.speed for trial in trials],
+            "antenna": [antenna.name] * len(trials),
+            "source": ["simulation"] * len(trials),
+            "seed": list(seeds),
+        },
+        tip=np.stack([antenna.shape(motion.angle)[:, -1] for motion in motions]),
+        force=np.stack([motion.force for motion in motions]),
+        attrs=attrs,
+    )
+
+
+def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[int], attrs: dict) -> xr.Dataset:
+    good = [i for i, outcome in enumerate(outcomes) if isinstance(outcome, Motion)]
+    tensors = None
+    if good:
+        tensors = make_touch_tensors(
+            antenna, [trials[i] for i in good], [outcomes[i] for i in good], [seeds[i] for i in good], attrs
+        ).assign_coords(trial=good)
+    error = next((outcome for outcome in outcomes if isinstance(outcome, SimulationDiverged)), None)
+    if error is not None:
+        error.tensors = tensors
+        raise error
+    return tensors
