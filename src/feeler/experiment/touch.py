@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput
 from feeler.experiment.configuration import LICENCE, describe_run, list_versions
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
@@ -151,7 +151,7 @@ def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[
         tensors = make_touch_tensors(
             antenna, [trials[i] for i in good], [outcomes[i] for i in good], [seeds[i] for i in good], attrs
         ).assign_coords(trial=good)
-    error = next((outcome for outcome in outcomes if isinstance(outcome, SimulationDiverged)), None)
+    error = next((outcome for outcome in outcomes if isinstance(outcome, Exception)), None)
     if error is not None:
         error.tensors = tensors
         raise error

@@ -1,7 +1,8 @@
 """Engines by name. Each is imported when first asked for, so that analysis needs no simulator."""
 
-from collections.abc import Callable
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
 
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.physics.clock import Clock
@@ -10,36 +11,50 @@ from feeler.physics.scene import Motion, Scene
 TIMESTEP = 0.02  # ms, see docs/convergence.md [C]
 
 Outcome = Motion | SimulationDiverged
-Finished = Callable[[int, Outcome], None]
 
 
-def _run_mujoco(scenes: list[Scene], clock: Clock) -> list[Outcome]:
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """A simulator: ``run_group`` simulates scenes that ``make_groups`` put together, in order."""
+
+    run_group: Callable[[Sequence[Scene], Clock], list[Outcome]]
+    make_groups: Callable[[Sequence[Scene]], list[list[int]]]
+
+
+def _mujoco() -> ModuleType:
     from feeler.physics import mujoco
 
-    return [_catch(mujoco.run, scene, clock) for scene in scenes]
+    return mujoco
 
 
-def _run_chain(scenes: list[Scene], clock: Clock) -> list[Outcome]:
-    from feeler.physics import chain
+def _chain() -> ModuleType:
+    from feeler.physics.chain import engine
 
-    return chain.run_batch(
-        scenes, duration=clock.duration, sample_interval=clock.sample_interval, timestep=clock.timestep
-    )
+    return engine
 
 
-def _catch(run: Callable[[Scene, Clock], Motion], scene: Scene, clock: Clock) -> Outcome:
-    try:
-        return run(scene, clock)
-    except SimulationDiverged as error:
-        return error
+def _run_one_by_one(scenes: Sequence[Scene], clock: Clock) -> list[Outcome]:
+    def run(scene: Scene) -> Outcome:
+        try:
+            return _mujoco().run(scene, clock)
+        except SimulationDiverged as error:
+            return error
+
+    return [run(scene) for scene in scenes]
 
 
-ENGINES: dict[str, Callable[[list[Scene], Clock], list[Outcome]]] = {"chain": _run_chain, "mujoco": _run_mujoco}
+ENGINES = {
+    "chain": Engine(
+        run_group=lambda scenes, clock: _chain().run_batch(scenes, clock),
+        make_groups=lambda scenes: _chain().make_groups(scenes),
+    ),
+    "mujoco": Engine(run_group=_run_one_by_one, make_groups=lambda scenes: [[i] for i in range(len(scenes))]),
+}
 DEFAULT_ENGINE = "chain"
 
 
-def get_engine(name: str) -> Callable[[list[Scene], Clock], list[Outcome]]:
-    """The function that runs scenes on the engine called ``name``; the error lists the valid names."""
+def get_engine(name: str) -> Engine:
+    """The engine called ``name``; the error lists the valid names."""
     if name not in ENGINES:
         raise InvalidInput(f"unknown engine {name!r}; valid: {', '.join(ENGINES)}.")
     return ENGINES[name]
@@ -53,10 +68,7 @@ def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motio
     SimulationDiverged
         Angles left the finite numbers.
     """
-    outcome = get_engine(engine)([scene], clock)[0]
-    if isinstance(outcome, SimulationDiverged):
+    outcome = get_engine(engine).run_group([scene], clock)[0]
+    if isinstance(outcome, Exception):
         raise outcome
     return outcome
-
-
-__all__ = ["DEFAULT_ENGINE", "ENGINES", "TIMESTEP", "Executor", "Finished", "Outcome", "get_engine", "run_scene"]

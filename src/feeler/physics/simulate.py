@@ -1,23 +1,15 @@
 """Many scenes at once, on all cores, in any order, with the same numbers as one by one."""
 
-import os
-import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from functools import partial
 
 from feeler.errors import InvalidInput
+from feeler.execute import Executor, ThreadExecutor, run_batch
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, Outcome, get_engine
 from feeler.physics.scene import Scene
 
-
-def count_workers(workers: int | None) -> int:
-    """Number of workers: as asked, or one per core this process may use."""
-    if workers is None:
-        return len(os.sched_getaffinity(0))
-    if not (isinstance(workers, int) and workers >= 1):
-        raise InvalidInput(f"workers must be a whole number ≥ 1 or None (one per core), got {workers!r}.")
-    return workers
+Finished = Callable[[int, Outcome], None]
 
 
 def simulate(
@@ -26,30 +18,38 @@ def simulate(
     *,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
-    finished: Callable[[int, Outcome], None] = lambda index, outcome: None,
+    executor: Executor | None = None,
+    finished: Finished = lambda index, outcome: None,
 ) -> list[Outcome]:
-    """Motions in the order of ``scenes``; a scene that diverged gives its SimulationDiverged instead.
+    """Motions in the order of ``scenes``; a scene that failed gives its error (mostly SimulationDiverged) instead.
 
-    Both engines release Python's lock while they step, so workers are threads. ``finished`` is called in the caller's
-    thread as each scene ends. On Ctrl-C no new scene starts and what ``finished`` was told stays told.
+    Both engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
+    client) is handed in. ``finished`` is called in the caller's thread as scenes end. On Ctrl-C no new scene starts and
+    what ``finished`` was told stays told.
     """
-    scenes, run = list(scenes), get_engine(engine)
-    outcomes: list[Outcome | None] = [None] * len(scenes)
-    stop = threading.Event()
-
-    def task(index: int) -> tuple[int, Outcome | None]:
-        return index, None if stop.is_set() else run([scenes[index]], clock)[0]
-
-    with ThreadPoolExecutor(count_workers(workers)) as pool:
-        pending = {pool.submit(task, index) for index in range(len(scenes))}
-        try:
-            while pending:
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                for future in done:
-                    index, outcomes[index] = future.result()
-                    finished(index, outcomes[index])
-        except BaseException:
-            stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    scenes = list(scenes)
+    groups = get_engine(engine).make_groups(scenes)
+    outcomes: list[Outcome | Exception | None] = [None] * len(scenes)
+    own = _make_threads(workers) if executor is None else None
+    items = ((number, [scenes[i] for i in group]) for number, group in enumerate(groups))
+    try:
+        for done in run_batch(partial(_run_group, engine, clock), items, executor=executor or own):
+            group = groups[done.index]
+            values = done.value if done.error is None else [done.error] * len(group)
+            for index, outcome in zip(group, values, strict=True):
+                outcomes[index] = outcome
+                finished(index, outcome)
+    finally:
+        if own is not None:
+            own.kill()
     return outcomes
+
+
+def _run_group(engine: str, clock: Clock, scenes: list[Scene]) -> list[Outcome]:
+    return get_engine(engine).run_group(scenes, clock)
+
+
+def _make_threads(workers: int | None) -> ThreadExecutor:
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
+        raise InvalidInput(f"workers must be a whole number ≥ 1 or None (one per core), got {workers!r}.")
+    return ThreadExecutor() if workers is None else ThreadExecutor(workers)
