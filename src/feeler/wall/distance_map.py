@@ -1,0 +1,137 @@
+"""The map from the point of greatest curvature to the wall's distance: how straight, how exact, over what range."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.wall.peak import Peak, find_sweep_peak
+from feeler.wall.sweep import Sweep
+
+FEWEST = 3  # a line through two points always fits
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DistanceMap:
+    """A straight line distance = ``slope`` · position + ``intercept`` and how well it does."""
+
+    distance: np.ndarray
+    """Distances (step,) [mm], farthest first."""
+    position: np.ndarray
+    """Arc length of the peak (step,) [mm], NaN without one."""
+    used: np.ndarray
+    """Which (step,) entered the fit: an inverted J in contact, with its peak away from the base hinge."""
+    at_base: np.ndarray
+    """Which (step,) had their peak at the base hinge: reported, not fitted."""
+    slope: float
+    """[mm of distance per mm of arc length]"""
+    intercept: float
+    """[mm]"""
+    r2: float
+    """Share of variance explained; NaN where it is undefined, and ``undefined`` then says why."""
+    undefined: str
+    """Empty, or why there is no fit."""
+    residual: np.ndarray
+    """Distance minus the line (step,) [mm], NaN where not used."""
+    error: float
+    """Predicted distance error [mm]: root mean square over the used distances, each left out of its own fit."""
+    monotone: bool
+    """Whether the position rises, or falls, strictly over the used distances."""
+    told_apart: tuple[float, float]
+    """Nearest and farthest distance [mm] of the longest run in which neighbours are told apart; NaN without one."""
+
+    def predict(self, position: float | np.ndarray) -> float | np.ndarray:
+        """Distance [mm] from the position of the peak [mm]; NaN in, NaN out."""
+        return self.slope * np.asarray(position) + self.intercept
+
+
+def fit_distance(
+    distance: np.ndarray, position: np.ndarray, used: np.ndarray, at_base: np.ndarray, resolution: float
+) -> DistanceMap:
+    """Fit the line by least squares.
+
+    Parameters
+    ----------
+    distance, position, used, at_base
+        One value per step, farthest first [mm].
+    resolution
+        Positions closer than this [mm] are not told apart.
+    """
+    distance, position = np.asarray(distance, dtype=float), np.asarray(position, dtype=float)
+    used = np.asarray(used, dtype=bool) & np.isfinite(position)
+    if distance.shape != position.shape or distance.ndim != 1:
+        raise InvalidInput(f"distance and position need one length, got shapes {distance.shape} and {position.shape}.")
+    x, y = position[used], distance[used]
+    slope, intercept, r2, error, why = _fit_line(x, y)
+    change = np.diff(x)
+    return DistanceMap(
+        distance=distance,
+        position=position,
+        used=used,
+        at_base=np.asarray(at_base, dtype=bool),
+        slope=slope,
+        intercept=intercept,
+        r2=r2,
+        undefined=why,
+        residual=np.where(used, distance - (slope * position + intercept), np.nan),
+        error=error,
+        monotone=bool(x.size >= 2 and (np.all(change > 0) or np.all(change < 0))),
+        told_apart=_longest_run(distance, np.where(used, position, np.nan), resolution),
+    )
+
+
+def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, str]:
+    if x.size < FEWEST:
+        return (np.nan,) * 4 + (f"{x.size} usable distances, a fit needs {FEWEST}",)
+    dx, dy = x - x.mean(), y - y.mean()
+    spread = float(dx @ dx)
+    if spread < 1e-12 * x.size or float(dy @ dy) == 0.0:
+        return (np.nan,) * 4 + ("the peak stays at one place",)
+    slope = float(dx @ dy) / spread
+    intercept = float(y.mean() - slope * x.mean())
+    residual = dy - slope * dx
+    leverage = 1 / x.size + dx**2 / spread
+    left_out = residual / np.maximum(1 - leverage, 1e-9)
+    r2 = 1 - float(residual @ residual) / float(dy @ dy)
+    return slope, intercept, r2, float(np.sqrt(np.mean(left_out**2))), ""
+
+
+def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) -> tuple[float, float]:
+    """Ends of the longest stretch over which the position moves on, one way, by more than ``resolution`` per step."""
+    best = (np.nan, np.nan)
+    for way in (1.0, -1.0):
+        apart = way * np.diff(position) > resolution  # False next to a missing position
+        start = 0
+        for k in range(apart.size + 1):
+            if k == apart.size or not apart[k]:
+                if k > start and not distance[start] - distance[k] <= best[1] - best[0]:
+                    best = (float(distance[k]), float(distance[start]))
+                start = k + 1
+    return best
+
+
+def map_distance(
+    sweep: Sweep, *, peak: Peak | None = None, only_inverted: bool = True, **options: object
+) -> DistanceMap:
+    """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
+
+    Used are distances at which the antenna touches the wall as an inverted J (any contact with ``only_inverted=False``)
+    in equilibrium, and its peak is not at the base hinge. Positions closer than the longest segment are not told apart.
+    """
+    peak = peak or find_sweep_peak(sweep, **options)
+    standing = sweep.inverted if only_inverted else sweep.contact
+    used = standing & sweep.balanced & ~peak.at_base
+    return fit_distance(sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max()))
+
+
+def bootstrap_median(
+    values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
+) -> tuple[float, float, float]:
+    """Median and its percentile bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    if values.size == 0:
+        return np.nan, np.nan, np.nan
+    medians = np.median(rng.choice(values, (n_resamples, values.size)), axis=1)
+    low, high = np.quantile(medians, [(1 - level) / 2, (1 + level) / 2])
+    return float(np.median(values)), float(low), float(high)

@@ -1,0 +1,108 @@
+"""Where an antenna bends most: at a hinge, or on a smoothed curve between hinges."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.wall.sweep import Sweep
+
+METHODS = ("smooth", "hinge")
+QUANTITIES = ("bend", "total")
+SMOOTHING = 1.0  # [C] mm; standard deviation of the smoothing kernel, three to seven segments
+GRID = 0.1  # mm; spacing of the smoothed curve before the parabola
+FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Peak:
+    """The point of greatest curvature of each shape; NaN where a shape is not bent."""
+
+    position: np.ndarray
+    """Arc length (shape,) from the base [mm]."""
+    curvature: np.ndarray
+    """Signed curvature (shape,) there [1/mm]."""
+    at_base: np.ndarray
+    """Whether (shape,) the peak sits at the base hinge, where it says nothing about distance."""
+
+
+def compute_curvature(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile tensor)."""
+    return np.asarray(angle, dtype=float) / antenna.segment_length
+
+
+def compute_smooth_curvature(
+    antenna: Antenna, angle: np.ndarray, position: np.ndarray, smoothing: float = SMOOTHING
+) -> np.ndarray:
+    """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) / Σ ℓ_n G(s − s_n).
+
+    G is a Gaussian of standard deviation ``smoothing`` [mm]; a circular arc keeps its curvature up to both ends.
+    """
+    if not (np.isfinite(smoothing) and smoothing > 0):
+        raise InvalidInput(
+            f"smoothing must be finite and > 0 mm, got {smoothing}. Use method='hinge' for no smoothing."
+        )
+    weight = np.exp(-0.5 * ((position[:, None] - antenna.hinge_position) / smoothing) ** 2)
+    return (np.atleast_2d(angle) @ weight.T) / (weight @ antenna.segment_length)
+
+
+def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING) -> Peak:
+    """The point of greatest curvature, in size, of each shape.
+
+    Parameters
+    ----------
+    angle
+        Hinge angles (shape, segment) [rad], or beyond the slack shape: what is peaked is what is given.
+    method
+        ``hinge``: the hinge with the greatest |θ_n / ℓ_n|. ``smooth``: the greatest of the smoothed curve, between grid
+        points by a parabola, so finer than a segment.
+    """
+    if method not in METHODS:
+        raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(METHODS)}.")
+    angle = np.atleast_2d(np.asarray(angle, dtype=float))
+    if angle.shape[1] != antenna.n_segments or not np.all(np.isfinite(angle)):
+        raise InvalidInput(f"angle must be finite, (shape, {antenna.n_segments}) rad, got shape {angle.shape}.")
+    if method == "hinge":
+        curve, place = compute_curvature(antenna, angle), antenna.hinge_position
+    else:
+        place = np.linspace(0.0, antenna.hinge_position[-1], max(2, round(antenna.length / GRID)))
+        curve = compute_smooth_curvature(antenna, angle, place, smoothing)
+    size, row = np.abs(curve), np.arange(len(curve))
+    best = size.argmax(axis=1)
+    position = place[best] if method == "hinge" else _between(size, best, place)
+    faint = size[row, best] < FAINTEST
+    return Peak(
+        position=np.where(faint, np.nan, position),
+        curvature=np.where(faint, np.nan, curve[row, best]),
+        at_base=(best == 0) & ~faint,
+    )
+
+
+def _between(size: np.ndarray, best: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Top of the parabola through the greatest sample and its neighbours; at the ends the sample itself."""
+    inner = np.clip(best, 1, size.shape[1] - 2)
+    row = np.arange(len(size))
+    before, top, after = size[row, inner - 1], size[row, inner], size[row, inner + 1]
+    bow = before - 2 * top + after
+    shift = np.where(bow < 0, 0.5 * (before - after) / np.where(bow < 0, bow, 1.0), 0.0)
+    step = place[1] - place[0]
+    return np.where(inner == best, place[inner] + np.clip(shift, -0.5, 0.5) * step, place[best])
+
+
+def find_sweep_peak(
+    sweep: Sweep, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
+) -> Peak:
+    """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
+
+    ``quantity``: ``bend``, beyond the slack shape, as a strain sensor feels it; ``total``, as a camera sees it.
+    """
+    if quantity not in QUANTITIES:
+        raise InvalidInput(f"unknown quantity {quantity!r}; valid: {', '.join(QUANTITIES)}.")
+    angle = sweep.bend if quantity == "bend" else sweep.angle
+    peak = find_peak(sweep.antenna, angle, method=method, smoothing=smoothing)
+    return Peak(
+        position=np.where(sweep.contact, peak.position, np.nan),
+        curvature=np.where(sweep.contact, peak.curvature, np.nan),
+        at_base=peak.at_base & sweep.contact,
+    )

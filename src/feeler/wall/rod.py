@@ -1,0 +1,228 @@
+"""One implicit step of an antenna against walls: Newton's method with O(n) sweeps.
+
+The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin φ_i, cos φ_i), whose nodes
+carry the contact forces f_i. A step of length h solves, for every segment,
+
+    T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i = ∂p_i/∂φ_i,
+
+backward Euler without inertia: h → ∞ gives an equilibrium, and the antenna's own damping says along which path it is reached.
+With inertia, m_i (p_i − p_i⁻ − h v_i⁻) / h² is taken from f_i (mass lumped at the nodes). The linear system of a
+Newton iteration is solved like an articulated body: one sweep from the tip that condenses everything distal into a 3 × 3
+response of the segment's near end, one sweep outwards. Where a pivot is not
+positive the turning of the levers is left out, so that every step descends.
+"""
+
+import numpy as np
+from numba import njit
+
+from feeler.wall.faces import add_contacts, move_anchors
+from feeler.wall.table import COMPILE, R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
+
+MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
+MAX_ITERATIONS, MAX_HALVINGS = 40, 16
+FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
+CALM = 0.05  # rad per step
+
+
+@njit(**COMPILE)
+def place_nodes(table, base, heading, points):
+    """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
+    points[0, 0], points[0, 1] = base[0], base[1]
+    for i in range(table.shape[0]):
+        points[i + 1, 0] = points[i, 0] + table[i, R_LENGTH] * np.sin(heading[i])
+        points[i + 1, 1] = points[i, 1] + table[i, R_LENGTH] * np.cos(heading[i])
+
+
+@njit(**COMPILE)
+def _add_inertia(table, points, target, rate, force, stiffness):
+    """Add the inertia of the nodes to the forces; returns its part of the potential."""
+    energy = 0.0
+    for i in range(table.shape[0]):
+        share = table[i, R_MASS] * rate * rate
+        dx, dy = points[i + 1, 0] - target[i, 0], points[i + 1, 1] - target[i, 1]
+        energy += 0.5 * share * (dx * dx + dy * dy)
+        force[i, 0] -= share * dx
+        force[i, 1] -= share * dy
+        stiffness[i, 0] += share
+        stiffness[i, 2] += share
+    return energy
+
+
+@njit(**COMPILE)
+def _balance(table, base, heading, old_angle, rate, force, out):
+    """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of the hinges)."""
+    n, worst, energy = table.shape[0], 0.0, 0.0
+    fx = fy = torque = 0.0
+    for i in range(n - 1, -1, -1):
+        fx, fy = fx + force[i, 0], fy + force[i, 1]
+        angle = heading[i] - (heading[i - 1] if i else base[2])
+        bend, turned = angle - table[i, R_REST], angle - old_angle[i]
+        drag = rate * table[i, R_DAMPING]
+        energy += 0.5 * table[i, R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
+        own = table[i, R_STIFFNESS] * bend + drag * turned
+        turn = table[i, R_LENGTH] * (np.cos(heading[i]) * fx - np.sin(heading[i]) * fy)
+        out[i] = own - torque - turn
+        worst = max(worst, abs(out[i]) / (table[i, R_STIFFNESS] + drag))
+        torque = own
+    return worst, energy
+
+
+@njit(**COMPILE)
+def _newton(table, heading, rate, force, stiffness, residual, full, work, change):
+    """Fill ``change`` (segment,) with the Newton step; False where a pivot is not positive.
+
+    Without ``full`` the turning of the forces' levers is left out, and the matrix is positive whatever the state.
+    """
+    n = table.shape[0]
+    p00 = p01 = p11 = u0 = u1 = e0 = e1 = z = h = fx = fy = 0.0
+    for i in range(n - 1, -1, -1):
+        fx, fy = fx + force[i, 0], fy + force[i, 1]
+        p00, p01, p11 = p00 - stiffness[i, 0], p01 - stiffness[i, 1], p11 - stiffness[i, 2]
+        length = table[i, R_LENGTH]
+        s, c = np.sin(heading[i]), np.cos(heading[i])
+        t0, t1 = length * c, -length * s
+        q0, q1 = p00 * t0 + p01 * t1 + u0, p01 * t0 + p11 * t1 + u1
+        kappa = table[i, R_STIFFNESS] + rate * table[i, R_DAMPING]
+        pivot = kappa - (u0 * t0 + u1 * t1 + z) - (t0 * q0 + t1 * q1)
+        if full:
+            pivot += length * (s * fx + c * fy)
+        if not pivot > 1e-9 * kappa:
+            return False
+        rho = h + t0 * e0 + t1 * e1 - residual[i]
+        a, v0, v1, b = kappa / pivot, q0 / pivot, q1 / pivot, rho / pivot
+        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = a, v0, v1, b
+        z, h = kappa * (a - 1.0), kappa * b
+        p00, p01, p11 = p00 + q0 * v0, p01 + q0 * v1, p11 + q1 * v1
+        e0, e1 = e0 + q0 * b, e1 + q1 * b
+        u0, u1 = q0 * a, q1 * a
+    return _sweep_out(table, heading, work, change)
+
+
+@njit(**COMPILE)
+def _sweep_out(table, heading, work, change):
+    x = y = phi = 0.0
+    for i in range(table.shape[0]):
+        phi = work[i, 0] * phi + work[i, 1] * x + work[i, 2] * y + work[i, 3]
+        change[i] = phi
+        x = x + table[i, R_LENGTH] * np.cos(heading[i]) * phi
+        y = y - table[i, R_LENGTH] * np.sin(heading[i]) * phi
+    return np.isfinite(phi)
+
+
+@njit(**COMPILE)
+def _potential(
+    table, faces, friction, base, heading, points, state, old_angle, target, rate, inertia, force, stiffness, residual
+):
+    """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force, stiffness, residual."""
+    anchor, pressed = state
+    place_nodes(table, base, heading, points)
+    energy, count = add_contacts(table, faces, friction, points, anchor, pressed, force, stiffness)
+    if inertia:
+        energy += _add_inertia(table, points, target, rate, force, stiffness)
+    worst, own = _balance(table, base, heading, old_angle, rate, force, residual)
+    return worst, energy + own, count
+
+
+@njit(**COMPILE)
+def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, tolerance):
+    """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
+
+    ``base`` (x, y, heading, heading before) is where the base is at the end of the step. The step is the minimum, found
+    by Newton's method with backtracking, of elastic energy + contact energy + dissipation / h (+ inertia).
+    Returns (converged, imbalance without damping [rad], touching nodes, largest change of a heading [rad]); where it did not
+    converge to ``tolerance`` [rad], everything is left as it was.
+    """
+    n, rate = table.shape[0], 1.0 / timestep
+    old_angle, target = np.empty(n), np.empty((n, 2))
+    for i in range(n):
+        old_angle[i] = heading[i] - (heading[i - 1] if i else base[3])
+        target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
+        target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
+    state = (anchor, pressed)
+    now, trial, place = heading.copy(), heading.copy(), points.copy()
+    for i in range(n):
+        now[i] += base[2] - base[3]  # the whole antenna turns with its base, then relaxes
+    force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
+    work, change = np.empty((n, 4)), np.empty(n)
+    worst, energy, count = _potential(
+        table, faces, friction, base, now, place, state, old_angle, target, rate, inertia, force, stiffness, residual
+    )
+    for _ in range(MAX_ITERATIONS):
+        if worst < tolerance:
+            break
+        if not _newton(table, now, rate, force, stiffness, residual, True, work, change):
+            _newton(table, now, rate, force, stiffness, residual, False, work, change)
+        largest, slope = 0.0, 0.0
+        for i in range(n):
+            largest, slope = max(largest, abs(change[i])), slope + change[i] * residual[i]
+        scale = min(1.0, MAX_TURN / largest) if largest > 0.0 else 1.0
+        better = False
+        for _ in range(MAX_HALVINGS):
+            for i in range(n):
+                trial[i] = now[i] + scale * change[i]
+            trial_worst, trial_energy, count = _potential(
+                table,
+                faces,
+                friction,
+                base,
+                trial,
+                place,
+                state,
+                old_angle,
+                target,
+                rate,
+                inertia,
+                force,
+                stiffness,
+                residual,
+            )
+            if trial_energy <= energy + 1e-4 * scale * slope or (trial_worst < worst and trial_worst < 1e-4):
+                better = True
+                break
+            scale *= 0.5
+        if not better:
+            break
+        now[:] = trial
+        worst, energy = trial_worst, trial_energy
+    if not worst < tolerance:
+        return False, np.inf, count, 0.0
+    moved = 0.0
+    for i in range(n):
+        moved = max(moved, abs(now[i] - heading[i]))
+        if inertia:
+            velocity[i, 0] = (place[i + 1, 0] - points[i + 1, 0]) * rate
+            velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
+    _, count = add_contacts(table, faces, friction, place, anchor, pressed, force, stiffness)
+    static, _ = _balance(table, base, now, old_angle, 0.0, force, residual)
+    heading[:], points[:, :] = now, place
+    move_anchors(table, faces, friction, points, anchor, pressed)
+    return True, static, count, moved
+
+
+@njit(**COMPILE)
+def settle(table, faces, friction, base, heading, points, anchor, pressed, tolerance, max_steps):
+    """Relax to an equilibrium in place; returns (imbalance [rad], touching nodes, time it took [ms], steps).
+
+    The time step grows while little happens, so that the last steps are plain Newton steps to the equilibrium; where
+    much happens it stays short, and the antenna moves off along its own damping.
+    """
+    velocity = np.zeros((table.shape[0], 2))
+    timestep, time, static, count = FIRST_STEP, 0.0, np.inf, 0
+    for k in range(max_steps):
+        done, trial, touching, moved = step(
+            table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, False, 0.1 * tolerance
+        )
+        if not done:
+            timestep *= 0.25
+            if timestep < 1e-6:
+                return np.inf, count, time, k
+            continue
+        base[3] = base[2]  # the base has arrived
+        time, static, count = time + timestep, trial, touching
+        if static < tolerance:
+            return static, count, time, k
+        if moved < CALM:
+            timestep = min(timestep * 4.0, LONGEST_STEP)
+        elif moved > 3 * CALM:
+            timestep *= 0.5
+    return static, count, time, max_steps

@@ -1,0 +1,125 @@
+"""On which unstated choices the order of the stiffness profiles depends."""
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
+from feeler.wall.posture import Posture
+from feeler.wall.sweep import DISTANCES, approach
+
+READINGS = ({"reading": "midline"}, {"reading": "total"})
+FRICTIONS = ({"friction": 0.0}, {"friction": 0.3}, {"friction": 1.0})
+BENDS = (
+    {"hook_share": 0.25},
+    {"hook_share": 0.5},
+    {"hook_share": 0.5, "tip_heading": 150.0},
+    {"hook_share": 1.0},
+    {"prebend": "rotation"},
+)
+MEASURES = (
+    {"quantity": "bend", "method": "smooth"},
+    {"quantity": "bend", "method": "hinge"},
+    {"quantity": "total", "method": "smooth"},
+)
+QUICK_BENDS = BENDS[:1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Case:
+    """One set-up of one antenna: the choices, how the sweep went and the map."""
+
+    antenna: str
+    posture: Posture
+    measure: Mapping[str, str]
+    n_contact: int
+    """Distances in contact."""
+    n_inverted: int
+    """Of these, those with a standing inverted J."""
+    map: DistanceMap
+
+    @property
+    def choice(self) -> tuple:
+        """What tells the set-up from others, without the antenna."""
+        p = self.posture
+        return (p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading, *self.measure.values())
+
+
+def make_postures(*axes: Iterable[Mapping[str, object]], base: Posture | None = None) -> list[Posture]:
+    """Every combination of the choices, one mapping of changed fields from each axis."""
+    base = base or Posture()
+    return [base.replace(**{k: v for part in parts for k, v in part.items()}) for parts in product(*axes)]
+
+
+def compare(
+    antennas: Mapping[str, Antenna],
+    postures: Iterable[Posture],
+    *,
+    distances: np.ndarray = DISTANCES,
+    measures: Iterable[Mapping[str, str]] = MEASURES,
+    n_threads: int = 2,
+) -> list[Case]:
+    """Sweep every antenna in every posture and fit the map of every measure."""
+    postures, measures = list(postures), list(measures)
+    if not antennas or not postures or not measures:
+        raise InvalidInput("compare needs at least one antenna, one posture and one measure.")
+    jobs = [(name, antenna, posture) for posture in postures for name, antenna in antennas.items()]
+
+    def work(job: tuple[str, Antenna, Posture]) -> list[Case]:
+        name, antenna, posture = job
+        sweep = approach(antenna, posture, distances)
+        return [
+            Case(
+                antenna=name,
+                posture=posture,
+                measure=dict(measure),
+                n_contact=int(sweep.contact.sum()),
+                n_inverted=int(sweep.inverted.sum()),
+                map=map_distance(sweep, **measure),
+            )
+            for measure in measures
+        ]
+
+    with ThreadPoolExecutor(max(1, n_threads)) as pool:  # the compiled relaxation releases the lock
+        return [case for cases in pool.map(work, jobs) for case in cases]
+
+
+def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:
+    """Per antenna: number of set-ups, of undefined R², median R² with its interval over the set-ups, least and greatest."""
+    table: dict[str, dict[str, float]] = {}
+    for name in dict.fromkeys(case.antenna for case in (cases := list(cases))):
+        r2 = np.array([case.map.r2 for case in cases if case.antenna == name])
+        median, low, high = bootstrap_median(r2, rng)
+        known = r2[np.isfinite(r2)]
+        table[name] = {
+            "set_ups": r2.size,
+            "undefined": r2.size - known.size,
+            "median": median,
+            "low": low,
+            "high": high,
+            "least": float(known.min()) if known.size else np.nan,
+            "greatest": float(known.max()) if known.size else np.nan,
+        }
+    return table
+
+
+def count_orderings(
+    cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "constant")
+) -> dict[tuple, dict[str, int]]:
+    """Per value of each choice: in how many set-ups R² falls in ``order``, in how many not, and where it is undefined."""
+    groups: dict[tuple, dict[str, float]] = {}
+    for case in cases:
+        groups.setdefault(case.choice, {})[case.antenna] = case.map.r2
+    names = ("reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
+    table: dict[tuple, dict[str, int]] = {}
+    for choice, r2 in groups.items():
+        values = np.array([r2.get(name, np.nan) for name in order])
+        verdict = "undefined" if np.isnan(values).any() else "yes" if np.all(np.diff(values) < 0) else "no"
+        for key in [("all", ""), *zip(names, choice, strict=True)]:
+            table.setdefault(key, {"yes": 0, "no": 0, "undefined": 0})[verdict] += 1
+    return table
