@@ -1,0 +1,72 @@
+"""A Dataset as plain arrays and one JSON text: what every format stores, so that each restores the same Dataset."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.errors import InvalidInput
+from feeler.tensors.configuration import make_plain
+from feeler.tensors.limits import NAME
+
+REQUIRED = {"configuration": "{}", "versions": "{}", "units": "g, mm, ms, rad", "licence": "not stated"}
+"""Attributes that every file carries, with what stands where the producer said nothing."""
+
+
+def complete(dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset with every required attribute present."""
+    return dataset.assign_attrs({**REQUIRED, **dataset.attrs})
+
+
+def describe(dataset: xr.Dataset) -> str:
+    """JSON: dims, type, attributes and role of each variable, texts themselves, and the Dataset's attributes."""
+    variables = {}
+    for name, variable in dataset.variables.items():
+        check_variable(name, variable)
+        entry = {"dims": list(variable.dims), "shape": list(variable.shape), "type": variable.dtype.str}
+        entry |= {"attributes": make_plain(dict(variable.attrs)), "coordinate": name in dataset.coords}
+        if variable.dtype.kind in "UOT":
+            entry |= {"type": "str", "texts": [str(text) for text in variable.values.ravel()]}
+        variables[name] = entry
+    content = {"format": 1, "variables": variables, "attributes": make_plain(dict(dataset.attrs))}
+    return json.dumps(content, ensure_ascii=True)
+
+
+def check_variable(name: Any, variable: xr.Variable) -> None:
+    """Raise where a variable cannot be written to every format."""
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise InvalidInput(f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}.")
+    if variable.dtype.kind not in "biufUOT" or (variable.dtype.kind == "f" and variable.dtype.itemsize not in (4, 8)):
+        raise InvalidInput(f"variable {name!r} has the type {variable.dtype}; files hold numbers and texts.")
+
+
+def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> xr.Dataset:
+    """The Dataset that :func:`describe` described, with its numbers from ``arrays`` (any shape of the right size)."""
+    try:
+        variables, coordinates = {}, {}
+        for name, entry in content["variables"].items():
+            values = _values(name, entry, arrays, source)
+            variable = xr.Variable(tuple(entry["dims"]), values, dict(entry.get("attributes") or {}))
+            (coordinates if entry.get("coordinate") else variables)[name] = variable
+        return xr.Dataset(variables, coords=coordinates, attrs=dict(content.get("attributes") or {}))
+    except InvalidInput:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise InvalidInput(f"{source} is damaged: its description does not fit ({str(error)[:150]}).") from error
+
+
+def _values(name: str, entry: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> np.ndarray:
+    shape = tuple(entry["shape"])
+    if entry["type"] == "str":
+        return np.array([str(text) for text in entry["texts"]], dtype=str).reshape(shape)
+    kind = np.dtype(entry["type"])
+    if kind.kind not in "biuf" or kind.itemsize > 8:
+        raise InvalidInput(f"{source}: variable {name!r} has the type {kind}.")
+    if name not in arrays:
+        raise InvalidInput(f"{source} is damaged: variable {name!r} is missing.")
+    values = arrays[name]
+    if values.size != np.prod(shape, dtype=float):
+        raise InvalidInput(f"{source} is damaged: variable {name!r} has {values.size} values for the shape {shape}.")
+    with np.errstate(invalid="ignore"):  # a damaged file may hold a NaN where whole numbers belong; validation says so
+        return values.reshape(shape).astype(kind)

@@ -1,0 +1,332 @@
+"""Formats: what is saved comes back identical, other programs can open it, and hostile files do no harm."""
+
+import json
+import os
+import struct
+import subprocess
+import sys
+import zlib
+from datetime import UTC, datetime
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+import xarray as xr
+
+from feeler.errors import InvalidInput, MissingExtra
+from feeler.tensors.export import save
+from feeler.tensors.limits import Limits
+from feeler.tensors.load import detect, load
+from feeler.tensors.model import Model, load_model, save_model
+from feeler.tensors.plain import REQUIRED, complete
+
+from ._sets import make_set, make_trial
+
+pytestmark = pytest.mark.filterwarnings("ignore:The data type")  # Zarr's own note on texts that xarray writes
+NWB = {"session_start": datetime(2026, 1, 2, tzinfo=UTC), "identifier": "test"}
+OPTIONS = {".nwb": NWB}
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return make_set()
+
+
+@pytest.mark.parametrize("suffix", [".zarr", ".nc", ".mat", ".nwb"])
+def test_a_set_comes_back_identical(tmp_path, whole, suffix):
+    path = tmp_path / f"set{suffix}"
+    save(whole, path, **OPTIONS.get(suffix, {}))
+    expected = whole if suffix == ".zarr" else complete(whole)
+    got = load(path)
+    xr.testing.assert_identical(got, expected)
+    assert {name: v.dtype for name, v in got.variables.items()} == {
+        name: v.dtype for name, v in expected.variables.items()
+    }
+
+
+@pytest.mark.parametrize("variable", ["angle", "curvature"])
+def test_one_tensor_comes_back_identical_from_csv(tmp_path, whole, variable):
+    save(whole, tmp_path / "one.csv", variable=variable, trial=3)
+    expected = complete(whole)[[variable]].isel(trial=[3])
+    xr.testing.assert_identical(load(tmp_path / "one.csv"), expected)
+
+
+def test_every_file_carries_what_must_travel(tmp_path, whole):
+    for suffix in (".nc", ".mat", ".csv", ".nwb"):
+        save(whole, tmp_path / f"set{suffix}", **OPTIONS.get(suffix, {}))
+        got = load(tmp_path / f"set{suffix}")
+        assert json.loads(got.attrs["configuration"])["timestep"] == 0.01
+        assert got.attrs["licence"] == "CC0-1.0"
+        assert REQUIRED.keys() <= got.attrs.keys()
+        assert got.seed.values[0] >= 2**62
+
+
+def test_xarray_reads_the_netcdf(tmp_path, whole):
+    save(whole, tmp_path / "set.nc")
+    with xr.open_dataset(tmp_path / "set.nc", engine="h5netcdf") as got:
+        for name in whole.variables:
+            np.testing.assert_array_equal(got[name].values.astype(whole[name].dtype), whole[name].values)
+        assert got.angle.attrs["units"] == "rad"
+
+
+def test_matlab_variables_have_documented_names(tmp_path, whole):
+    save(whole, tmp_path / "set.mat")
+    got = scipy.io.loadmat(tmp_path / "set.mat")
+    np.testing.assert_array_equal(got["angle"], whole.angle.values)
+    np.testing.assert_array_equal(got["time"], whole.time.values[None])
+    assert [str(text).strip() for text in got["feature"]][:3] == ["ball", "box", "triangle"]
+
+
+def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):
+    save(whole, tmp_path / "set.mat")
+    content = {k: v for k, v in scipy.io.loadmat(tmp_path / "set.mat").items() if not k.startswith("__")}
+    content |= {"extra": {"a": [1.0, 2.0]}, "cells": np.array([1, "x"], dtype=object)}
+    scipy.io.savemat(tmp_path / "again.mat", content, do_compression=True, long_field_names=True)
+    xr.testing.assert_identical(load(tmp_path / "again.mat"), complete(whole))
+
+
+def test_foreign_netcdf_and_zarr_of_the_contract_are_read(tmp_path, whole):
+    whole.to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
+    whole.to_zarr(tmp_path / "x.zarr", zarr_format=3, consolidated=False)
+    for path in (tmp_path / "x.nc", tmp_path / "x.zarr"):
+        got = load(path)
+        assert set(got.coords) == set(whole.coords)
+        for name in whole.variables:
+            assert got[name].dims == whole[name].dims
+            np.testing.assert_array_equal(got[name].values.astype(whole[name].dtype), whole[name].values)
+
+
+def test_pynwb_validates_the_file(tmp_path, whole):
+    from pynwb import NWBHDF5IO, validate
+
+    save(whole, tmp_path / "set.nwb", **NWB)
+    assert validate(path=str(tmp_path / "set.nwb")) == []
+    with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
+        file = io.read()
+        np.testing.assert_array_equal(file.acquisition["angle_000003"].data[:], whole.angle.values[3].T)
+        assert file.trials["feature"][1] == "box"
+
+
+def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pynwb", None)
+    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[nwb\]'"):
+        save(whole, tmp_path / "set.nwb", **NWB)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("set.xyz", {}, r"unknown ending '\.xyz'.*valid: \.zarr, \.nc, \.mat, \.csv, \.nwb"),
+        ("set.csv", {"variable": "tip"}, "no tensor 'tip'.*valid: angle, curvature"),
+        ("set.csv", {"trial": 8}, r"trial must lie in 0 … 7, got 8"),
+        ("set.nwb", {**NWB, "session_start": datetime(2026, 1, 2)}, "needs a time zone"),
+    ],
+)
+def test_what_cannot_be_saved_is_refused(tmp_path, whole, name, options, words):
+    with pytest.raises(InvalidInput, match=words):
+        save(whole, tmp_path / name, **options)
+
+
+CONTENT = {
+    "pickle": (b"\x80\x04\x95", "Python pickle.*never read"),
+    "zip": (b"PK\x03\x04aaaa", "ZIP archive"),
+    "netcdf3": (b"CDF\x01aaaaaaa", "NetCDF-3"),
+    "mat73": (b"MATLAB 7.3 MAT-file", "-v7"),
+    "empty": (b"", "no file of feeler"),
+    "noise": (bytes(range(256)), "no file of feeler"),
+}
+
+
+@pytest.mark.parametrize("name", CONTENT)
+def test_other_files_are_named(tmp_path, name):
+    raw, words = CONTENT[name]
+    (tmp_path / name).write_bytes(raw)
+    with pytest.raises(InvalidInput, match=words):
+        load(tmp_path / name)
+
+
+def test_absent_files_pipes_and_folders_are_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    for name, words in {
+        "absent": "no such file",
+        "pipe": "not a regular file",
+        "folder": "cannot read",
+        "a\0": "no such file",
+    }.items():
+        with pytest.raises(InvalidInput, match=words):
+            load(tmp_path / name)
+
+
+def bomb_zarr(path, changes):
+    make_set(2).to_zarr(path, zarr_format=3, consolidated=False)
+    metadata = json.loads((path / "angle" / "zarr.json").read_text())
+    (path / "angle" / "zarr.json").write_text(json.dumps({**metadata, **changes}))
+
+
+GRID = {"name": "regular", "configuration": {"chunk_shape": [1, 1, 1]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"shape": [1 << 20, 1 << 20, 1]}, "asks for 8192 GiB, over the limit of 4 GiB"),
+        ({"shape": [-1, 5, 40]}, "a shape is up to 8 whole numbers"),
+        ({"shape": [2.0, 5, 40]}, "a shape is up to 8 whole numbers"),
+        ({"shape": [1] * 40}, "a shape is up to 8 whole numbers"),
+        ({"shape": [100_000, 10, 10], "chunk_grid": GRID}, "10,000,000 chunks; the limit is 1,000,000"),
+        ({"data_type": "object"}, "has the type 'object'"),
+        ({"data_type": {"name": "fixed_length_utf32", "configuration": {"length_bytes": 1 << 40}}}, "texts of"),
+        ({"codecs": [{"name": "bytes"}, {"name": "pickle"}]}, "has the codecs bytes, pickle; readable"),
+        ({"codecs": [{"name": "bytes"}, {"name": "zstd"}, {"name": "zstd"}]}, "has the codecs"),
+        ({"codecs": 3}, "lack or garble"),
+        ({"chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [0, 1, 1]}}}, "has chunks of shape"),
+        ({"chunk_key_encoding": {"name": "default", "configuration": {"separator": "/../"}}}, "chunk key encoding"),
+        ({"dimension_names": ["../../x", "sensor", "time"]}, "must name its 3 dimensions"),
+        ({"fill_value": {"a": 1}}, "fill value"),
+    ],
+)
+def test_hostile_zarr_metadata_are_refused_before_memory_is_taken(tmp_path, changes, words):
+    bomb_zarr(tmp_path / "x.zarr", changes)
+    with pytest.raises(InvalidInput, match=words):
+        load(tmp_path / "x.zarr")
+
+
+def test_a_zstd_bomb_is_refused(tmp_path):
+    from numcodecs import Zstd
+
+    bomb_zarr(tmp_path / "x.zarr", {})
+    chunk = next(file for file in (tmp_path / "x.zarr" / "angle" / "c").rglob("*") if file.is_file())
+    chunk.write_bytes(bytes(Zstd().encode(bytes(50_000_000))))
+    assert chunk.stat().st_size < 10_000
+    with pytest.raises(InvalidInput, match=r"angle/c/.* is damaged or hostile: it unpacks to other than"):
+        load(tmp_path / "x.zarr")
+
+
+def test_a_mat_bomb_is_refused(tmp_path, whole):
+    save(whole, tmp_path / "set.mat")
+    head = (tmp_path / "set.mat").read_bytes()[:128]
+    squeezed = zlib.compress(bytes(100_000_000), 9)
+    (tmp_path / "bomb.mat").write_bytes(head + struct.pack("<II", 15, len(squeezed)) + squeezed)
+    with pytest.raises(InvalidInput, match="unpacks to more than the limit"):
+        load(tmp_path / "bomb.mat", Limits(max_bytes=2**24))
+
+
+def test_hostile_hdf5_is_refused(tmp_path):
+    with h5py.File(tmp_path / "huge.nc", "w") as file:
+        file.create_dataset("angle", shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1, 1024))
+    (tmp_path / "secret").write_bytes(bytes(64))
+    with h5py.File(tmp_path / "external.nc", "w") as file:
+        file.create_dataset("angle", shape=(8,), dtype="f8", external=[(str(tmp_path / "secret"), 0, 64)])
+    with h5py.File(tmp_path / "link.nc", "w") as file:
+        file["angle"] = h5py.ExternalLink(str(tmp_path / "huge.nc"), "/angle")
+    with h5py.File(tmp_path / "virtual.nc", "w") as file:
+        layout = h5py.VirtualLayout(shape=(8,), dtype="f8")
+        layout[:] = h5py.VirtualSource(str(tmp_path / "huge.nc"), "angle", shape=(8,))
+        file.create_virtual_dataset("angle", layout)
+    with h5py.File(tmp_path / "compound.nc", "w") as file:
+        file["angle"] = np.zeros(3, [("a", "f8"), ("b", "i4")])
+    words = {"huge": "over the limit", "external": "in another file", "link": "is a link", "virtual": "in another file"}
+    for name, expected in {**words, "compound": "readable are numbers and texts"}.items():
+        with pytest.raises(InvalidInput, match=expected):
+            load(tmp_path / f"{name}.nc")
+
+
+def test_a_reader_that_hangs_or_crashes_is_contained(tmp_path, whole, monkeypatch):
+    save(whole, tmp_path / "set.nc")
+    real = subprocess.run
+
+    def instead(code):
+        return lambda command, **options: real([sys.executable, "-c", code], **options)
+
+    for code, words in {
+        "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)": "was ended by SIGSEGV",
+        "import time; time.sleep(99)": "was not read within",
+        "raise SystemExit(3)": "gave up .exit code 3.",
+    }.items():
+        monkeypatch.setattr(subprocess, "run", instead(code))
+        limits = Limits(max_seconds=1e-3)
+        monkeypatch.setattr("feeler.tensors.hdf5.GRACE", 1.0)
+        with pytest.raises(InvalidInput, match=words):
+            load(tmp_path / "set.nc", limits)
+
+
+def test_limits_come_from_the_environment(tmp_path, whole, monkeypatch):
+    save(whole, tmp_path / "set.mat")
+    monkeypatch.setenv("FEELER_MAX_GIB", "1e-6")
+    with pytest.raises(InvalidInput, match=r"over the limit of 1\.048 KiB"):
+        load(tmp_path / "set.mat")
+    monkeypatch.setenv("FEELER_MAX_GIB", "much")
+    with pytest.raises(InvalidInput, match="FEELER_MAX_GIB must be a number"):
+        load(tmp_path / "set.mat")
+
+
+@pytest.mark.parametrize("field", ["max_bytes", "max_arrays", "max_chunks", "max_text", "max_seconds"])
+def test_limits_are_positive(field):
+    with pytest.raises(InvalidInput, match=f"{field} must be > 0"):
+        Limits(**{field: 0})
+
+
+MODEL = Model(
+    kind="lda",
+    version=2,
+    arrays={
+        "scale": np.array(3.5),
+        "means": np.arange(6.0).reshape(2, 3),
+        "mask": np.array([True]),
+        "n": np.array([2**62]),
+    },
+    settings={"classes": ["ball", "box"], "shrinkage": 1 / 3},
+)
+
+
+def test_a_model_comes_back_identical_and_opens_as_safetensors(tmp_path):
+    save_model(MODEL, tmp_path / "m.safetensors")
+    got = load_model(tmp_path / "m.safetensors", kind="lda", version=2)
+    assert got.settings == MODEL.settings
+    for name, values in MODEL.arrays.items():
+        assert got.arrays[name].dtype == values.dtype
+        np.testing.assert_array_equal(got.arrays[name], values)
+    assert detect(tmp_path / "m.safetensors") == "model"
+
+
+def test_safetensors_reads_the_same(tmp_path):
+    numpy = pytest.importorskip("safetensors.numpy")
+    save_model(MODEL, tmp_path / "m.safetensors")
+    got = numpy.load_file(tmp_path / "m.safetensors")
+    np.testing.assert_array_equal(got["means"], MODEL.arrays["means"])
+    numpy.save_file({"a": np.ones(3)}, tmp_path / "theirs.safetensors", {"format": "pt"})
+    with pytest.raises(InvalidInput, match="no model of feeler"):
+        load_model(tmp_path / "theirs.safetensors", kind="lda", version=2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "version", "words"),
+    [
+        ("cnmf", 2, "holds a model of kind 'lda', not 'cnmf'"),
+        ("lda", 1, "holds version 2 of 'lda'; this feeler reads 1. Update feeler"),
+        ("lda", 3, "holds version 2 of 'lda'; this feeler reads 3. Fit it again"),
+    ],
+)
+def test_another_kind_or_version_says_so(tmp_path, kind, version, words):
+    save_model(MODEL, tmp_path / "m.safetensors")
+    with pytest.raises(InvalidInput, match=words):
+        load_model(tmp_path / "m.safetensors", kind=kind, version=version)
+
+
+@pytest.mark.parametrize("cut", [0, 4, 8, 40, -1])
+def test_a_cut_model_file_is_refused(tmp_path, cut):
+    save_model(MODEL, tmp_path / "m.safetensors")
+    raw = (tmp_path / "m.safetensors").read_bytes()
+    (tmp_path / "m.safetensors").write_bytes(raw[:cut])
+    with pytest.raises(InvalidInput, match=r"cut off|not valid JSON|does not lie"):
+        load_model(tmp_path / "m.safetensors", kind="lda", version=2)
+
+
+def test_one_trial_of_one_sample_survives_every_format(tmp_path):
+    tiny = make_trial(0, 1)
+    for suffix in (".zarr", ".nc", ".mat", ".nwb"):
+        save(tiny, tmp_path / f"tiny{suffix}", **OPTIONS.get(suffix, {}))
+        expected = tiny if suffix == ".zarr" else complete(tiny)
+        xr.testing.assert_identical(load(tmp_path / f"tiny{suffix}"), expected)
