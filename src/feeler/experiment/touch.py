@@ -2,18 +2,21 @@
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 
 import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.execute import Executor
 from feeler.experiment.configuration import LICENCE, describe_run, list_versions
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
 from feeler.physics.simulate import simulate
 from feeler.tensors.dataset import make_tensors
+from feeler.tensors.store import Store, open_store
 from feeler.touch.trial import Trial
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
@@ -33,6 +36,7 @@ def touch(
     all_hinges: bool = False,
     store: str | os.PathLike | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -51,9 +55,12 @@ def touch(
     all_hinges
         Record every hinge instead of the antenna's sensors.
     store
-        Folder of a Zarr store that receives each trial as it finishes; the same call resumes it.
+        Folder of a Zarr store that receives each trial as it finishes; whatever ends the process, the same call resumes
+        it and gives the same numbers.
     workers
         Threads; default one per core. The numbers do not depend on it.
+    executor
+        Something else that runs trials: a ``feeler.execute.ProcessExecutor``, a Dask client, any ``submit``.
     seed
         Root of one child seed per trial, stored with it.
     progress
@@ -69,6 +76,8 @@ def touch(
     ------
     InvalidInput
         Before anything is simulated.
+    StoreError
+        The store is in use, was made by another configuration, or the disk is full; finished trials are safe.
     SimulationDiverged
         After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps them).
     """
@@ -84,16 +93,25 @@ def touch(
     seeds = spawn_seeds(seed, len(trials))
     attrs = describe_attributes(antenna, trials, clock, contact, engine, seed)
     scenes = [make_scene(antenna, trial, contact) for trial in trials]
-    done = 0
+    with ExitStack() as stack:
+        kept = stack.enter_context(open_store(store, attrs["configuration"], len(trials))) if store else None
+        pending = [index for index in range(len(trials)) if kept is None or index not in kept.finished]
+        done = len(trials) - len(pending)
 
-    def finished(index: int, outcome: object) -> None:
-        nonlocal done
-        done += 1
-        if progress:
-            progress(done, len(trials))
+        def finished(place: int, outcome: object) -> None:
+            nonlocal done
+            index = pending[place]
+            if kept is not None and isinstance(outcome, Motion):
+                one = make_touch_tensors(antenna, [trials[index]], [outcome], [seeds[index]], attrs)
+                kept.append(index, one.assign_coords(trial=[index]))
+            done += 1
+            if progress:
+                progress(done, len(trials))
 
-    outcomes = simulate(scenes, clock, engine=engine, workers=workers, finished=finished)
-    return _collect(antenna, trials, outcomes, seeds, attrs)
+        todo = [scenes[index] for index in pending]
+        options = {"engine": engine, "workers": workers, "executor": executor, "finished": finished}
+        outcomes = simulate(todo, clock, keep=kept is None, **options)
+        return _collect_stored(kept, outcomes) if kept else _collect(antenna, trials, outcomes, seeds, attrs)
 
 
 def describe_attributes(
@@ -142,6 +160,15 @@ def make_touch_tensors(
         force=np.stack([motion.force for motion in motions]),
         attrs=attrs,
     )
+
+
+def _collect_stored(store: Store, outcomes: list) -> xr.Dataset:
+    tensors = store.read() if store.finished else None
+    error = next((outcome for outcome in outcomes if isinstance(outcome, Exception)), None)
+    if error is not None:
+        error.tensors = tensors
+        raise error
+    return tensors
 
 
 def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[int], attrs: dict) -> xr.Dataset:

@@ -19,13 +19,14 @@ def simulate(
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
     executor: Executor | None = None,
+    keep: bool = True,
     finished: Finished = lambda index, outcome: None,
 ) -> list[Outcome]:
     """Motions in the order of ``scenes``; a scene that failed gives its error (mostly SimulationDiverged) instead.
 
     Both engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
-    client) is handed in. ``finished`` is called in the caller's thread as scenes end. On Ctrl-C no new scene starts and
-    what ``finished`` was told stays told.
+    client) is handed in. ``finished`` is called in the caller's thread as scenes end; with ``keep=False`` the motions
+    go only there, and None stands in the list. On Ctrl-C no new scene starts and what ``finished`` was told stays told.
     """
     scenes = list(scenes)
     groups = get_engine(engine).make_groups(scenes)
@@ -37,7 +38,7 @@ def simulate(
             group = groups[done.index]
             values = done.value if done.error is None else [done.error] * len(group)
             for index, outcome in zip(group, values, strict=True):
-                outcomes[index] = outcome
+                outcomes[index] = outcome if keep or isinstance(outcome, Exception) else None
                 finished(index, outcome)
     finally:
         if own is not None:

@@ -1,0 +1,149 @@
+"""Touches kept in a store: killed and resumed, on any workers, the numbers are those of an undisturbed run."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import feeler
+from feeler.errors import SimulationDiverged, StoreError
+from feeler.execute import ProcessExecutor, ThreadExecutor
+from feeler.tensors.load import load
+
+N_TRIALS = 14
+SET = f"""
+import feeler, numpy as np
+from feeler.touch.feature import make_feature
+n = 12
+antenna = feeler.Antenna(
+    segment_length=np.full(n, 2.0), segment_mass=1e-4, radius=0.2,
+    stiffness=0.5 * np.exp(-0.2 * np.arange(n)), damping=0.3, name="small",
+)
+trials = [
+    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.02 * i, speed=0.3)
+    for i in range({N_TRIALS})
+]
+options = dict(duration=60.0, timestep=0.02, seed=3)
+"""
+exec(SET)  # the same lines run here and in the processes that get killed
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return feeler.touch(antenna, trials, **options)  # noqa: F821
+
+
+@pytest.fixture
+def tmp_path():
+    """A folder in memory where there is one: waiting for the disk would take most of the time."""
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
+    yield folder
+    shutil.rmtree(folder)
+
+
+def run(**changes):
+    return feeler.touch(antenna, trials, **{**options, **changes})  # noqa: F821
+
+
+def test_a_stored_run_is_identical(tmp_path, undisturbed):
+    xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
+    xr.testing.assert_identical(load(tmp_path / "a.zarr"), undisturbed)
+    counted = []
+    xr.testing.assert_identical(run(store=tmp_path / "a.zarr", progress=lambda *n: counted.append(n)), undisturbed)
+    assert counted == []
+
+
+@pytest.mark.parametrize("make", [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)], ids=["threads", "processes"])
+def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
+    with make() as executor:
+        xr.testing.assert_identical(run(store=tmp_path / "a.zarr", executor=executor), undisturbed)
+
+
+@pytest.mark.parametrize("engine", ["chain", pytest.param("mujoco", marks=pytest.mark.slow)])
+def test_any_part_may_be_missing(tmp_path, engine):
+    whole = run(store=tmp_path / "a.zarr", engine=engine)
+    for missing in ([0], [3, 4, 11], range(13)):
+        for index in missing:
+            (tmp_path / "a.zarr" / "progress" / f"{index:06d}.json").unlink()
+        xr.testing.assert_identical(run(store=tmp_path / "a.zarr", engine=engine), whole)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"seed": 4}, "seed: 3 → 4"),
+        ({"timestep": 0.01}, r"clock\.timestep: 0\.02 → 0\.01"),
+        ({"engine": "mujoco"}, 'engine: "chain" → "mujoco"'),
+        ({"duration": 61.0}, "clock.duration"),
+        ({"all_hinges": True}, None),
+    ],
+)
+def test_another_configuration_is_refused(tmp_path, changes, words):
+    run(store=tmp_path / "a.zarr")
+    if words is None:  # 12 hinges are all recorded anyway: the same configuration
+        run(store=tmp_path / "a.zarr", **changes)
+    else:
+        with pytest.raises(StoreError, match=words):
+            run(store=tmp_path / "a.zarr", **changes)
+
+
+def test_other_trials_are_refused_by_name(tmp_path):
+    run(store=tmp_path / "a.zarr")
+    other = [*trials[:5], feeler.Trial(feature=feeler.Ball(radius=1.1), location=0.6, speed=0.3), *trials[6:]]  # noqa: F821
+    with pytest.raises(StoreError, match=r"trials\[5\]\.feature"):
+        feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)  # noqa: F821
+
+
+def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
+    from feeler.physics import simulate as module
+
+    real = module._run_group
+
+    def sabotage(engine, clock, scenes):
+        outcomes = real(engine, clock, scenes)
+        return [
+            SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
+            for s, o in zip(scenes, outcomes, strict=True)
+        ]
+
+    monkeypatch.setattr(module, "_run_group", sabotage)
+    with pytest.raises(SimulationDiverged, match=r"0\.56 L") as caught:
+        run(store=tmp_path / "a.zarr")
+    rest = [n for n in range(N_TRIALS) if n != 3]
+    xr.testing.assert_identical(caught.value.tensors, undisturbed.isel(trial=rest))
+    monkeypatch.setattr(module, "_run_group", real)
+    xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
+
+
+@pytest.mark.parametrize("n_kills", [1, pytest.param(50, marks=pytest.mark.slow)])
+def test_real_processes_killed_at_random_resume_to_the_same_numbers(tmp_path, undisturbed, n_kills):
+    rng = np.random.default_rng(n_kills)
+    store, kills, run_number = tmp_path / "0.zarr", 0, 0
+    code = (
+        SET
+        + "import sys\nprint('ready', flush=True)\n"
+        + "feeler.touch(antenna, trials, store=sys.argv[1], workers=1, **options)"
+    )
+    while kills < n_kills:
+        process = subprocess.Popen([sys.executable, "-c", code, str(store)], stdout=subprocess.PIPE)
+        process.stdout.readline()
+        time.sleep(rng.uniform(0, 0.6))
+        process.send_signal(signal.SIGKILL)
+        kills += process.wait() == -signal.SIGKILL
+        process.stdout.close()
+        if process.returncode == 0:
+            xr.testing.assert_identical(load(store), undisturbed)
+            run_number += 1
+            store = tmp_path / f"{run_number}.zarr"
+    subprocess.run([sys.executable, "-c", code, str(store)], check=True, stdout=subprocess.DEVNULL)
+    xr.testing.assert_identical(load(store), undisturbed)
+    assert not [path for path in Path(store).rglob("*") if path.name.endswith(".tmp")]
+    assert os.listdir(store / "angle")
