@@ -1,0 +1,74 @@
+"""The robotic antenna: hinge model, sensor calibration, recordings in, surrogate robot, transfer."""
+
+from feeler.robot.comparison import compute_comparison, make_profiles
+from feeler.robot.dataset import make_dataset
+from feeler.robot.fit import RobotFit, fit_factors, make_posture, measure_ringing, simulate_release, solve_factors
+from feeler.robot.gap import Gap
+from feeler.robot.hinge import FACTS, Hinges, make_hinges
+from feeler.robot.preset import make_robot
+from feeler.robot.reality import (
+    Touches,
+    align_recordings,
+    draw_robots,
+    make_training,
+    measure_transfer,
+    read_touches,
+    sweep_gap,
+    sweep_shots,
+    touch_robots,
+)
+from feeler.robot.recording import Recording, load_recording, save_recording
+from feeler.robot.repair import find_bad_channels, repair
+from feeler.robot.sensor import (
+    SensorCalibration,
+    fit_sensors,
+    load_calibration,
+    load_calibration_table,
+    save_calibration,
+)
+from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches, subtract_rest
+from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_touches
+
+__all__ = [
+    "FACTS",
+    "Gap",
+    "Hinges",
+    "Recording",
+    "RobotFit",
+    "SensorCalibration",
+    "Surrogate",
+    "Touches",
+    "align_recordings",
+    "compute_comparison",
+    "compute_tip",
+    "draw_robots",
+    "find_bad_channels",
+    "fit_factors",
+    "fit_sensors",
+    "get_label",
+    "load_calibration",
+    "load_calibration_table",
+    "load_recording",
+    "make_dataset",
+    "make_hinges",
+    "make_posture",
+    "make_profiles",
+    "make_robot",
+    "make_surrogate",
+    "make_tip_touches",
+    "make_touches",
+    "make_training",
+    "measure_ringing",
+    "measure_transfer",
+    "read_touches",
+    "repair",
+    "save_calibration",
+    "save_recording",
+    "simulate_release",
+    "simulate_touches",
+    "solve_factors",
+    "subtract_rest",
+    "sweep_gap",
+    "sweep_shots",
+    "touch_robots",
+]

@@ -1,6 +1,5 @@
 """Recordings as the same Dataset that simulations give."""
 
-import json
 from collections.abc import Sequence
 from importlib.metadata import version
 
@@ -12,41 +11,70 @@ from feeler.errors import InvalidInput
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.repair import INTERVAL
+from feeler.tensors import make_tensors, validate
+
+LENGTHS = ("refuse", "crop", "hold")
+NO_SEED = -1
 
 
-def make_dataset(recordings: Sequence[Recording], antenna: Antenna | None = None) -> xr.Dataset:
-    """Tactile tensors from repaired angle recordings: dims (trial, sensor, time), coordinates as simulations have them.
+def make_dataset(
+    recordings: Sequence[Recording], antenna: Antenna | None = None, *, lengths: str = "refuse"
+) -> xr.Dataset:
+    """Tactile tensors from repaired angle recordings, through the same door as simulations.
 
-    Shorter recordings are padded with NaN at their ends. ``tip`` follows from the angles and the antenna's lengths;
-    ``curvature`` is angle / segment length. What a recording does not say about its touch is NaN or an empty word.
+    ``tip`` follows from the angles and the antenna's lengths where every hinge is sensed. What a recording does not say
+    about its touch is NaN or an empty word; its seed is −1.
 
     Parameters
     ----------
     recordings
-        Hinge angles on an even time base (see :func:`feeler.robot.repair`), as many sensors as the antenna has.
+        Hinge angles on an even time base (see :func:`feeler.robot.repair`), as many channels as the antenna's sensors.
     antenna
         The model whose lengths and sensor places apply; default :func:`make_robot`.
+    lengths
+        Recordings of different durations: ``refuse``, ``crop`` all to the shortest, or ``hold`` each one's last sample.
 
     Raises
     ------
     InvalidInput
-        No recording, capacitance, the wrong number of channels, an uneven time base, or different intervals.
+        No recording, capacitance, missing values, the wrong number of channels, an uneven time base, different
+        intervals or durations.
     """
     antenna = make_robot() if antenna is None else antenna
+    if lengths not in LENGTHS:
+        raise InvalidInput(f"unknown lengths={lengths!r}; valid: {', '.join(LENGTHS)}.")
     interval = _check(recordings, antenna)
-    samples = max(recording.time.size for recording in recordings)
-    n = antenna.sensors.size
-    angle = np.full((len(recordings), n, samples), np.nan)
-    for k, recording in enumerate(recordings):
-        angle[k, :, : recording.time.size] = recording.values
-    lengths = antenna.segment_length[antenna.sensors - 1]
-    data = {
-        "angle": (("trial", "sensor", "time"), angle, {"units": "rad"}),
-        "curvature": (("trial", "sensor", "time"), angle / lengths[:, None], {"units": "1/mm"}),
-    }
-    if n == antenna.n_segments:  # every hinge is sensed, so the shape is known
-        data["tip"] = (("trial", "time", "axis"), antenna.shape(angle.transpose(0, 2, 1))[:, :, -1], {"units": "mm"})
-    return xr.Dataset(data, coords=_make_coords(recordings, antenna, samples, interval), attrs=_make_attrs(recordings))
+    angle = _stack(recordings, lengths)
+    index = antenna.sensors - 1
+    whole = antenna.sensors.size == antenna.n_segments
+    dataset = make_tensors(
+        angle=angle,
+        time=np.arange(angle.shape[2]) * interval,
+        segment=antenna.sensors,
+        position=antenna.hinge_position[index] / antenna.length,
+        segment_length=antenna.segment_length[index],
+        trials=_list_trials(recordings, antenna),
+        tip=antenna.shape(angle.transpose(0, 2, 1))[:, :, -1] if whole else None,
+        attrs={
+            "configuration": {"histories": [list(recording.history) for recording in recordings], "lengths": lengths},
+            "engine": "none (recorded)",
+            "versions": {"feeler": version("feeler")},
+            "timestep": interval,
+            "timestep_units": "ms",
+        },
+    )
+    return validate(dataset)
+
+
+def _stack(recordings: Sequence[Recording], lengths: str) -> np.ndarray:
+    counts = [recording.time.size for recording in recordings]
+    if len(set(counts)) > 1 and lengths == "refuse":
+        raise InvalidInput(
+            f"the recordings have {min(counts)} to {max(counts)} samples; a set has one length. "
+            "Choose lengths='crop' or 'hold'."
+        )
+    samples = max(counts) if lengths == "hold" else min(counts)
+    return np.stack([r.values[:, np.minimum(np.arange(samples), r.time.size - 1)] for r in recordings])
 
 
 def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
@@ -60,44 +88,28 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
             raise InvalidInput(
                 f"recording {k} has {recording.n_sensors} channels, the antenna {antenna.sensors.size} sensors."
             )
+        if not np.isfinite(recording.values).all():
+            raise InvalidInput(f"recording {k} has missing values: bridge its gaps, or leave out the recording.")
         if recording.time[0] != 0 or np.ptp(step) > 1e-6 * step.mean():
-            raise InvalidInput(f"recording {k} has an uneven time base, or one that does not start at 0: repair it first.")
+            raise InvalidInput(f"recording {k} has an uneven time base or does not start at 0: repair it first.")
     intervals = {round(float(recording.time[1]), 9) for recording in recordings}
     if len(intervals) > 1:
         raise InvalidInput(
-            f"recordings with different intervals ({', '.join(f'{i:g}' for i in sorted(intervals))} ms) cannot be put in "
-            f"one set: repair them all with interval={INTERVAL:g}."
+            f"recordings every {', '.join(f'{i:g}' for i in sorted(intervals))} ms cannot be one set: "
+            f"repair them all with interval={INTERVAL:g}."
         )
     return intervals.pop()
 
 
-def _make_coords(recordings: Sequence[Recording], antenna: Antenna, samples: int, interval: float) -> dict:
-    hinge = antenna.sensors
+def _list_trials(recordings: Sequence[Recording], antenna: Antenna) -> dict[str, list]:
     labels = [recording.labels for recording in recordings]
-    numbers = {name: np.array([float(label.get(name, np.nan)) for label in labels]) for name in ("size", "location", "speed")}
-    return {
-        "time": ("time", np.arange(samples) * interval, {"units": "ms"}),
-        "sensor": ("sensor", np.arange(hinge.size)),
-        "position": ("sensor", antenna.hinge_position[hinge - 1] / antenna.length),
-        "segment": ("sensor", np.asarray(hinge)),
-        "axis": ("axis", np.array(["x", "y"])),
-        "trial": ("trial", np.arange(len(recordings))),
-        "feature": ("trial", np.array([str(label.get("feature", "")) for label in labels])),
-        "size": ("trial", numbers["size"], {"units": "mm"}),
-        "location": ("trial", numbers["location"]),
-        "speed": ("trial", numbers["speed"], {"units": "mm/ms"}),
-        "antenna": ("trial", np.array([recording.robot or antenna.name for recording in recordings])),
-        "source": ("trial", np.array([recording.source for recording in recordings])),
-        "seed": ("trial", np.full(len(recordings), -1)),
+    numbers = {
+        name: [float(label.get(name, np.nan)) for label in labels] for name in ("size", "location", "speed")
     }
-
-
-def _make_attrs(recordings: Sequence[Recording]) -> dict:
-    histories = [list(recording.history) for recording in recordings]
     return {
-        "configuration": json.dumps({"histories": histories}, ensure_ascii=False),
-        "engine": "none (recorded)",
-        "versions": json.dumps({"feeler": version("feeler")}),
-        "timestep": float("nan"),
-        "units": "g, mm, ms",
+        "feature": [str(label.get("feature", "")) for label in labels],
+        **numbers,
+        "antenna": [recording.robot or antenna.name for recording in recordings],
+        "source": [recording.source for recording in recordings],
+        "seed": [NO_SEED] * len(recordings),
     }

@@ -12,7 +12,7 @@ from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
-from feeler.robot.touches import Label, compute_tip, get_label, make_touches, simulate_touches
+from feeler.robot.touches import Label, compute_tip, get_label, make_touches, simulate_pairs, simulate_touches
 from feeler.touch import Trial
 
 
@@ -24,6 +24,8 @@ class Touches:
     labels: tuple[Label, ...]
     antenna: Antenna
     """The nominal model, whose lengths give the tip's trace."""
+    motions: tuple[np.ndarray, ...]
+    """Angles (sensor, time) before alignment, from rest, of any durations."""
     recordings: tuple[Recording, ...] = ()
 
     @property
@@ -38,6 +40,7 @@ class Touches:
             aligned=Aligned(values=self.aligned.values[index], peak=self.aligned.peak[index]),
             labels=tuple(self.labels[i] for i in index),
             antenna=self.antenna,
+            motions=tuple(self.motions[i] for i in index),
             recordings=tuple(self.recordings[i] for i in index) if self.recordings else (),
         )
 
@@ -50,6 +53,7 @@ class Touches:
             ),
             labels=self.labels + other.labels,
             antenna=self.antenna,
+            motions=self.motions + other.motions,
         )
 
 
@@ -71,24 +75,28 @@ def make_training(
     motions = simulate_touches(antenna, trials)
     if n_variants < 0 or (n_variants and rng is None):
         raise InvalidInput(f"n_variants must be ≥ 0 and needs rng=, got n_variants={n_variants}, rng={rng}.")
-    for _ in range(n_variants):
-        size = Gap() if gap is None else gap
-        variant = draw_antenna(antenna, size, rng)
-        moved = simulate_touches(variant, [draw_trial(trial, size, rng) for trial in trials])
-        motions += [motion - motion[:, :1] for motion in moved]
+    size = Gap() if gap is None else gap
+    variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
+    pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
+    motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs)]
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna)
+    touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna, motions=tuple(motions))
     return touches.take(np.flatnonzero(touches.aligned.touched))
 
 
 def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
     antenna = make_robot() if antenna is None else antenna
-    recordings = tuple(surrogate.read_angles(recording) for recording in surrogate.touch(trials))
+    return _read(surrogate, trials, surrogate.touch(trials), antenna)
+
+
+def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording], antenna: Antenna) -> Touches:
+    recordings = tuple(surrogate.read_angles(recording) for recording in raw)
     return Touches(
         aligned=_align(antenna, [recording.values for recording in recordings]),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
+        motions=tuple(recording.values for recording in recordings),
         recordings=recordings,
     )
 
@@ -110,12 +118,19 @@ def draw_robots(size: float, n_robots: int, seed: int, *, gap: Gap | None = None
             for k, child in enumerate(children)]  # fmt: skip
 
 
-def measure_transfer(
-    classifier: TransferClassifier, robots: Sequence[Surrogate], *, repeats: int = 1, antenna: Antenna | None = None
-) -> TransferScore:
-    """Score the six tip contacts of each robot, all together."""
-    trials = make_tip_touches(repeats)
-    read = [read_touches(robot, trials, antenna) for robot in robots]
+def touch_robots(robots: Sequence[Surrogate], repeats: int = 1) -> list[Touches]:
+    """The six tip contacts of each robot, ``repeats`` times; all robots are simulated together."""
+    trials, antenna = make_tip_touches(repeats), make_robot()
+    motions = iter(simulate_pairs([pair for robot in robots for pair in robot.carry_out(trials)]))
+    read = []
+    for robot in robots:
+        raw = [robot.record(next(motions), trial) for trial in trials]
+        read.append(_read(robot, trials, raw, antenna))
+    return read
+
+
+def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) -> TransferScore:
+    """Score touches that were read from robots, all together."""
     values = np.concatenate([touches.values for touches in read])
     return score_transfer(classifier, values, [label for touches in read for label in touches.labels])
 
@@ -124,7 +139,7 @@ def sweep_gap(
     classifier: TransferClassifier, sizes: Sequence[float], *, n_robots: int, seed: int = 0
 ) -> list[TransferScore]:
     """Transfer against the size of the reality gap: fresh robots at each size."""
-    return [measure_transfer(classifier, draw_robots(size, n_robots, seed)) for size in sizes]
+    return [measure_transfer(classifier, touch_robots(draw_robots(size, n_robots, seed))) for size in sizes]
 
 
 def sweep_shots(
@@ -136,7 +151,7 @@ def sweep_shots(
     first k join the training, so no touch is in both.
     """
     most = max(shots)
-    read = [read_touches(robot, make_tip_touches(most + n_tests), training.antenna) for robot in robots]
+    read = touch_robots(robots, most + n_tests)
     scores = []
     for k in shots:
         parts = [_score_shots(training, touches, k, most) for touches in read]

@@ -17,7 +17,7 @@ from feeler.robot.recording import Recording
 from feeler.robot.repair import repair
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import SensorCalibration
-from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, TIMESTEP, make_touches, simulate_touches
+from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, TIMESTEP, make_touches, simulate_pairs
 from feeler.touch import Trial
 
 RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
@@ -42,10 +42,12 @@ class Surrogate:
 
     def touch(self, trials: Sequence[Trial], *, timestep: float = TIMESTEP) -> list[Recording]:
         """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with human precision."""
-        drawn = [draw_trial(trial, self.gap, self.rng) for trial in trials]
-        moved = [self._shift(trial) for trial in drawn]
-        motions = simulate_touches(self.antenna, moved, timestep=timestep)
+        motions = simulate_pairs(self.carry_out(trials), timestep=timestep)
         return [self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)]
+
+    def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
+        """The touches as they really happen to this robot, ready to be simulated."""
+        return [(self.antenna, self._shift(draw_trial(trial, self.gap, self.rng))) for trial in trials]
 
     def _shift(self, trial: Trial) -> Trial:
         """The same touch with its location counted from the mount's base instead of hinge 1."""

@@ -1,7 +1,6 @@
 """Touches of the robotic antenna in simulation: the paper's grid, and angles over time."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -16,6 +15,8 @@ TAIL = 400.0  # [C] ms kept after contact can last
 SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
 TIMESTEP = 0.05  # [C] ms; 0.025 changes aligned tensors less than the touches' own spread
 INTERVAL = 1.0  # [P] ms
+ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
+WORKERS = 2  # threads; the numbers do not depend on it
 
 Label = tuple[str, float, float]
 """A class: feature, location, speed."""
@@ -50,19 +51,51 @@ def choose_duration(trial: Trial) -> float:
 
 
 def simulate_touches(
-    antenna: Antenna, trials: Sequence[Trial], *, timestep: float = TIMESTEP, workers: int = 2
+    antenna: Antenna, trials: Sequence[Trial], *, duration: float | None = None, timestep: float = TIMESTEP
 ) -> list[np.ndarray]:
-    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz, chain engine; durations by :func:`choose_duration`."""
-    from feeler.physics.chain import run
+    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see :func:`choose_duration`."""
+    return simulate_pairs([(antenna, trial) for trial in trials], duration=duration, timestep=timestep)
+
+
+def simulate_pairs(
+    pairs: Sequence[tuple[Antenna, Trial]],
+    *,
+    duration: float | None = None,
+    timestep: float = TIMESTEP,
+    workers: int = WORKERS,
+) -> list[np.ndarray]:
+    """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations run together.
+
+    Raises
+    ------
+    SimulationDiverged
+        The first touch that left the finite numbers.
+    """
+    from feeler.physics.chain import run_batch
     from feeler.physics.clock import Clock
     from feeler.physics.scene import make_scene
 
-    def simulate(trial: Trial) -> np.ndarray:
-        clock = Clock(duration=choose_duration(trial), sample_interval=INTERVAL, timestep=timestep)
-        return run(make_scene(antenna, trial), clock).angle.T
+    durations = [duration or choose_duration(trial) for _, trial in pairs]
+    motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
+    for group in _group(durations):
+        clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=timestep)
+        results = run_batch([make_scene(*pairs[i]) for i in group], clock, workers=workers)
+        for i, result in zip(group, results, strict=True):
+            if isinstance(result, Exception):
+                raise result
+            motions[i] = np.ascontiguousarray(result.angle[: round(durations[i] / INTERVAL)].T)
+    return motions
 
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        return list(pool.map(simulate, trials))
+
+def _group(durations: Sequence[float]) -> list[list[int]]:
+    """Numbers of the touches whose durations are alike enough to share a clock."""
+    groups: list[list[int]] = []
+    for i in np.argsort(durations, kind="stable"):
+        if groups and durations[i] <= ALIKE * durations[groups[-1][0]]:
+            groups[-1].append(int(i))
+        else:
+            groups.append([int(i)])
+    return groups
 
 
 def compute_tip(antenna: Antenna, angle: np.ndarray) -> np.ndarray:

@@ -1,0 +1,297 @@
+"""Fig. 6 and Movie S4: transfer from simulation to a robotic antenna, here a surrogate robot.
+
+The paper's recordings of the real robot were never published. Every panel says whether it shows the simulation or the
+surrogate; the paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.decoding.stream import EarlyAccuracy, StreamDecoder, measure_early_accuracy
+from feeler.decoding.transfer import TransferClassifier, TransferScore
+from feeler.robot import (
+    Recording,
+    RobotFit,
+    Surrogate,
+    Touches,
+    compute_tip,
+    draw_robots,
+    fit_factors,
+    make_posture,
+    make_robot,
+    make_training,
+    measure_transfer,
+    repair,
+    simulate_release,
+    sweep_shots,
+    touch_robots,
+)
+
+PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
+RELEASE = 2000.0  # ms
+MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
+SCALES = {
+    "smoke": {"sizes": (1.0,), "n_robots": 1, "variants": (), "shots": (), "n_shot_robots": 0},
+    "quick": {"sizes": (0.0, 1.0, 2.0), "n_robots": 3, "variants": (1,), "shots": (0, 1), "n_shot_robots": 2},
+    "paper": {
+        "sizes": (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0),
+        "n_robots": 20,
+        "variants": (1, 2, 5, 10),
+        "shots": (0, 1, 2, 4),
+        "n_shot_robots": 10,
+    },
+}
+BALL, BOX, SIMULATED, SURROGATE = "#0072B2", "#D55E00", "#000000", "#CC79A7"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig6Data:
+    """What Fig. 6, Fig. S7 and Movie S4 show."""
+
+    training: Touches
+    """The simulated set: 30 classes."""
+    touches: Touches
+    """The six tip contacts of the first surrogate robot at one reality gap."""
+    raw: Recording
+    """Capacitance of the slow ball contact at the tip; surrogate."""
+    release: Recording
+    """Angles after a release; surrogate."""
+    fit: RobotFit
+    """p1 and p2 fitted to that release."""
+    simulated_release: np.ndarray
+    """Angles (hinge, time) of the fitted model after the same release."""
+    score: TransferScore
+    """All surrogate robots at one reality gap."""
+    sizes: tuple[float, ...]
+    by_size: tuple[TransferScore, ...]
+    variants: tuple[int, ...]
+    by_variants: tuple[TransferScore, ...]
+    """Domain randomisation: trained on the nominal model and this many random ones, at one reality gap."""
+    shots: tuple[int, ...]
+    by_shots: tuple[TransferScore, ...]
+    """Few-shot: trained with k touches of the robot itself per tip contact, at one reality gap."""
+    early: EarlyAccuracy
+    """Streaming decoder on the surrogate robots at one reality gap."""
+
+
+def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
+    """Train on simulations, test on surrogate robots; ``scale`` (smoke, quick, paper) sets how many."""
+    from feeler.errors import InvalidInput
+
+    if scale not in SCALES:
+        raise InvalidInput(f"unknown scale {scale!r}; valid: {', '.join(SCALES)}.")
+    plan = SCALES[scale]
+    training = make_training()
+    classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
+    robots = {size: draw_robots(size, plan["n_robots"], seed) for size in plan["sizes"]}
+    read = {size: touch_robots(group) for size, group in robots.items()}
+    by_size = tuple(measure_transfer(classifier, read[size]) for size in plan["sizes"])
+    raw, release, fit, simulated = _compute_examples(robots[1.0][0])
+    return Fig6Data(
+        training=training,
+        touches=read[1.0][0],
+        raw=raw,
+        release=release,
+        fit=fit,
+        simulated_release=simulated,
+        score=by_size[plan["sizes"].index(1.0)],
+        sizes=plan["sizes"],
+        by_size=by_size,
+        variants=plan["variants"],
+        by_variants=tuple(_score_variants(n, read[1.0], seed) for n in plan["variants"]),
+        shots=plan["shots"],
+        by_shots=tuple(_score_shots(training, plan, seed)),
+        early=_measure_early(training, read[1.0]),
+    )
+
+
+def _compute_examples(robot: Surrogate) -> tuple[Recording, Recording, RobotFit, np.ndarray]:
+    """Raw readouts of a slow ball, a recorded release, and the factors fitted to it."""
+    from feeler.robot import make_touches
+
+    slow_ball = make_touches(locations=(0.9,), speeds=(0.027,))[0]
+    raw = robot.touch([slow_ball])[0]
+    posture = np.zeros(robot.antenna.n_segments)
+    posture[-8:] = make_posture(make_robot())
+    motion = simulate_release(robot.antenna, posture + robot.antenna.rest_angle, RELEASE)
+    recorded = robot.record(motion).to_angles(robot.calibration, outside="extend")
+    release = repair(recorded, gaps="bridge")
+    fit = fit_factors(release)
+    rest = release.values[:, -500:].mean(axis=1)
+    simulated = simulate_release(fit.antenna, release.values[:, 0] - rest, RELEASE)
+    return raw, replace(release, values=release.values - rest[:, None]), fit, simulated
+
+
+def _score_variants(n_variants: int, read: Sequence[Touches], seed: int) -> TransferScore:
+    training = make_training(n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]))
+    copies = max(2, 10 // (1 + n_variants))  # about as many training tensors as without variants
+    classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(training.values, training.labels)
+    return measure_transfer(classifier, read)
+
+
+def _score_shots(training: Touches, plan: dict, seed: int) -> list[TransferScore]:
+    if not plan["shots"]:
+        return []
+    return sweep_shots(training, plan["shots"], draw_robots(1.0, plan["n_shot_robots"], seed + 1))
+
+
+def _measure_early(training: Touches, read: Sequence[Touches]) -> EarlyAccuracy:
+    decoder = StreamDecoder().fit(training.motions, training.labels)
+    motions = [motion for touches in read for motion in touches.motions]
+    return measure_early_accuracy(decoder, motions, [label for t in read for label in t.labels], MOMENTS)
+
+
+def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
+    """Draw panels A to E and, below them, what lies beyond the paper."""
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05))
+    a = top.subplots(1, 4)
+    plot_layout(a[0])
+    plot_channels(data.raw, a[1], "capacitance (pF)")
+    slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
+    plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle (°)")
+    plot_tensor(data.touches.recordings[slow_ball].values, a[3], "surrogate: tensor")
+    top.suptitle("A  Surrogate robot, ball at the tip at 0.027 m/s", x=0.01, ha="left", fontsize="small")
+    b = middle.subplots(1, 4, width_ratios=(1.6, 1, 1, 1.4))
+    plot_release(data, b[0])
+    plot_tensor(data.training.values[data.training.labels.index(("ball", 0.9, 0.027))], b[1], "D  simulation")
+    plot_tensor(data.touches.values[slow_ball], b[2], "D  surrogate")
+    plot_grid(data.training, b[3])
+    c = bottom.subplots(1, 4, width_ratios=(2.2, 1, 1, 1))
+    plot_confusion(data, c[0])
+    plot_gap(data, c[1])
+    plot_closing(data, c[2])
+    plot_early(data.early, c[3])
+
+
+def plot_layout(ax: Axes) -> None:
+    """The eight hinges on the device's outline, base at the left."""
+    robot = make_robot()
+    place, width = robot.hinge_position, (11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6)
+    outline = np.append(place, robot.length)
+    half = np.append(width, width[-1]) / 2
+    ax.fill_between(outline, -half, half, color="#DDDDDD")
+    for k, x in enumerate(place):
+        ax.plot(x, 0, "o", color=_hinge_colour(k))
+    ax.set(xlabel="from hinge 1 (mm)", yticks=[], aspect="equal", title="8 hinges")
+
+
+def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+    """Channels over time, coloured from base to tip."""
+    values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
+    for k, channel in enumerate(values):
+        ax.plot(recording.time, channel, lw=0.6, color=_hinge_colour(k))
+    ax.set(xlabel="time (ms)", ylabel=label, title=recording.source)
+
+
+def plot_tensor(angle: np.ndarray, ax: Axes, title: str) -> None:
+    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture, base at the bottom."""
+    limit = np.rad2deg(np.abs(angle).max())
+    extent = (0, angle.shape[1], 0.5, angle.shape[0] + 0.5)
+    ax.imshow(np.rad2deg(angle), aspect="auto", origin="lower", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    ax.set(xlabel="time (ms)", ylabel="hinge", title=f"{title}, ±{limit:.1f}°")
+
+
+def plot_release(data: Fig6Data, ax: Axes) -> None:
+    """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
+    robot = make_robot()
+    ax.plot(data.release.time, compute_tip(robot, data.release.values), color=SURROGATE, lw=1, label="surrogate")
+    tip = compute_tip(robot, data.simulated_release)
+    ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
+    p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
+    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
+    ax.set(xlabel="time after release (ms)", ylabel="tip (mm)")
+    ax.set_title(words, fontsize="small")
+    ax.legend(frameon=False, fontsize="x-small")
+
+
+def plot_release_frame(data: Fig6Data, ax: Axes, time: float) -> None:
+    """One frame of Movie S4: shapes of the surrogate and of the fitted model at ``time`` [ms] after the release."""
+    robot = make_robot()
+    for angle, style, label in (
+        (data.release.values, {"color": SURROGATE}, "surrogate"),
+        (data.simulated_release, {"color": SIMULATED, "ls": "--"}, "simulation, fitted"),
+    ):
+        points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
+        ax.plot(points[:, 1], points[:, 0], marker="o", ms=3, label=label, **style)
+    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm", title=f"{time:.0f} ms")
+    ax.legend(frameon=False, fontsize="x-small", loc="upper left")
+
+
+def plot_grid(training: Touches, ax: Axes) -> None:
+    """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
+    tips = compute_tip(training.antenna, training.values)
+    for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
+        ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
+    ax.set(xlabel="time from first peak (ms)", ylabel="tip (mm)")
+    ax.set_title("C  simulation: 30 classes (blue ball, orange box)", fontsize="small")
+
+
+def plot_confusion(data: Fig6Data, ax: Axes) -> None:
+    """Six tip contacts of all surrogate robots at one reality gap against the 30 classes (panel E)."""
+    classes = sorted(set(data.training.labels))
+    true = sorted(set(data.score.true))
+    counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
+    ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
+    for row, label in enumerate(true):
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=7)
+    share, low, high = data.score.share()
+    ax.set_yticks(range(len(true)), [f"{f} {s:g}" for f, _, s in true], fontsize="x-small")
+    ax.set_xticks([7, 22], ["ball", "box"])
+    ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip (m/s)")
+    ax.set_title(
+        f"E  surrogate {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
+        f"[{100 * low:.0f}, {100 * high:.0f}]; paper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
+        fontsize="small",
+    )
+
+
+def plot_gap(data: Fig6Data, ax: Axes) -> None:
+    """Accuracy against the size of the reality gap, 95 % intervals."""
+    for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
+        _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
+    ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--")
+    ax.set(xlabel="size of the reality gap", ylabel="share right", ylim=(0, 1.05))
+    ax.set_title("surrogates", fontsize="small")
+    ax.legend(frameon=False, fontsize="xx-small")
+
+
+def plot_closing(data: Fig6Data, ax: Axes) -> None:
+    """What closes the gap: random models in training, touches of the robot itself in training."""
+    if data.variants:
+        scores = [data.score, *data.by_variants]
+        _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models added")
+    if data.shots:
+        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches per contact added")
+    ax.set(xlabel="how many", ylabel="share right", ylim=(0, 1.05))
+    ax.set_title("closing the gap (surrogates)", fontsize="small")
+    if data.variants or data.shots:
+        ax.legend(frameon=False, fontsize="xx-small")
+
+
+def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
+    """Streaming decoder: accuracy and share decided against time since contact."""
+    ax.plot(early.since_contact, early.accuracy, "o-", label="most probable right")
+    ax.plot(early.since_contact, early.decided, "s--", label="decided (posterior ≥ 0.9)")
+    ax.plot(early.since_contact, early.decided_right, "^:", label="right among decided")
+    ax.set_xscale("symlog", linthresh=20)
+    ax.set(xlabel="time since contact (ms)", ylabel="share", ylim=(0, 1.05))
+    ax.set_title("streaming (surrogates)", fontsize="small")
+    ax.legend(frameon=False, fontsize="xx-small")
+
+
+def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:
+    middle, low, high = np.array(shares).T
+    ax.errorbar(x, middle, yerr=(middle - low, high - middle), fmt=style, ms=3, lw=0.9, capsize=2, label=label)
+
+
+def _hinge_colour(k: int) -> tuple:
+    from matplotlib import colormaps
+
+    return colormaps["viridis"](k / 8)
+
+
+__all__ = ["Fig6Data", "compute", "plot", "plot_release_frame"]

@@ -1,0 +1,30 @@
+"""Fig. S7: tensors of the six tip contacts, simulation beside surrogate robot. Shares Fig. 6's data."""
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.paper.fig6 import Fig6Data, compute, plot_tensor
+
+__all__ = ["compute", "compute_differences", "plot"]
+
+
+def compute_differences(data: Fig6Data) -> dict[tuple, float]:
+    """Relative difference ‖surrogate − simulation‖ / ‖simulation‖ of the aligned tensors, per contact."""
+    differences = {}
+    for label, surrogate in zip(data.touches.labels, data.touches.values, strict=True):
+        simulated = data.training.values[data.training.labels.index(label)]
+        differences[label] = float(np.linalg.norm(surrogate - simulated) / np.linalg.norm(simulated))
+    return differences
+
+
+def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
+    """A column per contact: simulation above, surrogate below, aligned on the tip's first peak."""
+    axes = figure.subplots(2, len(data.touches.labels), sharex=True, sharey=True)
+    for column, (label, difference) in enumerate(compute_differences(data).items()):
+        feature, _, speed = label
+        plot_tensor(data.training.values[data.training.labels.index(label)], axes[0, column], "simulation")
+        plot_tensor(data.touches.values[data.touches.labels.index(label)], axes[1, column], "surrogate")
+        axes[0, column].set_title(f"{feature}, {speed:g} m/s\n{axes[0, column].get_title()}", fontsize="x-small")
+        axes[1, column].set_title(f"{axes[1, column].get_title()}, differs by {difference:.0%}", fontsize="x-small")
+    for ax in axes.flat:
+        ax.label_outer()
