@@ -110,12 +110,12 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
 def _touch_box(table, count, px, py, ex, ey, radius, corners):
     """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
 
-    Positions on the core run from −1 at the hinge to +1 at the far end.
+    Positions on the core run from −1 at the far end to +1 at the hinge, the direction of MuJoCo's capsule; it decides ties.
     """
     sx, sy = 0.5 * (corners[1, 0] - corners[2, 0]), 0.5 * (corners[1, 1] - corners[0, 1])
     mx, my = 0.5 * (corners[1, 0] + corners[2, 0]), 0.5 * (corners[1, 1] + corners[0, 1])
-    hx, hy = 0.5 * ex, 0.5 * ey
-    x, y = px + hx - mx, py + hy - my
+    hx, hy = -0.5 * ex, -0.5 * ey
+    x, y = px - hx - mx, py - hy - my
     first, second = _box_points(x, y, hx, hy, sx, sy)
     count = _touch_box_sphere(table, count, x + first * hx, y + first * hy, radius, sx, sy, mx, my)
     if second > -3.0:

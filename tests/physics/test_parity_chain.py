@@ -1,0 +1,159 @@
+"""The chain engine against MuJoCo at the same timestep: the same discrete equations, so the same angles.
+
+The scenes are free of ties (a face exactly along a straight chain, a gap that is a whole number of steps), because a tie
+is decided by the last bit of either engine and means nothing.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.presets import make_preset
+from feeler.physics import chain, mujoco
+from feeler.physics.clock import Clock
+from feeler.physics.scene import Contact, Path, Scene, make_scene
+from feeler.touch import Outline, Trial, Wall, make_feature
+
+PROFILES = ("exponential", "linear", "constant")
+# MuJoCo stores the corners of a mesh in single precision, which turns a slanted triangle by up to 1e-7 rad
+MESH = 2e-8
+HOOK = Outline(vertices=((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)))
+
+
+def short(n: int = 12, **changes: object) -> Antenna:
+    """A stub that MuJoCo steps in microseconds: the cockroach's numbers at its tip."""
+    whole = make_preset("cockroach")
+    fields = ("segment_length", "segment_mass", "radius", "stiffness", "damping", "rest_angle")
+    values = {name: getattr(whole, name)[-n:] for name in fields} | changes
+    return Antenna(**values, name="stub")
+
+
+def difference(scene: Scene, clock: Clock) -> np.ndarray:
+    """Largest difference over the joints at each sample [rad]."""
+    ours, theirs = chain.run(scene, clock), mujoco.run(scene, clock)
+    assert np.abs(theirs.angle).max() > 1e-3  # something moved
+    return np.abs(ours.angle - theirs.angle).max(axis=1)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_free_motion_is_mujoco_to_rounding(profile):
+    rng = np.random.default_rng(1)
+    n = 140
+    scene = Scene(
+        antenna=make_preset(profile), angle=rng.normal(0, 0.01, n), velocity=rng.normal(0, 0.002, n), base_angle=0.3
+    )
+    assert difference(scene, Clock(duration=20.5, timestep=0.02)).max() < 1e-12
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("kind", ["ball", "box"])
+def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
+    trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.6, lead=1.2345)
+    scene = make_scene(make_preset(profile), trial)
+    assert difference(scene, Clock(duration=6, timestep=0.02)).max() < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("speed", [0.6, 0.3, 0.06])
+@pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"])
+def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
+    feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
+    approach = 63.7 if "turned" in kind else 90.0
+    trial = Trial(feature=feature, location=0.7123, speed=speed, lead=1.2345, approach=approach)
+    found = difference(make_scene(make_preset(profile), trial), Clock(duration=101, timestep=0.02))
+    mesh = "triangle" in kind or kind == "outline"
+    assert found[:12].max() < (MESH if mesh else 1e-9)
+    assert found.max() < 1e-6
+
+
+@pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline"])
+@pytest.mark.parametrize("approach", [90.0, 57.3, 121.9])
+def test_touch_of_a_stub_is_mujoco(kind, approach):
+    feature = HOOK if kind == "outline" else make_feature(kind, 0.8)
+    trial = Trial(feature=feature, location=0.6123, speed=0.3, lead=0.5432, approach=approach)
+    found = difference(make_scene(short(30), trial), Clock(duration=15, sample_interval=0.5, timestep=0.02))
+    limit = MESH if kind in ("triangle", "outline") else 1e-9
+    assert found.max() < limit
+
+
+def test_wall_across_the_tip_is_mujoco():
+    forward = (np.sin(0.5), -np.cos(0.5))
+    path = Path(velocity=((0.3 * forward[0], 0.3 * forward[1]), (-0.1, 0.2)), end=(6.0,))
+    antenna = short(40)
+    scene = Scene(antenna=antenna, feature=Wall(), origin=(0.0, antenna.length + 0.7), forward=forward, path=path)
+    assert difference(scene, Clock(duration=15, timestep=0.02)).max() < 1e-9
+
+
+def test_force_on_the_antenna_is_mujoco():
+    trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432)
+    scene, clock = make_scene(short(30), trial), Clock(duration=5, timestep=0.02)
+    ours, theirs = chain.run(scene, clock).force, mujoco.run(scene, clock).force
+    assert np.abs(theirs).max() > 1e-5
+    np.testing.assert_allclose(ours, theirs, atol=1e-11)
+
+
+@pytest.mark.parametrize("solref", [(0.2, 1.0), (0.1, 0.5), (1.0, 1.3)])
+@pytest.mark.parametrize("solimp", [(0.9, 0.95, 0.001, 0.5, 2.0), (0.5, 0.99, 0.05, 0.3, 1.0), (0.2, 0.9, 0.1, 0.6, 3.0)])
+@pytest.mark.parametrize("friction", [0.05, 0.4])
+def test_contact_parameters_mean_what_mujoco_means(solref, solimp, friction):
+    trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432, friction=friction)
+    scene = make_scene(short(), trial, Contact(solref=solref, solimp=solimp))
+    assert difference(scene, Clock(duration=4, sample_interval=0.5, timestep=0.02)).max() < 1e-9
+
+
+def test_frictionless_touch_is_mujoco_as_far_as_its_conditioning_allows():
+    """MuJoCo's pyramid without friction (coefficient 1e-5) weighs contact rows by 1e10 times the inertia: both engines
+    keep six digits of the angle there, not ten."""
+    trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432, friction=0.0)
+    found = difference(make_scene(short(), trial), Clock(duration=4, sample_interval=0.5, timestep=0.02))
+    assert found.max() < 1e-6
+
+
+@st.composite
+def scenes(draw):
+    """Stubs of random size, posture and motion, and an object thrown at them from a random direction."""
+    n = draw(st.integers(2, 12))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    antenna = short(
+        n,
+        segment_length=rng.uniform(0.2, 0.5, n),
+        segment_mass=rng.uniform(0.5e-6, 5e-6, n),
+        rest_angle=rng.normal(0, 0.1, n),
+    )
+    kind = draw(st.sampled_from(["ball", "box"]))
+    direction = rng.uniform(-np.pi, np.pi)
+    forward = np.array([np.cos(direction), np.sin(direction)])
+    side = np.array([-forward[1], forward[0]])
+    points = antenna.shape()
+    target = points[rng.integers(1, n + 1)] + rng.uniform(-0.3, 0.3) * side
+    speed = draw(st.sampled_from([0.06, 0.3, 0.6]))
+    origin = target - (rng.uniform(5.0, 8.0)) * forward * speed - 0.25 * forward
+    return Scene(
+        antenna=antenna,
+        feature=make_feature(kind, rng.uniform(0.4, 1.5)),
+        origin=tuple(origin),
+        forward=tuple(forward),
+        path=Path(velocity=(tuple(speed * forward),)),
+        friction=rng.uniform(0.0, 1.2),
+        angle=antenna.rest_angle + rng.normal(0, 0.02, n),
+        velocity=rng.normal(0, 0.002, n),
+        base_angle=rng.uniform(-1, 1) * draw(st.sampled_from([0, 1])),
+        label="random",
+    )
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(scenes())
+def test_one_step_of_a_random_scene_is_mujoco(scene):
+    """Step by step from MuJoCo's own states, so that chaos cannot hide or make a difference."""
+    clock = Clock(duration=14, sample_interval=0.25, timestep=0.01)
+    ours, theirs = chain.run(scene, clock), mujoco.run(scene, clock)
+    scale = max(np.abs(theirs.angle).max(), 1e-3)
+    found = np.abs(ours.angle - theirs.angle).max(axis=1)
+    touched = np.flatnonzero(np.abs(theirs.force).max(axis=1) > 0)
+    first = touched[0] if touched.size else clock.n_samples
+    assert found[: first + 1].max() < 1e-12 * max(1.0, scale)
+    assert found[: first + 8].max() < 1e-9
