@@ -1,0 +1,53 @@
+# feeler: `make reproduce` runs the paper, `make test` the tests. Each sets up .venv by itself; a second call reuses it.
+PYTHON ?= python3
+SCALE ?= quick
+VENV := .venv
+BIN := $(VENV)/bin
+comma := ,
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help reproduce test test-slow check bench peers docs clean
+
+help:  ## list what make can do
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
+
+$(BIN)/.core: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit("feeler needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "setting up $(VENV) (once, a minute or two)"
+	@$(PIP) -e .
+	@touch $@
+
+$(BIN)/.test: $(BIN)/.core
+	@$(PIP) -e '.[test]'
+	@touch $@
+
+$(BIN)/.cnn: $(BIN)/.core
+	@$(PIP) -e '.[cnn]'
+	@touch $@
+
+$(BIN)/.docs: $(BIN)/.core
+	@$(PIP) -e '.[docs]'
+	@touch $@
+
+reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=smoke|quick|paper)
+	@$(BIN)/feeler reproduce --scale $(SCALE)
+
+test: $(BIN)/.test  ## the default tests
+	@$(BIN)/python -m pytest -q -n auto --dist loadfile
+
+test-slow: $(BIN)/.test  ## the long tests: fuzzing, kills, full disks
+	@$(BIN)/python -m pytest -q -m slow
+
+check: $(BIN)/.test  ## style
+	@$(PIP) ruff && $(BIN)/ruff check src tests benchmarks && $(BIN)/ruff format --check src tests benchmarks
+
+bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
+	@for script in physics chain; do $(BIN)/python benchmarks/$$script.py; done
+
+docs: $(BIN)/.docs  ## the documentation site in site/
+	@$(BIN)/python -m mkdocs build --strict --quiet
+
+clean:  ## remove what the targets made, except stores
+	@rm -rf $(VENV) site build src/*.egg-info .pytest_cache

@@ -1,0 +1,52 @@
+"""What a run of the paper is made with: scale, seed, antenna, engine, and where things go."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.presets import cockroach
+from feeler.errors import InvalidInput
+from feeler.experiment.configuration import describe_antenna
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+
+SCALES = ("smoke", "quick", "paper")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Context:
+    """The one dial and everything it does not turn."""
+
+    scale: str = "quick"
+    seed: int = 0
+    engine: str = DEFAULT_ENGINE
+    timestep: float = TIMESTEP
+    workers: int | None = None
+    antenna: Antenna = field(default_factory=cockroach)
+    is_cockroach: bool = True
+    out: Path = Path("out")
+    fresh: bool = False
+
+    def __post_init__(self) -> None:
+        if self.scale not in SCALES:
+            raise InvalidInput(f"unknown scale {self.scale!r}; valid: {', '.join(SCALES)}.")
+
+    def pick(self, *, smoke: object, quick: object, paper: object) -> object:
+        """The value that belongs to this scale."""
+        return {"smoke": smoke, "quick": quick, "paper": paper}[self.scale]
+
+    @property
+    def profiles(self) -> dict[str, Antenna]:
+        """The antenna and its controls: for the cockroach the paper's two and the matched-compliance one."""
+        if not self.is_cockroach:
+            return {self.antenna.name: self.antenna}
+        return {"exponential": self.antenna, **{name: cockroach(name) for name in ("linear", "constant", "matched")}}
+
+    def describe(self) -> dict[str, object]:
+        """Everything that can change a number, as plain data; not the number of workers, which cannot."""
+        return {
+            "scale": self.scale,
+            "seed": self.seed,
+            "engine": self.engine,
+            "timestep": self.timestep,
+            "antennas": {name: describe_antenna(antenna) for name, antenna in self.profiles.items()},
+        }

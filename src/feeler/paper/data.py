@@ -1,0 +1,64 @@
+"""The tactile tensors that most sections share: made once, kept in a store, resumed after a kill."""
+
+from functools import lru_cache
+
+import xarray as xr
+
+from feeler.errors import StoreError
+from feeler.experiment.configuration import describe_antenna, digest, list_versions
+from feeler.experiment.touch import DURATION, touch
+from feeler.paper.context import Context
+from feeler.paper.stage import COMMON, hash_source
+from feeler.paper.trials import SPEEDS, trials
+
+MAIN = "main"  # the antenna that is described, first of the context's profiles
+
+
+def list_profiles(context: Context) -> list[str]:
+    """Profiles compared at this scale; smoke leaves out all but the first and the constant one."""
+    names = list(context.profiles)
+    return [name for name in names if name == names[0] or name == "constant"] if context.scale == "smoke" else names
+
+
+def list_speeds(context: Context, profile: str) -> dict[str, float]:
+    """Speeds simulated for a profile: all for the first, only slow for controls below paper scale."""
+    first = profile == next(iter(context.profiles))
+    if context.scale == "paper" or (first and context.scale == "quick"):
+        return SPEEDS
+    return {name: SPEEDS[name] for name in (("fast", "slow") if first else ("slow",))}
+
+
+@lru_cache(maxsize=16)
+def load_tensors(context: Context, profile: str, progress=None) -> xr.Dataset:
+    """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
+    antenna, speeds = context.profiles[profile], tuple(list_speeds(context, profile).values())
+    key = digest(
+        {
+            "antenna": describe_antenna(antenna),
+            "speeds": speeds,
+            "timestep": context.timestep,
+            "engine": context.engine,
+            "seed": context.seed,
+            "versions": list_versions(),
+            "code": [hash_source(room) for room in COMMON if room != "plotting"],
+        }
+    )
+    path = context.out / "cache" / "tensors" / f"{profile}-{key}.zarr"
+    options = {
+        "duration": DURATION,
+        "timestep": context.timestep,
+        "engine": context.engine,
+        "workers": context.workers,
+        "seed": context.seed,
+        "progress": progress,
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        return touch(antenna, trials(speeds), store=path, **options)
+    except StoreError as error:
+        raise StoreError(f"{error} Remove {path} or choose another --out.") from error
+
+
+def select_speed(tensors: xr.Dataset, speed: float) -> xr.Dataset:
+    """The trials of one speed."""
+    return tensors.isel(trial=abs(tensors["speed"].values - speed) < 1e-9)

@@ -1,0 +1,95 @@
+"""A section of the report: figures, movies, tables, words and numbers, kept as files in one folder."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from feeler.plotting.style import DOUBLE, style
+
+
+@dataclass(kw_only=True)
+class Section:
+    """What one stage leaves behind; ``values`` are the numbers that claims are held against."""
+
+    name: str
+    title: str
+    folder: Path
+    blocks: list[dict[str, object]] = field(default_factory=list)
+    values: dict[str, object] = field(default_factory=dict)
+    seconds: float = 0.0
+    cached: bool = False
+
+    def text(self, words: str) -> None:
+        """A paragraph."""
+        self.blocks.append({"kind": "text", "text": words})
+
+    def heading(self, words: str) -> None:
+        """A heading within the section."""
+        self.blocks.append({"kind": "heading", "text": words})
+
+    def table(self, header: Sequence[str], rows: Sequence[Sequence[object]], caption: str = "") -> None:
+        """A table; numbers are shown with four digits."""
+        plain = [[_show(cell) for cell in row] for row in rows]
+        self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
+
+    def figure(self, name: str, caption: str, draw, *, width: float = DOUBLE, height: float = 3.0) -> None:
+        """Draw with ``draw(figure)`` and keep it as PNG, SVG and PDF."""
+        with style():
+            figure = Figure(figsize=(width, height), layout="constrained")
+            FigureCanvasAgg(figure)
+            draw(figure)
+            for kind in ("png", "svg", "pdf"):
+                metadata = {"Date": None} if kind == "svg" else {"CreationDate": None} if kind == "pdf" else None
+                figure.savefig(self.folder / f"{name}.{kind}", metadata=metadata)
+        size = [round(width * 96), round(height * 96)]
+        self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
+
+    def movie(self, path: Path, caption: str) -> None:
+        """A movie already written into the folder."""
+        self.blocks.append({"kind": "movie", "name": path.name, "caption": caption})
+
+    def numbers(self, name: str, **arrays: object) -> None:
+        """Keep the numbers a figure draws as JSON."""
+        text = json.dumps({key: make_plain(value) for key, value in arrays.items()}, sort_keys=True)
+        (self.folder / f"{name}.json").write_text(text)
+
+    def save(self) -> None:
+        """Write ``section.json``, which says that the section is whole."""
+        data = asdict(self) | {"folder": None, "values": make_plain(self.values)}
+        (self.folder / "section.json").write_text(json.dumps(data, sort_keys=True, indent=1))
+
+    @classmethod
+    def load(cls, folder: Path) -> "Section":
+        """Read a section that ``save`` wrote."""
+        data = json.loads((folder / "section.json").read_text())
+        return cls(**data | {"folder": folder, "cached": True})
+
+
+def make_plain(value: object) -> object:
+    """Arrays, NumPy scalars and mappings as JSON knows them; what is not a number becomes null."""
+    if hasattr(value, "values") and not isinstance(value, dict):
+        value = value.values
+    if isinstance(value, dict):
+        return {str(key): make_plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [make_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
+
+
+def _show(cell: object) -> str:
+    if isinstance(cell, bool | str):
+        return str(cell)
+    if isinstance(cell, int | np.integer):
+        return f"{cell:d}"
+    if isinstance(cell, float | np.floating):
+        return f"{cell:.4g}" if np.isfinite(cell) else "undefined"
+    return str(cell)

@@ -1,0 +1,73 @@
+"""Stages: named steps of the run, each kept by a key of everything that its numbers depend on."""
+
+import hashlib
+import os
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import feeler
+from feeler.errors import FeelerError
+from feeler.experiment.configuration import digest, list_versions
+from feeler.paper.context import Context
+from feeler.paper.section import Section
+
+SOURCE = Path(feeler.__file__).parent
+COMMON = ("antenna", "touch", "physics", "tensors", "experiment", "plotting", "errors.py")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """One step: ``make(context, section)`` fills a section; ``rooms`` are the folders or files whose code it runs."""
+
+    name: str
+    title: str
+    make: Callable[[Context, Section], None]
+    rooms: tuple[str, ...] = ()
+
+    def key(self, context: Context) -> str:
+        """Fingerprint of parameters, versions and code."""
+        code = {room: hash_source(room) for room in (*COMMON, *self.rooms, f"paper/sections/{self.name}.py")}
+        return digest({"context": context.describe(), "versions": list_versions(), "code": code})
+
+
+@cache
+def hash_source(room: str) -> str:
+    """Fingerprint of the Python and data files of a room."""
+    path = SOURCE / room
+    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.suffix in (".py", ".toml", ".csv"))
+    text = b"".join(str(p.relative_to(SOURCE)).encode() + p.read_bytes() for p in files)
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def run_stage(stage: Stage, context: Context) -> Section:
+    """The stage's section: from the cache where its key stands there whole, else made now.
+
+    The section is made in a folder of another name and renamed when it is whole, so that a killed run leaves either all
+    of it or nothing. A FeelerError becomes the section's text; the other sections go on.
+    """
+    final = context.out / "cache" / stage.name / stage.key(context)
+    if not context.fresh and (final / "section.json").exists():
+        return Section.load(final)
+    partial = final.with_name(f".{final.name}.{os.getpid()}")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    section, start = Section(name=stage.name, title=stage.title, folder=partial), time.perf_counter()
+    try:
+        stage.make(context, section)
+    except FeelerError as error:
+        shutil.rmtree(partial)
+        failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)
+        failed.text(f"This section could not be made: {error}")
+        return failed
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    section.seconds = time.perf_counter() - start
+    section.save()
+    shutil.rmtree(final, ignore_errors=True)
+    partial.replace(final)
+    return replace(section, folder=final)

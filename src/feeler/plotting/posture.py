@@ -1,0 +1,42 @@
+"""Draw antennas and what touches them, in the plane."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Patch, Polygon
+
+from feeler.antenna.antenna import Antenna
+from feeler.touch.feature import Feature, Wall
+
+OBJECT_COLOUR = "#009E73"
+
+
+def plot_posture(points: np.ndarray, ax: Axes, **line: object) -> None:
+    """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
+    ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
+
+
+def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0) -> Patch:
+    """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along ``forward``."""
+    left = np.array([-forward[1], forward[0]])
+    look = {"facecolor": OBJECT_COLOUR, "edgecolor": "none", "alpha": 0.85}
+    if isinstance(feature, Wall):
+        corners = np.array([[0, -reach], [0, reach], [-reach, reach], [-reach, -reach]])
+    elif feature.kind == "ball":
+        return Circle(origin - feature.radius * forward, feature.radius, **look)
+    else:
+        corners = feature.vertices
+    return Polygon(origin + corners @ np.stack([forward, left]), closed=True, **look)
+
+
+def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
+    """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
+    position = antenna.hinge_position / antenna.length
+    quantities = (
+        (antenna.segment_length, "segment length [mm]", "linear"),
+        (1e6 * antenna.segment_mass, "segment mass [µg]", "log"),
+        (antenna.stiffness, "stiffness [N·mm/rad]", "log"),
+        (antenna.damping, "damping [N·mm·ms/rad]", "log"),
+    )
+    for ax, (values, label, scale) in zip(axes, quantities, strict=True):
+        ax.plot(position, values, color="black")
+        ax.set(xlabel="position (base 0, tip 1)", ylabel=label, yscale=scale)

@@ -1,0 +1,45 @@
+"""One look for every figure: journal sizes, embedded fonts, colours that survive colour blindness."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+
+SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
+# Okabe & Ito 2008: distinguishable with every common colour blindness.
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+PROFILE_COLOURS = {"exponential": "#000000", "linear": "#D55E00", "constant": "#56B4E9", "matched": "#CC79A7"}
+SPEED_COLOURS = {"slow": "#0072B2", "medium": "#009E73", "fast": "#D55E00"}
+TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
+
+RC = {
+    "figure.dpi": 110,
+    "savefig.dpi": 220,
+    "figure.constrained_layout.use": True,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.3,
+    "axes.prop_cycle": mpl.cycler(color=list(PALETTE)),
+    "image.cmap": TENSOR_COLOURS,
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "feeler",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw inside this context to get feeler's look; nothing outside it changes."""
+    with mpl.rc_context(RC):
+        yield
