@@ -3,17 +3,27 @@
 from feeler.encoding.bases import compute_basis_similarity, compute_stability, locate_components, match_components
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
+from feeler.encoding.entropy import compute_entropies, compute_histogram_entropy, compute_mass_entropy
+from feeler.encoding.files import load_encoder, save_encoder
+from feeler.encoding.mapping import LocationMapping, map_locations
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.encoding.sparseness import hoyer_sparseness, project_to_sparseness
 
 __all__ = [
     "ConvolutiveNMF",
+    "LocationMapping",
     "compute_basis_similarity",
+    "compute_entropies",
+    "compute_histogram_entropy",
+    "compute_mass_entropy",
     "compute_stability",
     "encode",
     "hoyer_sparseness",
+    "load_encoder",
     "locate_components",
+    "map_locations",
     "match_components",
     "project_to_sparseness",
     "reconstruct",
+    "save_encoder",
 ]

@@ -51,9 +51,9 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
 def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
     """Projected-gradient sweeps under the sparseness constraint: activations (trial, component, time) change in place.
 
-    joint: one constraint per component over all trials given, else one per component and trial. steps (trial, component) are
-    the step sizes, kept between calls, in units of the one that cannot fail. A trial ends early once a sweep lowers its loss
-    by less than tol times what the bases explain. Returns the most sweeps any trial took.
+    joint: one constraint per component over all trials given, else one per component and trial. steps (trial,
+    component) are the step sizes, kept between calls, in units of the one that cannot fail. A trial ends early once a
+    sweep lowers its loss by less than tol times what the bases explain. Returns the most sweeps any trial took.
     """
     safe = np.empty(kernel.shape[0])
     for m in range(safe.size):
@@ -134,7 +134,8 @@ def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, ro
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_nonnegative(seen, kernel, edge, activations, max_sweeps, tol):
-    """Coordinate descent for min ½ h·G h − A·h over h ≥ 0, trial by trial, in place; returns the most sweeps any trial took.
+    """Coordinate descent for min ½ h·G h − A·h over h ≥ 0, trial by trial, in place; returns the most sweeps any
+    trial took.
 
     Ends when no coordinate's step exceeds tol times the trial's largest activation.
     """

@@ -61,13 +61,14 @@ def compute_basis_similarity(first: np.ndarray, second: np.ndarray) -> np.ndarra
 
     Parameters
     ----------
-    first, second : (component, sensor, lag)
+    first, second : (component, sensor, lag); the numbers of components and lags may differ.
 
     Returns
     -------
-    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled or shifted within the lags.
+    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled or shifted within
+    the lags.
     """
-    length = 2 * first.shape[2]
+    length = first.shape[2] + second.shape[2]
     spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
     overlap = np.einsum("asf,bsf->abf", spectra[0], spectra[1].conj())
     return np.clip(np.fft.irfft(overlap, length).max(axis=2), 0, 1)

@@ -18,9 +18,9 @@ def encode(
     code: str,
     *,
     sparseness: float | None = 0.8,
-    ridge: float = 0.01,
-    max_sweeps: int = 500,
-    tol: float = 1e-5,
+    ridge: float = 0.1,
+    max_sweeps: int = 2000,
+    tol: float | None = None,
     run: Callable = map,
 ) -> tuple[np.ndarray, int]:
     """Activations (trial, component, time) of tensors (trial, sensor, time) on bases (component, sensor, lag).
@@ -29,12 +29,16 @@ def encode(
     ----------
     code : which code.
         "nonnegative": h ≥ 0 with the least ½‖V − V̂‖². Convex, but where bases are smooth several h do almost as well.
-        "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖². Strictly convex: one answer, and one that moves little
+        "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖². Strictly convex: one answer, and one that moves
+            little
         when the tensor does. ‖W‖² is the mean squared length of a basis, so that ridge has no unit.
-        "sparse": least ½‖V − V̂‖² among activations whose every row has exactly this sparseness (or is zero), by projected
-        gradient from the ridge code's projection. Not convex: a fixed start makes it one answer, not the best one.
-    max_sweeps, tol : end after this many sweeps, or when one changes the code (sparse: lowers the loss) by less than tol,
-        relatively.
+        "sparse": least ½‖V − V̂‖² among activations whose every row has exactly this sparseness (or is zero), by
+            projected
+        gradient from the projection of a roughly solved ridge code. Not convex: a fixed start makes it one answer,
+        not the best one.
+    max_sweeps, tol : end after this many sweeps, or when one changes no activation by more than tol times the trial's
+        largest (None: 1e-4); for the sparse code, when one lowers the loss by less than tol times what the code
+        explains (None: 1e-5).
 
     Returns
     -------
@@ -47,27 +51,27 @@ def encode(
     kernel, edge = compute_basis_gram(components)
     padded = (kernel, edge) if code == "nonnegative" else _add_ridge(kernel, edge, ridge)
     l1 = l1_of_unit_vector(n_times, sparseness) if code == "sparse" else 0.0
+    if tol is None:
+        tol = 1e-5 if code == "sparse" else 1e-4
     activations = np.zeros((n_trials, n_components, n_times))
 
     def encode_block(block: slice) -> int:
         rows = activations[block]
         seen = np.concatenate([_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]])
-        sweeps = solve_nonnegative(seen, *padded, rows, max_sweeps, tol)
+        sweeps = solve_nonnegative(seen, *padded, rows, max_sweeps, 1e-2 if code == "sparse" else tol)
         if code != "sparse":
             return sweeps
         for trial in rows:
             for row in trial:
                 project_row(row.copy(), l1, row)
-        return descend_activations(
-            seen, kernel, edge, rows, np.ones(rows.shape[:2]), l1, False, max_sweeps, tol
-        )
+        return descend_activations(seen, kernel, edge, rows, np.ones(rows.shape[:2]), l1, False, max_sweeps, tol)
 
     blocks = [slice(start, start + BLOCK) for start in range(0, n_trials, BLOCK)]
     return activations, max(run(encode_block, blocks))
 
 
 def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np.ndarray:
-    """The bases correlated with one tensor, (1, component, time); alone, so that its neighbours do not even round it."""
+    """The bases correlated with one tensor, (1, component, time); alone, so that no neighbour even rounds it."""
     spectra = compute_spectra(tensor[None], length)
     seen = np.empty((2, 1, basis_spectra.shape[1], spectra.shape[-1]))
     correlate_with_bases(*spectra, *basis_spectra, seen)

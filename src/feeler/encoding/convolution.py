@@ -1,7 +1,8 @@
 """The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ), forwards and as correlations, per trial.
 
-A trial starts with nothing before it and its window ends at T: what a basis would do after T is not seen, and nothing of it
-runs into the next trial. Zero padding by L − 1 makes the circular correlations of the Fourier transform equal to these.
+A trial starts with nothing before it and its window ends at T: what a basis would do after T is not seen, and nothing
+of it runs into the next trial. Zero padding by L − 1 makes the circular correlations of the Fourier transform equal
+to these.
 """
 
 import numpy as np

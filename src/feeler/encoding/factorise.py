@@ -60,6 +60,7 @@ class Data:
         self.length = fourier_length(self.n_times, n_lags)
         self.spectra = compute_spectra(tensors, self.length)
         self.energy = float(np.vdot(tensors, tensors))
+        self.silent = ~tensors.any(axis=(1, 2))
 
     def see(self, components: np.ndarray, trials: slice) -> np.ndarray:
         """A (trial, component, time): the bases correlated with the tensors."""
@@ -73,7 +74,7 @@ class Data:
         return invert_spectra(out, self.length, self.n_times)
 
     def gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
-        """Transform of B (component, sensor, lag): the tensors correlated with their activations, summed over these trials."""
+        """Transform of B (component, sensor, lag): tensors correlated with activations, summed over trials."""
         h_re, h_im = compute_spectra(activations[trials], self.length)
         v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
         out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))
@@ -100,6 +101,7 @@ def factorise(
     on_iteration : called with the iteration and the relative residual ‖V − V̂‖/‖V‖.
     """
     components, activations = components.copy(), activations.copy()
+    activations[data.silent] = 0  # a start from random numbers would leave traces there
     blocks = [slice(start, start + BLOCK) for start in range(0, data.n_trials, BLOCK)]
     groups = 1 if settings.joint else data.n_trials
     steps = np.ones((groups, settings.n_components))
@@ -167,7 +169,8 @@ def _update_bases(data, components, activations, settings, blocks, run) -> tuple
 
 @contextmanager
 def open_pool(n_jobs: int) -> Iterator[Callable]:
-    """How to map over blocks of trials: on this many threads (the compiled parts release the interpreter's lock), or none.
+    """How to map over blocks of trials: on this many threads (the compiled parts release the interpreter's lock), or
+    none.
 
     The products of small matrices in between stay on one thread: there, more only wait for each other.
     """

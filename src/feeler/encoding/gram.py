@@ -1,4 +1,5 @@
-"""Inner products that replace reconstructions: of shifted bases with each other, of shifted activations with each other.
+"""Inner products that replace reconstructions: of shifted bases with each other, of shifted activations with each
+other.
 
 Both matrices are Toeplitz up to the end of the window, so two small sums along diagonals give them exactly.
 """
@@ -16,10 +17,10 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Returns
     -------
-    kernel : (component m, component k, 2·lag − 1). kernel[m, k, d + L − 1] = Σ_x Σ_τ W_m(x, τ) W_k(x, τ + d): m starts d after
-        k, both fit into the window.
-    edge : (component m, component k, lag, lag). edge[m, k, i, j]: m starts i samples before the last one, k starts j before
-        it, and what runs past the window is cut off. edge[..., L − 1, :] and edge[..., :, L − 1] are the kernel.
+    kernel : (component m, component k, 2·lag − 1). kernel[m, k, d + L − 1] = Σ_x Σ_τ W_m(x, τ) W_k(x, τ + d): m
+        starts d after k, both fit into the window.
+    edge : (component m, component k, lag, lag). edge[m, k, i, j]: m starts i samples before the last one, k starts j
+        before it, and what runs past the window is cut off. edge[..., L − 1, :] and edge[..., :, L − 1] are the kernel.
     """
     n_components, n_sensors, n_lags = components.shape
     flat = components.transpose(1, 0, 2).reshape(n_sensors, n_components * n_lags)
@@ -36,7 +37,7 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_shifted_kernel(kernel, edge, value, place, n_lags, out):
-    """out(s) += value · ⟨basis m at s, basis k at `place`⟩ for every s; kernel and edge are those of the pair (m, k)."""
+    """out(s) += value · ⟨basis m at s, basis k at `place`⟩ for every s; kernel, edge: those of the pair (m, k)."""
     n_times = out.size
     last_full = n_times - n_lags
     first = max(0, place - n_lags + 1)

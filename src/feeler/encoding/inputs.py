@@ -88,11 +88,13 @@ def check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
     n_trials, _, n_times = tensors.shape
     if n_lags > n_times:
         raise InvalidInput(
-            f"n_lags is {n_lags}, but a trial has {n_times} samples; choose n_lags of at most {n_times}, or longer trials."
+            f"n_lags is {n_lags}, but a trial has {n_times} samples; choose n_lags of at most "
+            f"{n_times}, or longer trials."
         )
     most = max(n_trials * n_times // n_lags, 1)
     if n_components > most:
         raise InvalidInput(
-            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only {most} separate windows "
-            f"of n_lags = {n_lags} samples; more bases than that are not determined. Choose at most {most}, or fewer lags."
+            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only {most} separate "
+            f"windows of n_lags = {n_lags} samples; more bases than that are not determined. Choose at most {most}, or "
+            "fewer lags."
         )

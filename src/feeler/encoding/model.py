@@ -22,30 +22,34 @@ from feeler.errors import InvalidInput
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     """Convolutive non-negative matrix factorisation of tactile tensors, with exactly sparse activations (cNMFsc).
 
-    Every tensor becomes a sum of a few bases that are short films of the antenna, each played whenever its activation says:
+    Every tensor becomes a sum of a few bases that are short films of the antenna, each played whenever its activation
+    says:
 
         V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
 
-    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases, projected-gradient steps with
-    Hoyer's exact projection for the activations, row by row, a step accepted only if the loss falls. No trial runs into the next.
+    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases, projected-gradient
+    steps with Hoyer's exact projection for the activations, row by row, a step accepted only if the loss falls. No
+    trial runs into the next.
 
     Parameters
     ----------
     n_components : how many bases, M. The paper shows 2 to 5, and works with 3.
     n_lags : how many samples a basis lasts, T. The paper: 40 samples of 1 ms.
-    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain convolutive NMF with multiplicative
-        updates; with n_lags=1 it is scikit-learn's NMF(solver="mu"), step for step.
-    constraint : "trial": every trial's activation of every component has this sparseness, or is zero. "all": the activation of
-        each component over all trials together has it, as if the tensors were one recording; then how sparse a trial's code is
-        depends on the others. The default is "trial", because only then is the code of a tensor a matter of the tensor alone.
-    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row), "ridge" (non-negative with a
-        small ridge: one answer, continuous in the tensor), "nonnegative" (no ridge). None: "sparse" with a sparseness, else
-        "nonnegative".
+    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain convolutive NMF with
+        multiplicative updates; with n_lags=1 it is scikit-learn's NMF(solver="mu"), step for step.
+    constraint : "trial": every trial's activation of every component has this sparseness, or is zero. "all": the
+        activation of each component over all trials together has it, as if the tensors were one recording; then how
+        sparse a trial's code is depends on the others. The default is "trial", because only then is the code of a
+        tensor a matter of the tensor alone.
+    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row), "ridge"
+        (non-negative with a small ridge: one answer, continuous in the tensor), "nonnegative" (no ridge). None:
+        "sparse" with a sparseness, else "nonnegative".
     ridge : weight of the ridge, relative to the squared length of a basis.
-    init : "windows" starts from stretches of the tensors drawn by energy, "random" from uniform numbers.
+    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by energy: nearer at first,
+        but planted bases come back less often from there.
     n_restarts : fits from this many starts; keeps the one with the lowest loss.
-    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol times itself
-        per iteration.
+    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol
+        times itself per iteration.
     inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1 without.
     random_state : seed or generator of the starts.
     n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
@@ -53,8 +57,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     Attributes
     ----------
     components_ : (component, sensor, lag); unit length each, ordered from base to tip by where they act.
-    activations_ : (trial, component, time): those found together with the bases. They are not unique, so codes to compare come
-        from `transform`; `fit_transform` returns those too.
+    activations_ : (trial, component, time): those found together with the bases. They are not unique, so codes to
+        compare come from `transform`; `fit_transform` returns those too.
     reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V − V̂‖/‖V‖.
     n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
     stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one restart.
@@ -63,9 +67,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
     References
     ----------
-    Smaragdis 2004, LNCS 3195:494 (convolutive NMF). Hoyer 2004, J. Mach. Learn. Res. 5:1457 (sparseness). Ramanarayanan,
-    Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc). Lee & Seung 2001, NIPS 13 (multiplicative updates).
-    Gillis & Glineur 2012, Neural Comput. 24:1085 (several inner steps per iteration).
+    Smaragdis 2004, LNCS 3195:494 (convolutive NMF). Hoyer 2004, J. Mach. Learn. Res. 5:1457 (sparseness).
+    Ramanarayanan, Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc). Lee & Seung 2001, NIPS 13
+    (multiplicative updates). Gillis & Glineur 2012, Neural Comput. 24:1085 (several inner steps per iteration).
     """
 
     def __init__(
@@ -76,8 +80,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         *,
         constraint="trial",
         code=None,
-        ridge=0.01,
-        init="windows",
+        ridge=0.1,
+        init="random",
         n_restarts=3,
         max_iter=300,
         tol=1e-4,
@@ -102,7 +106,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def fit(self, X, y=None, *, components=None, activations=None):
         """Learn the bases of tensors (trial, sensor, time); y is ignored.
 
-        components (component, sensor, lag) and activations (trial, component, time) set the start; then there is one restart.
+        components (component, sensor, lag) and activations (trial, component, time) set the start; then there is one
+        restart.
 
         Raises
         ------
@@ -132,17 +137,16 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         check_is_fitted(self, "components_")
         tensors = self._check_against_bases(as_tensors(X))
         code = self._choose_code(code)
-        max_sweeps = 500
+        max_sweeps = 2000
         with open_pool(_count_threads(self.n_jobs)) as run:
-            activations, sweeps = encode(
-                tensors, self.components_, code, sparseness=self.sparseness, ridge=self.ridge, max_sweeps=max_sweeps, run=run
-            )
+            fixed = {"sparseness": self.sparseness, "ridge": self.ridge, "max_sweeps": max_sweeps}
+            activations, sweeps = encode(tensors, self.components_, code, **fixed, run=run)
         if sweeps >= max_sweeps and code != "nonnegative":
             warnings.warn(
-                f"The {code} code of some trial still moved after {max_sweeps} sweeps. A larger ridge (now {self.ridge}) "
-                "makes the problem better posed.",
+                f"The {code} code of some trial still moved after {max_sweeps} sweeps. A larger ridge (now "
+                f"{self.ridge}) makes the problem better posed.",
                 ConvergenceWarning,
-                stacklevel=2,
+                stacklevel=3,
             )
         return activations
 
@@ -164,7 +168,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
 
     def partial_fit(self, X, y=None, *, forget=0.7):
-        """Learn from one batch of tensors; the sums over earlier batches count `forget` times as much with each new one."""
+        """Learn from one batch of tensors; with each, the sums over earlier ones count `forget` times as much."""
         check_settings(self)
         tensors = as_tensors(X)
         if not hasattr(self, "_sums"):
@@ -180,8 +184,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
 
-        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over trials: a Zarr array, a NumPy
-            memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
+        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over trials: a Zarr array,
+            a NumPy memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
         """
         if len(getattr(source, "shape", ())) != 3:
             raise InvalidInput("fit_stream needs something with a shape (trial, sensor, time), such as a Zarr array.")
@@ -209,7 +213,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         """Yield the (bases, activations) to start from."""
         given = components is not None or activations is not None
         for rng in make_generators(self.random_state, 1 if given else self.n_restarts):
-            bases = start_bases(tensors, self.n_components, self.n_lags, self.init, rng) if components is None else components
+            bases = components
+            if bases is None:
+                bases = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
             bases = _check_start("components", bases, (self.n_components, data.n_sensors, self.n_lags))
             codes = start_activations(data, bases, self.init, rng) if activations is None else activations
             yield bases, _check_start("activations", codes, (data.n_trials, self.n_components, data.n_times))
@@ -217,8 +223,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""
         found = sorted(found, key=lambda factors: factors.losses[-1])
-        found = [replace(f, **dict(zip(("components", "activations"), canonicalise(f.components, f.activations), strict=True)))
-                 for f in found]
+        found = [_canonical(factors) for factors in found]
         best = found[0]
         self.components_, self.activations_ = best.components, best.activations
         self.loss_curve_, self.n_iter_ = best.losses, len(best.losses)
@@ -230,8 +235,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.stability_ = compute_stability(list(self.restart_components_))
         if not best.converged:
             warnings.warn(
-                f"The fit still improved by more than tol={self.tol:g} per iteration after max_iter={self.max_iter} iterations. "
-                "Raise max_iter, or tol if this residual will do.",
+                f"The fit still improved by more than tol={self.tol:g} per iteration after max_iter={self.max_iter} "
+                "iterations. Raise max_iter, or tol if this residual will do.",
                 ConvergenceWarning,
                 stacklevel=3,
             )
@@ -246,13 +251,18 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def _check_against_bases(self, tensors: np.ndarray) -> np.ndarray:
         if tensors.shape[1] != self.n_sensors_in_:
             raise InvalidInput(
-                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on {self.n_sensors_in_}. Record the "
-                "same sensors, or fit again."
+                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on {self.n_sensors_in_}. "
+                "Record the same sensors, or fit again."
             )
         n_lags = self.components_.shape[2]
         if tensors.shape[2] < n_lags:
             raise InvalidInput(f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the bases.")
         return tensors
+
+
+def _canonical(factors: Factors) -> Factors:
+    components, activations = canonicalise(factors.components, factors.activations)
+    return replace(factors, components=components, activations=activations)
 
 
 def _check_start(name: str, value, shape: tuple[int, ...]) -> np.ndarray:

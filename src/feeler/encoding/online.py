@@ -1,4 +1,4 @@
-"""Learning from one batch at a time: only two sums over past batches are kept, whose size does not grow with the data."""
+"""Learning from one batch at a time: two sums over past batches are kept, of a size that does not grow."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,9 +23,15 @@ class OnlineSums:
 
 
 def learn_batch(
-    tensors: np.ndarray, components: np.ndarray, sums: OnlineSums, settings: Settings, forget: float, run: Callable = map
+    tensors: np.ndarray,
+    components: np.ndarray,
+    sums: OnlineSums,
+    settings: Settings,
+    forget: float,
+    run: Callable = map,
 ) -> np.ndarray:
-    """New bases (component, sensor, lag) after a batch (trial, sensor, time): code it on the old ones, add to the sums, update.
+    """New bases (component, sensor, lag) after a batch (trial, sensor, time): code it on the old ones, add to the
+    sums, update.
 
     References
     ----------

@@ -25,7 +25,7 @@ def hoyer_sparseness(vectors: np.ndarray, axis: int = -1) -> np.ndarray:
     vectors = np.asarray(vectors, dtype=float)
     root = np.sqrt(vectors.shape[axis])
     if root <= 1:
-        raise InvalidInput(f"Sparseness needs vectors of at least 2 entries; got shape {vectors.shape} along axis {axis}.")
+        raise InvalidInput(f"Sparseness needs at least 2 entries per vector; got {vectors.shape} along axis {axis}.")
     peak = np.max(np.abs(vectors), axis=axis, keepdims=True)
     scaled = np.abs(vectors) / np.where(peak > 0, peak, 1)  # squares of very small entries would underflow
     largest, length = scaled.sum(axis=axis), np.sqrt((scaled**2).sum(axis=axis))
@@ -37,9 +37,9 @@ def hoyer_sparseness(vectors: np.ndarray, axis: int = -1) -> np.ndarray:
 def project_to_sparseness(vector: np.ndarray, sparseness: float) -> np.ndarray:
     """The non-negative vector of exactly this sparseness that lies nearest to `vector`.
 
-    The nearest point keeps its own length free: with u the unit vector of the asked sparseness that maximises ⟨vector, u⟩,
-    the result is max(0, ⟨vector, u⟩)·u, because the best u does not depend on the length. u is the soft threshold
-    max(vector − λ, 0) scaled to unit length, with the one λ that gives ‖u‖₁ = √n − sparseness·(√n − 1).
+    The nearest point keeps its own length free: with u the unit vector of the asked sparseness that maximises
+    ⟨vector, u⟩, the result is max(0, ⟨vector, u⟩)·u, because the best u does not depend on the length. u is the soft
+    threshold max(vector − λ, 0) scaled to unit length, with the one λ that gives ‖u‖₁ = √n − sparseness·(√n − 1).
 
     Returns
     -------

@@ -17,7 +17,8 @@ def make_generators(random_state, n: int) -> list[np.random.Generator]:
 def start_bases(tensors: np.ndarray, n_components: int, n_lags: int, init: str, rng: np.random.Generator) -> np.ndarray:
     """Starting bases (component, sensor, lag).
 
-    "windows": stretches of the tensors, drawn with the probability of their energy, over a floor of a tenth of their mean (an
+    "windows": stretches of the tensors, drawn with the probability of their energy, over a floor of a tenth of their
+        mean (an
     entry at zero would stay there). "random": uniform in [0, 1), scaled to the data.
     """
     n_trials, n_sensors, n_times = tensors.shape
@@ -35,7 +36,7 @@ def start_bases(tensors: np.ndarray, n_components: int, n_lags: int, init: str, 
 
 
 def start_activations(data: Data, components: np.ndarray, init: str, rng: np.random.Generator) -> np.ndarray:
-    """Starting activations (trial, component, time): what the bases see, at the best common scale; or uniform random."""
+    """Starting activations (trial, component, time): what the bases see at the best scale, or uniform numbers."""
     shape = (data.n_trials, components.shape[0], data.n_times)
     if init == "random":
         return rng.random(shape)

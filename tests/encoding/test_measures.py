@@ -1,0 +1,117 @@
+"""Entropy, matching of bases, mapping of locations."""
+
+import numpy as np
+import pytest
+
+from feeler.encoding import (
+    compute_basis_similarity,
+    compute_entropies,
+    compute_histogram_entropy,
+    compute_mass_entropy,
+    compute_stability,
+    locate_components,
+    map_locations,
+    match_components,
+)
+from feeler.errors import InvalidInput
+
+
+@pytest.mark.parametrize(
+    ("values", "bits"),
+    [(np.full((4, 4), 3.0), 0), (np.arange(256.0), 8), (np.repeat([0.0, 1.0], 8), 1), (np.zeros(5), 0)],
+)
+def test_histogram_entropy_counts_grey_levels(values, bits):
+    assert compute_histogram_entropy(values) == pytest.approx(bits)
+
+
+@pytest.mark.parametrize(("values", "bits"), [(np.ones(64), 6), (np.eye(1, 9), 0), ([0.5, 0.25, 0.25], 1.5)])
+def test_mass_entropy_counts_sharing_entries(values, bits):
+    assert compute_mass_entropy(7 * np.asarray(values)) == pytest.approx(bits)
+
+
+def test_histogram_entropy_depends_on_scale_only_where_told():
+    values = np.random.default_rng(0).random(1000)
+    assert compute_histogram_entropy(0.1 * values) == compute_histogram_entropy(values)
+    assert compute_histogram_entropy(0.1 * values, scale="none") < compute_histogram_entropy(values, scale="none") - 2
+
+
+def test_histogram_entropy_is_that_of_a_picture_with_256_levels():
+    from skimage.measure import shannon_entropy
+
+    picture = np.random.default_rng(0).integers(0, 256, (30, 40))
+    assert compute_histogram_entropy(picture / 255, scale="none") == pytest.approx(shannon_entropy(picture))
+
+
+def test_entropies_of_a_stack():
+    stack = np.stack([np.ones((3, 3)), np.arange(9.0).reshape(3, 3)])
+    np.testing.assert_allclose(compute_entropies(stack), [0, np.log2(9)])
+    with pytest.raises(InvalidInput, match="'histogram', 'mass'"):
+        compute_entropies(stack, "shannon")
+
+
+def test_entropy_refuses_negative_entries():
+    with pytest.raises(InvalidInput, match="non-negative"):
+        compute_mass_entropy(np.array([-1.0, 2.0]))
+
+
+def test_matching_undoes_order_scale_and_shift():
+    bases = np.zeros((3, 6, 12))
+    bases[:, :, 3:8] = np.random.default_rng(0).random((3, 6, 5))
+    other = np.roll(bases, 2, axis=2)[[2, 0, 1]] * np.array([1, 5, 9])[:, None, None]
+    order, similarity = match_components(bases, other)
+    np.testing.assert_array_equal(order, [1, 2, 0])
+    np.testing.assert_allclose(similarity, 1)
+    assert compute_stability([bases, other, bases]) == pytest.approx(1)
+    assert np.isnan(compute_stability([bases]))
+
+
+def test_similarity_of_bases_on_other_sensors_is_none():
+    bases = np.zeros((2, 4, 3))
+    bases[0, 0], bases[1, 2] = 1, 1
+    np.testing.assert_allclose(compute_basis_similarity(bases, bases), np.eye(2), atol=1e-12)
+
+
+def test_place_of_a_basis_is_its_centre_of_mass():
+    bases = np.zeros((3, 5, 2))
+    bases[0, 0], bases[1, 4], bases[2, 1:4] = 1, 1, 1
+    np.testing.assert_allclose(locate_components(bases), [0, 1, 0.5])
+
+
+def make_codes(locations, rng):
+    codes = 0.1 * rng.random((len(locations), 3, 20))
+    for code, location in zip(codes, locations, strict=True):
+        code[int(location)] += 1
+    return codes
+
+
+def test_a_perfect_map_scores_its_ceiling_and_beats_chance():
+    rng = np.random.default_rng(0)
+    locations = np.repeat([0, 1, 2], 10)
+    score = map_locations(make_codes(locations, rng), locations, np.array([0.2, 0.5, 0.8]))
+    assert score.information == pytest.approx(np.log2(3)) == score.ceiling
+    assert score.correlation > 0.9
+    assert score.p_information == score.p_correlation == 1 / 1000
+    np.testing.assert_array_equal(score.share.argmax(axis=1), [0, 1, 2])
+
+
+def test_no_map_looks_like_chance():
+    rng = np.random.default_rng(1)
+    passed = [
+        map_locations(
+            make_codes(rng.integers(0, 3, 30), rng), np.repeat([0, 1, 2], 10), np.arange(3), n_shuffles=99
+        ).p_information
+        for _ in range(40)
+    ]
+    assert 0.3 < np.mean(passed) < 0.7
+
+
+@pytest.mark.parametrize(
+    ("locations", "places", "message"),
+    [
+        (np.zeros(6), np.arange(3), "two locations"),
+        (np.arange(5), np.arange(3), "6 codes of 3 components, 5 locations"),
+    ],
+)
+def test_map_refuses_what_it_cannot_score(locations, places, message):
+    with pytest.raises(InvalidInput, match=message):
+        map_locations(np.ones((6, 3, 4)), locations, places)

@@ -1,0 +1,144 @@
+"""The fast sums equal the obvious loops, edges included."""
+
+import numpy as np
+import pytest
+
+from feeler.encoding import reconstruct
+from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations, solve_nonnegative
+from feeler.encoding.bases import multiply_bases
+from feeler.encoding.convolution import invert_spectra
+from feeler.encoding.factorise import Data, Settings, factorise
+from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
+from feeler.encoding.sparseness import l1_of_unit_vector
+
+SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]
+
+
+@pytest.fixture(params=SHAPES, ids=str)
+def case(request):
+    """(tensors, bases, activations) of trials, components, sensors, lags, times."""
+    n_trials, n_components, n_sensors, n_lags, n_times = request.param
+    rng = np.random.default_rng(7)
+    activations = rng.random((n_trials, n_components, n_times)) * (rng.random((n_trials, n_components, n_times)) < 0.6)
+    return rng.random((n_trials, n_sensors, n_times)), rng.random((n_components, n_sensors, n_lags)), activations
+
+
+def loop_reconstruct(bases, activations):
+    tensors = np.zeros((activations.shape[0], bases.shape[1], activations.shape[2]))
+    for n, x, t in np.ndindex(tensors.shape):
+        for m in range(bases.shape[0]):
+            for lag in range(bases.shape[2]):
+                if t - lag >= 0:
+                    tensors[n, x, t] += bases[m, x, lag] * activations[n, m, t - lag]
+    return tensors
+
+
+def loop_see(bases, tensors):
+    seen = np.zeros((tensors.shape[0], bases.shape[0], tensors.shape[2]))
+    for n, m, s in np.ndindex(seen.shape):
+        for lag in range(bases.shape[2]):
+            if s + lag < tensors.shape[2]:
+                seen[n, m, s] += bases[m, :, lag] @ tensors[n, :, s + lag]
+    return seen
+
+
+def loop_gather(activations, tensors, n_lags):
+    gathered = np.zeros((activations.shape[1], tensors.shape[1], n_lags))
+    for m, x, lag in np.ndindex(gathered.shape):
+        for t in range(lag, tensors.shape[2]):
+            gathered[m, x, lag] += activations[:, m, t - lag] @ tensors[:, x, t]
+    return gathered
+
+
+def test_reconstruction(case):
+    _, bases, activations = case
+    np.testing.assert_allclose(reconstruct(bases, activations), loop_reconstruct(bases, activations))
+
+
+def test_correlations_with_the_data(case):
+    tensors, bases, activations = case
+    data = Data(tensors, bases.shape[2])
+    everything = slice(None)
+    np.testing.assert_allclose(data.see(bases, everything), loop_see(bases, tensors), atol=1e-12)
+    gathered = invert_spectra(data.gather(activations, everything), data.length, bases.shape[2])
+    np.testing.assert_allclose(gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12)
+
+
+def test_gram_of_bases_replaces_the_reconstruction(case):
+    _, bases, activations = case
+    expected = loop_see(bases, loop_reconstruct(bases, activations))
+    kernel, edge = compute_basis_gram(bases)
+    for trial, target in zip(activations, expected, strict=True):
+        out = np.empty_like(trial)
+        apply_gram(kernel, edge, trial, out)
+        np.testing.assert_allclose(out, target, atol=1e-12)
+
+
+def test_gram_of_activations_replaces_the_reconstruction(case):
+    _, bases, activations = case
+    gram = compute_activation_gram(activations, bases.shape[2])
+    expected = loop_gather(activations, loop_reconstruct(bases, activations), bases.shape[2])
+    np.testing.assert_allclose(np.einsum("kxs,ksmt->mxt", bases, gram), expected, atol=1e-12)
+
+
+def test_multiplicative_updates_equal_the_textbook(case):
+    tensors, bases, activations = case
+    activations = activations + 0.1
+    model = loop_reconstruct(bases, activations)
+    expected = activations * loop_see(bases, tensors) / loop_see(bases, model)
+    updated = activations.copy()
+    multiply_activations(loop_see(bases, tensors), *compute_basis_gram(bases), updated, 1)
+    np.testing.assert_allclose(updated, expected)
+    n_lags = bases.shape[2]
+    expected = bases * loop_gather(activations, tensors, n_lags) / loop_gather(activations, model, n_lags)
+    gram = compute_activation_gram(activations, n_lags)
+    new, shared, square = multiply_bases(bases, loop_gather(activations, tensors, n_lags), gram, 1)
+    np.testing.assert_allclose(new, expected, atol=1e-12)
+    rest = tensors - loop_reconstruct(new, activations)
+    assert 0.5 * (tensors**2).sum() - shared + 0.5 * square == pytest.approx(0.5 * (rest**2).sum())
+
+
+@pytest.mark.parametrize("joint", [False, True])
+def test_projected_step_equals_the_obvious_one(joint):
+    """One sweep from zero: row by row, a step along the gradient, projected."""
+    from feeler.encoding import project_to_sparseness
+
+    rng = np.random.default_rng(11)
+    tensors, bases = rng.random((3, 4, 25)), rng.random((2, 4, 5))
+    kernel, edge = compute_basis_gram(bases)
+    seen, activations = loop_see(bases, tensors), np.zeros((3, 2, 25))
+    size = 75 if joint else 25
+    l1 = l1_of_unit_vector(size, 0.6)
+    descend_activations(seen, kernel, edge, activations, np.ones((1 if joint else 3, 2)), l1, joint, 1, 0.0)
+    expected = np.zeros_like(activations)
+    for m in range(2):
+        slope = loop_see(bases, loop_reconstruct(bases, expected) - tensors)[:, m]
+        moved = expected[:, m] - slope / np.abs(kernel[m, m]).sum()
+        rows = [moved.ravel()] if joint else list(moved)
+        expected[:, m] = np.reshape([project_to_sparseness(row, 0.6) for row in rows], (3, 25))
+    np.testing.assert_allclose(activations, expected, atol=1e-12)
+
+
+def test_coordinate_descent_finds_the_nonnegative_least_squares():
+    from scipy.optimize import nnls
+
+    rng = np.random.default_rng(2)
+    tensors, bases = rng.random((2, 6, 20)), rng.random((2, 6, 4))
+    design = np.stack([loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1)
+    activations = np.zeros((2, 2, 20))
+    solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations, 20000, 1e-12)
+    for code, tensor in zip(activations, tensors, strict=True):
+        np.testing.assert_allclose(code.ravel(), nnls(design, tensor.ravel())[0], atol=1e-8)
+
+
+@pytest.mark.parametrize(("sparseness", "joint"), [(0.7, False), (0.7, True), (None, False)])
+def test_loss_never_rises_and_is_the_true_one(touches, sparseness, joint):
+    rng = np.random.default_rng(0)
+    settings = Settings(
+        n_components=3, n_lags=10, sparseness=sparseness, joint=joint, max_iter=40, tol=0, inner_steps=2
+    )
+    factors = factorise(Data(touches, 10), rng.random((3, 14, 10)), rng.random((12, 3, 90)), settings)
+    assert (np.diff(factors.losses) <= 1e-12 * (touches**2).sum()).all()
+    rest = touches - reconstruct(factors.components, factors.activations)
+    assert factors.losses[-1] == pytest.approx(0.5 * (rest**2).sum(), rel=1e-8)
+    assert factors.losses[-1] < 0.5 * factors.losses[0]
