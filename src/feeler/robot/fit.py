@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
+from scipy.signal import find_peaks
 
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
@@ -77,9 +78,6 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
 
 def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
     """Frequency and decay by nonlinear least squares; amplitude, phase and offset are linear and solved inside."""
-    interval = time[1] - time[0]
-    spectrum = np.abs(np.fft.rfft((tip - tip.mean()) * np.hanning(tip.size), 8 * tip.size))
-    start = max(np.argmax(spectrum[4:]) + 4, 4) / (8 * tip.size * interval)
 
     def residual(logs: np.ndarray) -> np.ndarray:
         frequency, decay = np.exp(logs)
@@ -87,8 +85,10 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
         basis = np.stack([fall * np.cos(phase), fall * np.sin(phase), np.ones_like(time)], axis=1)
         return basis @ np.linalg.lstsq(basis, tip, rcond=None)[0] - tip
 
-    bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
-    fits = [least_squares(residual, np.log([start, share * start]), bounds=bounds) for share in (0.1, 1.0)]
+    fits = []
+    for start in _guess_frequencies(time, tip):
+        bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
+        fits += [least_squares(residual, np.log([start, share * start]), bounds=bounds) for share in (0.1, 1.0)]
     best = min(fits, key=lambda fit: fit.cost)
     omega_d, decay = 2 * np.pi * np.exp(best.x[0]), np.exp(best.x[1])
     return Ringing(
@@ -96,6 +96,17 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
         damping_ratio=float(decay / np.hypot(omega_d, decay)),
         r_squared=float(1 - 2 * best.cost / np.sum((tip - tip.mean()) ** 2)),
     )
+
+
+def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
+    """From the spectrum's peak (light damping), and from the spacing of the first extremes (heavy damping)."""
+    interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
+    spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
+    guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
+    extremes, _ = find_peaks(np.abs(away), prominence=0.05 * np.abs(away).max())
+    if extremes.size >= 2:
+        guesses.append(1 / (2 * (extremes[1] - extremes[0]) * interval))
+    return guesses
 
 
 def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> np.ndarray:

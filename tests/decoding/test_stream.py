@@ -1,0 +1,201 @@
+"""Streaming decoder: right posterior, honest states, tolerant of lost samples, intolerant of nonsense."""
+
+import builtins
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from feeler.decoding.stream import (
+    StreamDecoder,
+    measure_early_accuracy,
+    open_serial,
+    parse_sample,
+    read_samples,
+)
+from feeler.errors import InvalidInput, MissingExtra
+
+REST = 30
+LABELS = [("ball", 0.5, 0.1), ("box", 0.5, 0.1), ("ball", 0.9, 0.1)]
+
+
+def _touch(k, rest=REST, n=300):
+    """Class k: all start alike, then part ways after 40 samples."""
+    time = np.maximum(np.arange(n) - rest, 0.0)
+    late = np.maximum(time - 40, 0.0)
+    return np.stack([0.01 * time, 0.004 * time + (-1) ** k * 0.004 * late, 0.002 * time - 0.003 * (k == 2) * late])
+
+
+TOUCHES = [_touch(k) for k in range(3)]
+
+
+def _decoder(**options):
+    return StreamDecoder(**{"window": 250, "correlation": 20.0, **options}).fit(TOUCHES, LABELS)
+
+
+@pytest.mark.parametrize("k", range(3))
+def test_answer_is_unsure_first_then_right(k):
+    states = _decoder().replay(_touch(k))
+    assert [s.state for s in states[:REST]] == ["waiting"] * REST
+    seen = [s.state for s in states]
+    assert seen.index("unsure") < seen.index("decided") and "over" not in seen[: REST + 200]
+    assert states[-1].label == LABELS[k] and states[-1].probability > 0.99
+    first = states[seen.index("unsure")]
+    assert first.probability < 0.6 and first.since_contact == 0
+
+
+def test_posterior_is_a_distribution_and_starts_even():
+    states = _decoder().replay(TOUCHES[0])
+    for state in states:
+        assert state.posterior.sum() == pytest.approx(1.0) and np.all(state.posterior >= 0)
+    np.testing.assert_allclose(states[0].posterior, 1 / 3)
+
+
+def test_posterior_equals_bayes_written_out():
+    decoder = _decoder(max_lag=0, lag_step=1)
+    stream = decoder.start()
+    rng = np.random.default_rng(0)
+    noisy = TOUCHES[1] + rng.normal(0, 0.002, TOUCHES[1].shape)
+    states = [stream.update(sample) for sample in noisy.T]
+    onset = next(i for i, s in enumerate(states) if s.since_contact == 0)
+    seen = noisy[:, onset : onset + 100] - stream.finder.level[:, None]
+    log = np.zeros(3)
+    for c in range(3):
+        variance = (decoder.noise * np.abs(decoder.expected_[c]).max()) ** 2 + 0.004**2
+        error = seen - decoder.expected_[c][:, :100]
+        log[c] = np.sum(-0.5 * error**2 / variance - 0.5 * np.log(variance)) / decoder.correlation
+    expected = np.exp(log - log.max())
+    np.testing.assert_allclose(states[onset + 99].posterior, expected / expected.sum(), rtol=1e-6)
+
+
+def test_start_may_come_at_any_time_and_level_may_differ():
+    late = np.concatenate([np.tile(_touch(2)[:, :1], 500), _touch(2)], axis=1) + np.array([[0.3], [-0.2], [0.1]])
+    state = _decoder().replay(late)[-1]
+    assert state.label == LABELS[2] and state.probability > 0.99
+
+
+def test_without_contact_it_waits_for_ever():
+    rng = np.random.default_rng(1)
+    states = _decoder().replay(rng.normal(0, 0.004, (3, 2000)))
+    assert {state.state for state in states} == {"waiting"}
+    assert states[-1].label is None and np.isnan(states[-1].probability)
+
+
+def test_window_ends_and_reset_starts_again():
+    decoder = _decoder(window=100)
+    stream = decoder.start()
+    states = [stream.update(sample) for sample in TOUCHES[0].T]
+    assert states[-1].state == "over" and states[-1].label == LABELS[0]
+    assert np.isfinite(stream.tensor).all()
+    stream.reset()
+    assert stream.update(TOUCHES[0][:, 0]).state == "waiting" and np.isnan(stream.tensor).all()
+
+
+def test_lost_samples_are_counted_and_do_no_harm():
+    decoder, rng = _decoder(), np.random.default_rng(2)
+    kept = rng.random(300) > 0.2
+    stream = decoder.start()
+    time = 5000.0 + np.arange(300.0) + rng.uniform(-0.3, 0.3, 300)
+    for k in np.flatnonzero(kept):
+        state = stream.update(TOUCHES[1][:, k], time[k])
+    assert state.label == LABELS[1] and state.sample == np.flatnonzero(kept)[-1] - np.flatnonzero(kept)[0]
+    assert stream.missed == state.sample + 1 - kept.sum()
+
+
+def test_a_missing_channel_is_passed_over():
+    touch = TOUCHES[2].copy()
+    touch[0] = np.nan
+    assert _decoder().replay(touch)[-1].label == LABELS[2]
+
+
+def test_early_accuracy_rises_where_the_classes_part():
+    early = measure_early_accuracy(_decoder(), TOUCHES, LABELS, [0, 20, 200])
+    assert early.accuracy[0] <= 2 / 3 and early.accuracy[-1] == 1
+    assert early.decided[0] == 0 and early.decided[-1] == 1
+    assert np.isnan(early.decided_right[0]) and early.decided_right[-1] == 1
+    assert early.noticed == 1
+    still = measure_early_accuracy(_decoder(), [np.zeros((3, 100))], LABELS[:1], [10])
+    assert still.noticed == 0 and still.accuracy[0] == 0
+
+
+def _update(decoder, *samples):
+    stream = decoder.start()
+    for sample in samples:
+        stream.update(*sample)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda d: _update(d, (np.zeros(4),)), "a sample is 3 finite numbers"),
+        (lambda d: _update(d, (np.full(3, np.inf),)), "a sample is 3 finite numbers"),
+        (lambda d: _update(d, (np.zeros(3), 100.0), (np.zeros(3), 150.0), (np.zeros(3), 100.0)), "time runs backwards"),
+        (lambda d: _update(d, (np.zeros(3), float("nan"))), "time must be finite"),
+        (lambda d: _update(d, *((np.zeros(3), 0.25 * k) for k in range(400))), "samples come faster than every 1 ms"),
+        (lambda d: d.fit(TOUCHES, LABELS[:2]), "3 touches and 2 labels"),
+        (lambda d: d.fit([np.zeros((3, 9))] * 2, LABELS[:2]), "at least 2 classes with contact, got 0"),
+        (lambda d: d.fit([np.full((3, 9), np.nan)], LABELS[:1]), "training touches are finite"),
+        (lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS), "0 < threshold ≤ 1, got 1.5"),
+        (lambda d: StreamDecoder(window=0).fit(TOUCHES, LABELS), "window ≥ 1, got 0"),
+    ],
+)
+def test_bad_input(act, message):
+    with pytest.raises(InvalidInput, match=message):
+        act(_decoder())
+
+
+@pytest.mark.parametrize(
+    ("line", "time", "values"),
+    [
+        ("1,2,3", None, [1, 2, 3]),
+        ("7.5; 1;2;nan", 7.5, [1, 2, np.nan]),
+        (b"10\t1\t2\t3\r\n", 10.0, [1, 2, 3]),
+        ("1 2 3\n", None, [1, 2, 3]),
+    ],
+)
+def test_lines_of_samples(line, time, values):
+    got_time, got = parse_sample(line, 3)
+    assert got_time == time
+    np.testing.assert_array_equal(got, values)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [("1,2", "got 2 in"), ("1,2,3,4,5", "got 5 in"), ("1,2,x", "must be numbers"), ("1,2,1_0", "must be numbers"),
+     ("9" * 5000, "no sample")],
+)  # fmt: skip
+def test_bad_lines(line, message):
+    with pytest.raises(InvalidInput, match=message):
+        parse_sample(line, 3)
+
+
+def test_header_notes_and_blank_lines_are_passed_over():
+    lines = ["# robot: A\n", "time_ms,hinge1_rad,hinge2_rad\n", "\n", "0,1,2\n", b"1,3,nan\n"]
+    samples = list(read_samples(lines, 2))
+    assert [time for time, _ in samples] == [0.0, 1.0]
+    with pytest.raises(InvalidInput, match="must be numbers"):
+        list(read_samples(["0,1,2", "a,b,c"], 2))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.one_of(st.text(max_size=60), st.binary(max_size=60), st.text(alphabet="0123456789.,e-n a\t", max_size=40)))
+def test_any_line_gives_a_sample_or_our_error(line):
+    try:
+        _, values = parse_sample(line, 3)
+    except InvalidInput:
+        return
+    assert values.shape == (3,)
+
+
+def test_missing_pyserial_names_the_install_command(monkeypatch):
+    real = builtins.__import__
+
+    def without_serial(name, *rest, **options):
+        if name == "serial":
+            raise ImportError(name)
+        return real(name, *rest, **options)
+
+    monkeypatch.setattr(builtins, "__import__", without_serial)
+    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[robot\]'"):
+        next(open_serial("/dev/nothing"))

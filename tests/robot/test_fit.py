@@ -1,0 +1,96 @@
+"""Fit of p1 and p2: planted factors come back; what does not ring is refused."""
+
+import numpy as np
+import pytest
+
+from feeler.antenna import compute_modes
+from feeler.errors import InvalidInput
+from feeler.robot import Recording, fit_factors, make_posture, make_robot, measure_ringing, simulate_release
+
+TIME = np.arange(2000.0)
+
+
+def _cosine(frequency, zeta, offset=0.0):
+    omega = 2 * np.pi * frequency
+    decay = zeta * omega / np.sqrt(1 - zeta**2)
+    return np.exp(-decay * TIME) * np.cos(omega * TIME) + offset
+
+
+@pytest.mark.parametrize(("frequency", "zeta"), [(0.0044, 0.024), (0.010, 0.1), (0.003, 0.25), (0.02, 0.37)])
+def test_a_damped_cosine_is_measured_exactly(frequency, zeta):
+    ringing = measure_ringing(TIME, 12 * _cosine(frequency, zeta, offset=0.3))
+    assert ringing.frequency == pytest.approx(frequency, rel=1e-4)
+    assert ringing.damping_ratio == pytest.approx(zeta, rel=1e-3)
+    assert ringing.r_squared > 0.9999
+
+
+def test_noise_moves_the_answer_little():
+    rng = np.random.default_rng(0)
+    ringing = measure_ringing(TIME, _cosine(0.005, 0.05) + rng.normal(0, 0.05, TIME.size))
+    assert ringing.frequency == pytest.approx(0.005, rel=0.01)
+    assert ringing.damping_ratio == pytest.approx(0.05, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("tip", "message"),
+    [
+        (np.exp(-TIME / 100), "crosses rest"),
+        (np.zeros(TIME.size), "crosses rest 0 times"),
+        (_cosine(0.0004, 0.02), "two cycles"),
+        (np.where(TIME == 5, np.nan, TIME), "must be|is finite"),
+    ],
+)
+def test_what_does_not_ring_is_refused(tip, message):
+    with pytest.raises(InvalidInput, match=message):
+        measure_ringing(TIME, tip)
+
+
+def test_uneven_time_is_refused():
+    with pytest.raises(InvalidInput, match="evenly spaced"):
+        measure_ringing(TIME**1.1, _cosine(0.005, 0.05))
+
+
+@pytest.mark.parametrize("factors", [(1.19, 2.06), (0.7, 5.0)])
+def test_planted_factors_come_back(factors):
+    robot = make_robot(stiffness_factor=factors[0], damping_factor=factors[1])
+    motion = simulate_release(robot, make_posture(robot), 1500.0)
+    fit = fit_factors(Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion))
+    assert fit.stiffness_factor == pytest.approx(factors[0], rel=1e-3)
+    assert fit.damping_factor == pytest.approx(factors[1], rel=1e-3)
+    assert fit.error < 9e-4  # the paper's minimum error
+    assert fit.target.frequency == pytest.approx(compute_modes(robot, 1).frequency[0], rel=0.01)
+
+
+@pytest.mark.slow
+def test_powell_finds_the_same():
+    robot = make_robot(stiffness_factor=0.9, damping_factor=3.0)
+    motion = simulate_release(robot, make_posture(robot), 1500.0)
+    recording = Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion)
+    update, powell = fit_factors(recording), fit_factors(recording, method="powell")
+    assert powell.stiffness_factor == pytest.approx(update.stiffness_factor, rel=1e-3)
+    assert powell.damping_factor == pytest.approx(update.damping_factor, rel=1e-3)
+    assert powell.n_evaluations > 5 * update.n_evaluations
+
+
+def test_posture_is_the_linear_static_deflection():
+    robot = make_robot()
+    posture = make_posture(robot, 0.1)
+    assert robot.shape(posture)[-1, 0] == pytest.approx(0.1, rel=1e-4)
+    arm = robot.length - robot.hinge_position
+    force = robot.stiffness * posture / arm  # the same tip force explains every hinge
+    np.testing.assert_allclose(force, force[0])
+
+
+@pytest.mark.parametrize(
+    ("recording", "message"),
+    [
+        (Recording(time=TIME, values=np.ones((8, 2000)), quantity="capacitance"), "needs hinge angles"),
+        (Recording(time=TIME, values=np.ones((7, 2000))), "7 channels, the model 8 hinges"),
+        (Recording(time=TIME, values=np.zeros((8, 2000))), "no deflection worth measuring"),
+    ],
+)
+def test_unsuitable_recordings(recording, message):
+    with pytest.raises(InvalidInput, match=message):
+        fit_factors(recording)
+    with pytest.raises(InvalidInput, match="valid: update, powell"):
+        fit_factors(recording, method="guess")

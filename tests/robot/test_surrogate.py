@@ -1,0 +1,145 @@
+"""The surrogate robot: its faults do what they say, it is labelled everywhere, and no gap means no difference."""
+
+import numpy as np
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.robot import Gap, make_dataset, make_robot, make_surrogate, make_tip_touches, simulate_touches
+from feeler.robot.gap import draw_antenna, draw_trial
+from feeler.robot.recording import load_recording, save_recording
+from feeler.robot.sensing import draw_sensing, play
+from feeler.robot.surrogate import subtract_rest
+from feeler.robot.touches import choose_duration, compute_tip, make_touches
+
+FAST = [trial for trial in make_tip_touches() if trial.speed == 0.27]
+
+
+def test_the_grid_is_the_papers():
+    trials = make_touches()
+    assert len(trials) == 30
+    assert {trial.speed for trial in trials} == {0.270, 0.135, 0.027}
+    assert {trial.feature.kind for trial in trials} == {"ball", "box"}
+    assert len({trial.location for trial in trials}) == 5
+    assert len(make_tip_touches(3)) == 18
+    assert {trial.location for trial in make_tip_touches()} == {max(trial.location for trial in trials)}
+
+
+def test_without_a_gap_the_surrogate_is_the_model():
+    surrogate = make_surrogate(np.random.default_rng(0), gap=Gap().scaled(0))
+    simulated = simulate_touches(make_robot(), FAST)
+    for recording, motion in zip(surrogate.touch(FAST), simulated, strict=True):
+        np.testing.assert_allclose(surrogate.read_angles(recording).values, motion, atol=1e-9)
+
+
+def test_everything_it_makes_is_labelled(tmp_path):
+    surrogate = make_surrogate(np.random.default_rng(0), name="S1")
+    raw = surrogate.touch(FAST)[0]
+    assert (raw.source, raw.quantity, raw.robot) == ("surrogate", "capacitance", "S1")
+    assert raw.labels == {"feature": "ball", "size": 4.0, "location": 0.9, "speed": 0.27}
+    save_recording(raw, tmp_path / "r.csv")
+    again = load_recording(tmp_path / "r.csv")
+    assert (again.source, again.labels) == ("surrogate", raw.labels)
+    angles = surrogate.read_angles(again)
+    assert angles.source == "surrogate" and angles.history[0] == "read from r.csv"
+    assert make_dataset([angles])["source"].values.tolist() == ["surrogate"]
+
+
+def test_same_seed_same_robot_same_recording():
+    first, second = (make_surrogate(np.random.default_rng(7)).touch(FAST[:1])[0] for _ in range(2))
+    np.testing.assert_array_equal(first.values, second.values)
+    np.testing.assert_array_equal(first.time, second.time)
+
+
+def test_recordings_have_jitter_and_lost_samples():
+    raw = make_surrogate(np.random.default_rng(1), gap=Gap(dropped=0.1)).touch(FAST[:1])[0]
+    step = np.diff(raw.time)
+    assert np.all(step > 0) and 0.05 < np.mean(step > 1.5) < 0.2
+    assert 0.03 < step[step < 1.5].std() < 0.15
+
+
+def test_its_own_calibration_reads_within_the_papers_resolution():
+    surrogate = make_surrogate(np.random.default_rng(2))
+    assert np.all(np.rad2deg(surrogate.calibration.resolution) < 1)
+    assert np.all(surrogate.calibration.r_squared > 0.99)
+    assert surrogate.calibration.robot == surrogate.name
+
+
+def test_compliant_mount_moves_the_whole_antenna_but_is_not_sensed():
+    surrogate = make_surrogate(np.random.default_rng(3))
+    assert surrogate.antenna.n_segments == 9
+    np.testing.assert_array_equal(surrogate.antenna.sensors, np.arange(2, 10))
+    assert surrogate.mount == pytest.approx(6.2)
+    rigid = make_surrogate(np.random.default_rng(3), gap=Gap(play=0.0))
+    assert rigid.antenna.n_segments == 8 and rigid.mount == 0
+
+
+def test_play_operator_laws():
+    rng = np.random.default_rng(4)
+    signal = rng.normal(size=(3, 500)).cumsum(axis=1)
+    np.testing.assert_array_equal(play(signal, 0.0), signal)
+    moved = play(signal, 0.7)
+    assert np.all(np.abs(moved - signal) <= 0.7 + 1e-12)
+    up = np.arange(10.0)[None]
+    np.testing.assert_allclose(play(up, 2.0)[0, 3:], up[0, 3:] - 2.0)  # lags by the half-width, on the way up
+    wiggle = np.array([[5.0, 4.5, 5.2, 4.9]])
+    np.testing.assert_array_equal(play(wiggle, 1.0), np.full((1, 4), 5.0))  # moves inside the gap are not seen
+
+
+@pytest.mark.parametrize(
+    ("gap", "check"),
+    [
+        (Gap().scaled(0), lambda seen: np.allclose(seen[1], 0) and np.allclose(seen[0], 0.1)),
+        (Gap(**{**vars(Gap().scaled(0)), "crosstalk": 0.05}), lambda seen: np.allclose(seen[1], 0.005)),
+        (Gap(**{**vars(Gap().scaled(0)), "bend": 0.35}), lambda seen: np.allclose(seen[0], 0.11)),
+        (Gap(**{**vars(Gap().scaled(0)), "noise": 0.01}), lambda seen: 0.009 < seen[1].std() < 0.011),
+        (Gap(**{**vars(Gap().scaled(0)), "quantum": 0.03}), lambda seen: np.unique(seen[0]).size == 1),
+        (Gap(**{**vars(Gap().scaled(0)), "drift": 0.02}), lambda seen: 0.002 < seen[1].std() < 0.06),
+    ],
+)
+def test_each_fault_of_the_sensing_by_itself(gap, check):
+    sensing = draw_sensing(gap, 3, np.random.default_rng(5))
+    angle = np.zeros((3, 1000))
+    angle[0] = 0.1
+    read = sensing.read(angle, np.random.default_rng(6))
+    assert check((read - sensing.base[:, None]) / sensing.sensitivity[:, None])
+
+
+def test_draws_have_the_stated_spread():
+    rng, robot, gap = np.random.default_rng(8), make_robot(), Gap()
+    drawn = [draw_antenna(robot, gap, rng) for _ in range(400)]
+    common = np.log([a.stiffness.mean() / robot.stiffness.mean() for a in drawn])
+    assert common.std() == pytest.approx(np.hypot(gap.stiffness, gap.stiffness_each / np.sqrt(8)), rel=0.15)
+    assert np.std([a.rest_angle for a in drawn]) == pytest.approx(gap.rest_angle, rel=0.1)
+    trials = [draw_trial(FAST[0], gap, rng) for _ in range(400)]
+    assert np.std([t.location for t in trials]) == pytest.approx(gap.location, rel=0.15)
+    assert np.std([t.speed for t in trials]) == pytest.approx(gap.speed * 0.27, rel=0.15)
+
+
+def test_duration_lets_the_slow_touch_finish():
+    slow = make_touches(locations=(0.9,), speeds=(0.027,))[0]
+    motion = simulate_touches(make_robot(), [slow])[0]
+    assert motion.shape[1] == choose_duration(slow)
+    tip = compute_tip(make_robot(), motion)
+    assert np.argmax(tip) < motion.shape[1] - 300 and tip[-400:].min() < -5  # released, and swung through
+
+
+def test_resting_level_is_subtracted_and_said():
+    surrogate = make_surrogate(np.random.default_rng(9), gap=Gap(rest_angle=0.05))
+    angles = surrogate.read_angles(surrogate.touch(FAST[:1])[0])
+    np.testing.assert_allclose(angles.values[:, :15].mean(axis=1), 0, atol=1e-12)
+    assert "mean of the first 15 ms subtracted" in angles.history[-1]
+    with pytest.raises(InvalidInput, match="no resting level"):
+        subtract_rest(angles, before=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Gap(noise=-1), "Gap.noise must be finite and ≥ 0"),
+        (lambda: Gap(dropped=0.6), "dropped must be < 0.5"),
+        (lambda: Gap().scaled(float("nan")), "size of a gap"),
+    ],
+)
+def test_bad_gaps(make, message):
+    with pytest.raises(InvalidInput, match=message):
+        make()
