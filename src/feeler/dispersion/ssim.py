@@ -16,9 +16,7 @@ BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
 CHUNKS = 64  # pieces of the pair list that threads take
 
 
-def compute_ssim(
-    tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK
-) -> np.ndarray:
+def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK) -> np.ndarray:
     """Mean SSIM between all pairs of tensors read as grey images (sensor × time).
 
     SSIM = (2 μa μb + C1)(2 σab + C2) / ((μa² + μb² + C1)(σa² + σb² + C2)), averaged over the image, with a Gaussian
@@ -53,6 +51,13 @@ def compute_ssim(
     Each tensor's means and variances are filtered once; per pair one separable filter of the product remains.
     """
     array = as_tensors(tensors)
+    largest = np.abs(array).max()
+    if 0 < largest < 0.2 * data_range:
+        warnings.warn(
+            f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's constants will swamp "
+            "the signal and every pair will look alike. Scale the whole set first: scale_common(tensors).",
+            stacklevel=2,
+        )
     return fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block)
 
 
@@ -86,13 +91,6 @@ def _check(array: np.ndarray, data_range: float, border: str) -> None:
         raise InvalidInput(
             f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} × {window} window. "
             "Use border='replicate'."
-        )
-    largest = np.abs(array).max()
-    if 0 < largest < 0.2 * data_range:
-        warnings.warn(
-            f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's constants will swamp "
-            "the signal and every pair will look alike. Scale the whole set first: scale_common(tensors).",
-            stacklevel=4,
         )
 
 

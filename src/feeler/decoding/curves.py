@@ -1,0 +1,172 @@
+"""All accuracy curves of one comparison: every code, noise level and number of copies, with null and baseline."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from sklearn.base import clone
+
+from feeler.decoding.baseline import PeakEncoder
+from feeler.decoding.classifiers import make_lda
+from feeler.decoding.codes import CODES, encode, make_null
+from feeler.decoding.plan import Plan
+from feeler.decoding.sweep import Sweep, compute_sweep
+
+LEVELS = ("relative", "common")
+"""``relative``: to each vector's maximum (the paper; for tensors to each tensor's); ``common``: one absolute noise."""
+
+
+class Curve(NamedTuple):
+    """Which curve."""
+
+    group: str
+    kind: str
+    level: str
+    n_copies: int
+    when: str = "after"
+    """Noise ``after`` encoding (the paper) or ``before``."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Group:
+    """One condition of a comparison: its tensors, labels, fitted encoder and codes."""
+
+    tensors: np.ndarray
+    """Non-negative (trial, sensor, time), on a scale common to all groups."""
+    labels: np.ndarray
+    encoder: Any = None
+    codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curves:
+    """Sweeps of all groups, and what each must be read beside."""
+
+    sweeps: dict[Curve, Sweep]
+    nulls: dict[Curve, Sweep]
+    """The same pipelines on one single tensor repeated, labelled as if it were different touches."""
+    baselines: dict[str, Sweep]
+    """Peak position and time only, by group, noise on the tensors at one common level."""
+    n_copies: int
+
+    def find(self, kind: str, level: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:
+        """Sweeps by group name."""
+        wanted = (kind, level, n_copies or self.n_copies, when)
+        return {c.group: s for c, s in self.sweeps.items() if (c.kind, c.level, c.n_copies, c.when) == wanted}
+
+    def find_null(self, kind: str, level: str = "relative", n_copies: int | None = None) -> Sweep | None:
+        """The null of a kind of code."""
+        wanted = (kind, level, n_copies or self.n_copies)
+        return next((s for c, s in self.nulls.items() if (c.kind, c.level, c.n_copies) == wanted), None)
+
+
+def compute_curves(
+    groups: Mapping[str, Group],
+    plan: Plan,
+    *,
+    kinds: Sequence[str] = tuple(CODES),
+    random_state: int = 0,
+    report: Callable[[str], None] = lambda line: None,
+) -> Curves:
+    """Every curve of the plan for every group; the null and the baseline are made from the groups themselves.
+
+    Parameters
+    ----------
+    groups
+        Conditions to compare, e.g. three speeds; the first one also gives the null its tensor.
+    kinds
+        Codes to compare; each group must hold them.
+    """
+    peaks = {kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds}
+    sweeps: dict[Curve, Sweep] = {}
+    for name, group in groups.items():
+        for kind in kinds:
+            codes = {name: group.codes[kind]}
+            sweeps |= _sweep_kind(codes, group.labels, kind, peaks[kind], plan, random_state)
+        report(f"{name}: {len(kinds)} codes")
+    if plan.before_repeats:
+        sweeps |= _sweep_before(groups, [k for k in kinds if k == "sparse"], plan, random_state)
+    reference = next(iter(groups.values()))
+    nulls: dict[Curve, Sweep] = {}
+    for kind in kinds:
+        null = {"null": _encode_null(reference, kind)}
+        nulls |= _sweep_kind(null, reference.labels, kind, peaks[kind], plan, random_state)
+    peak = max(group.tensors.max() for group in groups.values())
+    baselines = {name: compute_baseline(group, plan, float(peak), random_state) for name, group in groups.items()}
+    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, n_copies=plan.n_copies)
+
+
+def _sweep_kind(codes, labels, kind, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
+    """Main curves at both noise levels, and the other numbers of copies at the probe ratio."""
+    found = {}
+    for name, array in codes.items():
+        for level in LEVELS:
+            relative = "tensor" if kind == "raw" else "vector"
+            options = {
+                "level": "common" if level == "common" else relative,
+                "reference": float(peak),
+                "rotate": kind == "raw",
+                "random_state": random_state,
+            }
+            found[Curve(name, kind, level, plan.n_copies)] = compute_sweep(
+                array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
+                estimator=_fit_lda(len(labels), plan.n_copies), **options,
+            )  # fmt: skip
+            if level == "relative":
+                for n in plan.other_copies:
+                    found[Curve(name, kind, level, n)] = compute_sweep(
+                        array, labels, ratios=(plan.probe,), n_copies=n, n_repeats=plan.other_repeats,
+                        estimator=_fit_lda(len(labels), n), **options,
+                    )  # fmt: skip
+    return found
+
+
+def _sweep_before(groups, kinds, plan: Plan, random_state) -> dict[Curve, Sweep]:
+    """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases; first and last group."""
+    names = list(dict.fromkeys([next(iter(groups)), list(groups)[-1]]))
+    peak = float(max(group.tensors.max() for group in groups.values()))
+    found = {}
+    for name in names:
+        group = groups[name]
+        for kind in kinds:
+            for level in LEVELS:
+
+                def encode_noisy(noisy, group=group, kind=kind):
+                    return encode(np.maximum(noisy, 0.0), group.encoder, kind)
+
+                found[Curve(name, kind, level, plan.before_copies, "before")] = compute_sweep(
+                    group.tensors, group.labels, ratios=(plan.probe,), n_copies=plan.before_copies,
+                    n_repeats=plan.before_repeats, level="tensor" if level == "relative" else "common", reference=peak,
+                    encode=encode_noisy, estimator=_fit_lda(len(group.labels), plan.before_copies),
+                    random_state=random_state,
+                )  # fmt: skip
+    return found
+
+
+def _encode_null(group: Group, kind: str) -> np.ndarray:
+    """Codes of one tensor repeated: fitted jointly afresh, or one code of the fixed bases repeated."""
+    null = make_null(group.tensors)
+    if kind == "joint":
+        return clone(group.encoder).fit(null).activations_
+    return np.repeat(encode(null[:1], group.encoder, kind), len(null), axis=0)
+
+
+def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 0) -> Sweep:
+    """Accuracy from the peak's position and time alone, noise at the common level on the tensors."""
+    return compute_sweep(
+        group.tensors,
+        group.labels,
+        ratios=(plan.probe,) if plan.n_repeats < 5 else plan.ratios,
+        n_copies=3,
+        n_repeats=min(plan.n_repeats, 2),
+        level="common",
+        reference=peak,
+        encode=PeakEncoder(random_state),
+        estimator=make_lda(None),
+        random_state=random_state,
+    )
+
+
+def _fit_lda(n_trials: int, n_copies: int):
+    return make_lda(min(30, n_trials * n_copies - 1))

@@ -1,0 +1,257 @@
+"""Fig. 5A–E: what slower touch and a stiffness gradient change: dispersion, accuracy against noise, conditions."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+from sklearn.base import clone
+
+from feeler.decoding import CODES, Confused, Sweep, explain_confusion, make_codes, make_labels
+from feeler.decoding.curves import LEVELS, Curves, Group, compute_curves
+from feeler.decoding.plan import Plan, get_plan
+from feeler.decoding.verdict import Verdict, compute_explained, judge_order
+from feeler.errors import InvalidInput
+from feeler.paper import figS6
+from feeler.paper.figS6 import COLOURS, FigS6Data, plot_index
+
+CLAIMS = {
+    "speed": "slower touch is classified better",
+    "profile": "exponential is classified best, constant worst",
+}
+PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
+LABELS = {"joint": "joint fit (paper)", "sparse": "fixed bases, sparse", "nonnegative": "fixed bases", "raw": "tensors"}
+MAIN = ("joint", "raw")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig5Data:
+    """What Fig. 5A–E shows; comparisons are ``speed`` and ``profile``."""
+
+    dispersion: FigS6Data
+    curves: dict[str, Curves]
+    verdicts: tuple[Verdict, ...]
+    """On accuracy; those on dispersion are in ``dispersion``."""
+    confused: dict[str, Confused]
+    """What is confused at the noisiest level, by group and code."""
+    examples: dict[str, np.ndarray]
+    """One tensor (sensor, time) per condition, for 5E."""
+    unit: str
+
+    def describe(self) -> str:
+        """All verdicts, the copies, the variance kept and the confusions in words."""
+        lines = [v.describe() for v in (*self.dispersion.verdicts, *self.verdicts)]
+        for comparison, curves in self.curves.items():
+            lines += _describe_copies(comparison, curves) + _describe_kept(comparison, curves)
+        return "\n".join(lines + [f"{name}: {confused.describe()}" for name, confused in self.confused.items()])
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    encoder: Any,
+    *,
+    scale: str | Plan = "quick",
+    quantity: str = "angle",
+    reference: str = "exponential",
+    random_state: int = 0,
+    report: Callable[[str], None] = lambda line: None,
+) -> Fig5Data:
+    """Both comparisons: the reference antenna at its speeds, and all antennas at the slowest speed.
+
+    Parameters
+    ----------
+    tensors
+        Datasets by antenna name; the reference needs all its speeds, the others at least the slowest.
+    encoder
+        An unfitted ``ConvolutiveNMF``; cloned and fitted once per antenna and comparison: by speed on all tensors of
+        the reference antenna, by profile on each antenna's slow tensors alone.
+    scale
+        smoke, quick, paper, or a ``Plan``.
+    quantity
+        ``angle`` or ``curvature``; negative values are set to 0, as the encoder needs.
+    """
+    plan = get_plan(scale)
+    groups = make_groups(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
+    report(f"encoded {len(groups['speed'])} speeds and {len(groups['profile'])} antennas")
+    claimed = {
+        "speed": tuple(groups["speed"]),
+        "profile": tuple(n for n in (reference, *PROFILES[1:]) if n in groups["profile"]),
+    }
+    kinds = {c: {k: {n: g.codes[k] for n, g in gs.items()} for k in CODES} for c, gs in groups.items()}
+    dispersion = figS6.compute(kinds, claimed, random_state=random_state)
+    curves = {c: compute_curves(g, plan, random_state=random_state, report=report) for c, g in groups.items()}
+    return Fig5Data(
+        dispersion=dispersion,
+        curves=curves,
+        verdicts=tuple(judge_curves(curves, claimed)),
+        confused=explain_all(curves, tensors[reference]),
+        examples={n: g.tensors[len(g.tensors) // 2] for gs in groups.values() for n, g in gs.items()},
+        unit="of the greatest " + quantity,
+    )
+
+
+def make_groups(
+    tensors: Mapping[str, Any],
+    encoder: Any,
+    plan: Plan,
+    *,
+    quantity: str = "angle",
+    reference: str = "exponential",
+    random_state: int = 0,
+) -> dict[str, dict[str, Group]]:
+    """Groups of both comparisons, on one common scale, stimuli in the same order everywhere."""
+    if reference not in tensors:
+        raise InvalidInput(f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}.")
+    peak = max(float(data[quantity].max()) for data in tensors.values())
+    if not peak > 0:
+        raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")
+    arrays = {name: np.maximum(data[quantity].values, 0.0) / peak for name, data in tensors.items()}
+    speed = np.asarray(tensors[reference]["speed"])
+    settings = {"max_iter": plan.max_iter, "n_restarts": plan.n_restarts, "random_state": random_state}
+    speeds = {f"{v:g} m/s": _order(tensors[reference], speed == v) for v in np.unique(speed)}
+    fitted = _configure(encoder, settings)
+    codes = make_codes(arrays[reference], fitted)
+    groups = {"speed": {n: _pick(arrays[reference], codes, fitted, *o) for n, o in speeds.items()}, "profile": {}}
+    for name, data in tensors.items():
+        trials, labels = _order(data, np.asarray(data["speed"]) == speed.min())
+        fitted, slow = _configure(encoder, settings), arrays[name][trials]
+        groups["profile"][name] = Group(tensors=slow, labels=labels, encoder=fitted, codes=make_codes(slow, fitted))
+    return groups
+
+
+def _configure(encoder: Any, settings: dict) -> Any:
+    known = encoder.get_params()
+    return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})
+
+
+def _order(data: Any, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Trials to keep, sorted by label, and their labels."""
+    labels = make_labels(data)
+    trials = np.flatnonzero(keep)
+    trials = trials[np.argsort(labels[trials], kind="stable")]
+    return trials, labels[trials]
+
+
+def _pick(array: np.ndarray, codes: dict, encoder: Any, trials: np.ndarray, labels: np.ndarray) -> Group:
+    return Group(tensors=array[trials], labels=labels, encoder=encoder, codes={k: c[trials] for k, c in codes.items()})
+
+
+def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]) -> list[Verdict]:
+    """The verdict on every accuracy curve, with what the null explains of the best group's."""
+    verdicts = []
+    for comparison, found in curves.items():
+        for kind in CODES:
+            for level in LEVELS:
+                sweeps, null = found.find(kind, level), found.find_null(kind, level)
+                values = {name: sweeps[name].area for name in claimed[comparison]}
+                if len(values) < 2:
+                    continue
+                verdicts.append(
+                    judge_order(
+                        values,
+                        claim=CLAIMS[comparison],
+                        measure=f"accuracy, {LABELS[kind]}, {level} noise",
+                        explained=compute_explained(sweeps[claimed[comparison][0]], null),
+                    )
+                )
+    return verdicts
+
+
+def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
+    """What is confused at the noisiest level, for the paper's code and the tensors."""
+    found = {}
+    known = {label: k for k, label in enumerate(make_labels(data))}
+    for comparison, both in curves.items():
+        for kind in MAIN:
+            for name, sweep in both.find(kind).items():
+                rows = [known[label] for label in sweep.classes]
+                attributes = {a: np.asarray(data[a])[rows] for a in ("feature", "size", "location")}
+                title = f"{comparison} {name}, {LABELS[kind]}, noise {100 * sweep.ratios[-1]:.0f} %"
+                found[title] = explain_confusion(sweep.confusion[-1], attributes)
+    return found
+
+
+def _describe_copies(comparison: str, curves: Curves) -> list[str]:
+    lines = []
+    for kind in CODES:
+        for n in sorted({c.n_copies for c in curves.sweeps if c.when == "after"}):
+            found = curves.find(kind, n_copies=n)
+            null = curves.find_null(kind, n_copies=n)
+            accuracies = ", ".join(f"{name} {100 * s.noisy.mean():.0f} %" for name, s in found.items())
+            lines.append(
+                f"by {comparison}, {LABELS[kind]}, {n} copies, noise "
+                f"{'/'.join(f'{100 * r:.0f}' for r in next(iter(found.values())).ratios)} %: {accuracies}; "
+                f"null {100 * null.noisy.mean():.0f} %"
+            )
+    return lines
+
+
+def _describe_kept(comparison: str, curves: Curves) -> list[str]:
+    name, sweep = next(iter(curves.find("joint").items()))
+    pairs = zip(sweep.ratios, sweep.kept_noisy.mean(axis=1), sweep.kept_clean.mean(axis=1), strict=True)
+    kept = ", ".join(f"{100 * r:.0f} %: {100 * a:.0f} / {100 * b:.0f} %" for r, a, b in pairs)
+    return [f"by {comparison}, {name}: variance that 30 components keep, of noisy copies / of clean codes, at {kept}"]
+
+
+def plot(data: Fig5Data, figure: Figure) -> None:
+    """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per noise level."""
+    top, *blocks = figure.subfigures(3, 1, height_ratios=(1.2, 2, 2))
+    plot_top(data, top)
+    for (comparison, curves), block, letter in zip(data.curves.items(), blocks, "CD", strict=True):
+        axes = block.subplots(len(LEVELS), len(CODES), sharex=True, sharey=True)
+        block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=9)
+        for level, line in zip(LEVELS, axes, strict=True):
+            for kind, ax in zip(CODES, line, strict=True):
+                plot_curves(curves, kind, level, ax)
+                ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
+            line[0].set_ylabel("accuracy (%)", fontsize=7)
+        for ax in axes[-1]:
+            ax.set_xlabel("noise (%)", fontsize=7)
+        axes[0, -1].legend(fontsize=5, frameon=False, loc="lower left")
+
+
+def plot_top(data: Fig5Data, figure: SubFigure) -> None:
+    """NMI of codes and tensors for both comparisons, and one tensor per condition."""
+    left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
+    axes = left.subplots(1, 4)
+    panels = [(c, k) for c in data.curves for k in MAIN]
+    for (comparison, kind), ax in zip(panels, axes, strict=True):
+        plot_index(data.dispersion.dispersions[comparison][kind], "nmi", ax)
+        ax.set_title(f"{'A' if comparison == 'speed' else 'B'}  {LABELS[kind]}", fontsize=7)
+    axes[0].set_ylabel("NMI with closest match", fontsize=7)
+    largest = max(tensor.max() for tensor in data.examples.values())
+    grid = right.subplots(2, -(-len(data.examples) // 2), squeeze=False).ravel()
+    for ax, (name, tensor) in zip(grid, data.examples.items(), strict=False):
+        ax.imshow(tensor, aspect="auto", origin="lower", cmap="cividis", vmin=0, vmax=largest)
+        ax.set_title(name, fontsize=6)
+        ax.set_xticks([0, tensor.shape[1] - 1])
+        ax.tick_params(labelsize=5)
+    for ax in grid[len(data.examples) :]:
+        ax.set_visible(False)
+    right.suptitle(f"E  one tensor per condition ({data.unit})", fontsize=7)
+    right.supxlabel("time (ms)", fontsize=6)
+    right.supylabel("sensor, base to tip", fontsize=6)
+
+
+def plot_curves(curves: Curves, kind: str, level: str, ax) -> None:
+    """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
+    for colour, (name, sweep) in zip(COLOURS, curves.find(kind, level).items(), strict=False):
+        plot_sweep(sweep, ax, color=colour, label=name)
+    null = curves.find_null(kind, level)
+    if null is not None:
+        plot_sweep(null, ax, color="#000000", ls="--", label="null: one tensor repeated")
+    for colour, (name, sweep) in zip(COLOURS, curves.baselines.items(), strict=False):
+        label = "peak place and time only" if name == next(iter(curves.baselines)) else None
+        place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
+        ax.plot(*place, ls="-.", marker="x", ms=3, lw=0.7, color=colour, label=label)
+    ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
+    ax.set_ylim(0, 103)
+    ax.tick_params(labelsize=6)
+
+
+def plot_sweep(sweep: Sweep, ax, **style) -> None:
+    """One accuracy curve on noisy copies, mean ± 1 SD."""
+    mean, sd = 100 * sweep.noisy.mean(axis=1), 100 * sweep.noisy.std(axis=1)
+    (line,) = ax.plot(100 * sweep.ratios, mean, lw=1, marker=".", ms=3, **style)
+    ax.fill_between(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0)

@@ -1,0 +1,99 @@
+"""The whole comparison on a toy encoder; verdicts on planted orders."""
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator
+
+from feeler.decoding.codes import make_codes
+from feeler.decoding.curves import Curve, Group, compute_curves
+from feeler.decoding.plan import Plan, get_plan
+from feeler.decoding.sweep import compute_sweep
+from feeler.decoding.verdict import compute_explained, judge_order
+from feeler.errors import InvalidInput
+
+PLAN = Plan(ratios=(0.05, 0.4), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=4, probe=0.4)
+
+
+class SumEncoder(BaseEstimator):
+    """Codes are sums over the antenna; joint ones also carry a mark of the trial's place in the set, as a trap."""
+
+    def fit(self, X):
+        mark = np.eye(len(X), X.shape[2])[:, None, :]
+        self.activations_ = X.sum(axis=1, keepdims=True) + 100 * mark
+        return self
+
+    def transform(self, X, *, code):
+        return X.sum(axis=1, keepdims=True)
+
+
+def make_group(width, seed=0):
+    time = np.arange(60)
+    places = np.linspace(15, 45, 8)[:, None]
+    tensors = np.exp(-0.5 * ((time - places) / width) ** 2)[:, None, :] * np.ones((1, 4, 1))
+    encoder = SumEncoder()
+    return Group(tensors=tensors, labels=np.arange(8), encoder=encoder, codes=make_codes(tensors, encoder))
+
+
+@pytest.fixture(scope="module")
+def curves():
+    return compute_curves({"sharp": make_group(2.0), "blurred": make_group(15.0)}, PLAN)
+
+
+def test_every_group_has_every_curve(curves):
+    for kind in ("joint", "sparse", "nonnegative", "raw"):
+        for level in ("relative", "common"):
+            assert list(curves.find(kind, level)) == ["sharp", "blurred"]
+        assert list(curves.find(kind, n_copies=3)) == ["sharp", "blurred"]
+    assert list(curves.find("sparse", when="before", n_copies=4)) == ["sharp", "blurred"]
+    assert set(curves.baselines) == {"sharp", "blurred"}
+
+
+def test_null_unmasks_a_code_that_depends_on_the_trials_place(curves):
+    assert curves.find_null("joint").noisy[0].mean() > 0.8
+    for kind in ("sparse", "nonnegative", "raw"):
+        assert curves.find_null(kind).noisy.mean() < 0.3
+    assert compute_explained(curves.find("joint")["sharp"], curves.find_null("joint")) > 0.7
+    assert compute_explained(curves.find("raw")["sharp"], curves.find_null("raw")) < 0.3
+
+
+def test_sharper_codes_are_told_apart_better(curves):
+    found = {name: sweep.area for name, sweep in curves.find("nonnegative", "common").items()}
+    verdict = judge_order(found, claim="sharp > blurred", measure="accuracy")
+    assert verdict.word == "agrees" and verdict.is_evidence
+    explained = judge_order(found, claim="sharp > blurred", measure="accuracy", explained=1.0)
+    assert "no evidence: identical tensors reach 100 %" in explained.describe()
+
+
+RISING = np.arange(30.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "greater", "word"),
+    [
+        ((RISING + 2, RISING + 1, RISING), True, "agrees"),
+        ((RISING + 2, RISING + 1, RISING), False, "opposite"),
+        ((RISING, RISING + 1, RISING + 2), False, "agrees"),
+        ((RISING + 1, RISING + 2, RISING), True, "ends agree"),
+        ((RISING, RISING + 1, RISING[::-1]), True, "undecided"),
+    ],
+)
+def test_verdicts_on_planted_orders(values, greater, word):
+    verdict = judge_order(dict(zip("abc", values, strict=True)), claim="c", measure="m", greater=greater)
+    assert verdict.word == word and word in verdict.describe()
+
+
+def test_scales_have_names():
+    assert get_plan("paper").n_repeats == 10 and get_plan(PLAN) is PLAN
+    with pytest.raises(InvalidInput, match="smoke, quick, paper"):
+        get_plan("huge")
+
+
+def test_one_group_has_no_order():
+    with pytest.raises(InvalidInput, match="two groups"):
+        judge_order({"a": RISING}, claim="c", measure="m")
+
+
+def test_curve_names_what_it_is():
+    assert Curve("slow", "joint", "relative", 10).when == "after"
+    with pytest.raises(InvalidInput, match="n_repeats"):
+        compute_sweep(np.ones((2, 1, 1)), [0, 1], n_repeats=0)
