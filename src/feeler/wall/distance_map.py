@@ -115,11 +115,12 @@ def map_distance(
 ) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
-    Used are distances at which the antenna touches the wall as an inverted J (any contact with ``only_inverted=False``)
-    in equilibrium, and its peak is not at the base hinge. Positions closer than the longest segment are not told apart.
+    Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact
+    with ``prebend="none"``) in equilibrium, and its peak is not at the base hinge. Positions closer than the longest
+    segment are not told apart.
     """
     peak = peak or find_sweep_peak(sweep, **options)
-    standing = sweep.inverted if only_inverted else sweep.contact
+    standing = sweep.contact if sweep.posture.prebend == "none" else sweep.inverted
     used = standing & sweep.balanced & ~peak.at_base
     return fit_distance(sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max()))
 

@@ -27,7 +27,7 @@ def _touch(face, faces, k, x, y, radius):
     dx, dy = x - face[F_X], y - face[F_Y]
     nx, ny = face[F_NX], face[F_NY]
     gap = dx * nx + dy * ny
-    along = -dx * ny + dy * nx  # the face runs along its normal turned by +90°
+    along = dx * ny - dy * nx  # the face runs along its normal turned by −90°, so that a wall on the right runs forward
     low = 0.0 if face[F_START] > 0.5 else -CONCAVE_REACH
     high = face[F_LENGTH] if face[F_END] > 0.5 else face[F_LENGTH] + CONCAVE_REACH
     if low <= along <= high:
@@ -36,7 +36,7 @@ def _touch(face, faces, k, x, y, radius):
     if along > high and face[F_END] > 0.5 and gap > 0.0 and k + 1 < faces.shape[0]:
         # past a corner that turns away, in front of neither face: the corner itself
         ex, ey = x - faces[k + 1, F_X], y - faces[k + 1, F_Y]
-        if -ex * faces[k + 1, F_NY] + ey * faces[k + 1, F_NX] < 0.0:
+        if ex * faces[k + 1, F_NY] - ey * faces[k + 1, F_NX] < 0.0:
             far = np.sqrt(ex * ex + ey * ey)
             if 0.0 < far < radius:
                 return radius - far, ex / far, ey / far, high
@@ -69,7 +69,7 @@ def add_contacts(table, faces, friction, points, anchor, pressed, force, stiffne
             held, limit = anchor[i, k % 2], friction * pressed[i, k % 2]
             if limit <= 0.0 or np.isnan(held):
                 continue
-            tx, ty, slip = -ny, nx, along - held
+            tx, ty, slip = ny, -nx, along - held
             if abs(slip) * firm <= limit:
                 energy += 0.5 * firm * slip * slip
                 drag = -firm * slip

@@ -8,7 +8,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 
 READINGS = ("midline", "total")
-PREBENDS = ("rest", "placed", "rotation")
+PREBENDS = ("rest", "placed", "rotation", "none")
 SIDES = ("left", "right")
 
 
@@ -31,7 +31,8 @@ class Posture:
     """``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``: half of it each."""
     prebend: str = "rest"
     """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and released; ``rotation``: a
-    straight antenna that points backward is turned forward along the wall by its base. The last two need friction [C]."""
+    straight antenna that points backward is turned forward along the wall by its base (both need friction); ``none``: no J, a
+    straight antenna whose tip bends forward along the wall [C]."""
     hook_share: float = 0.25
     """Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is straight [C]."""
     tip_heading: float = 180.0

@@ -21,6 +21,7 @@ BENDS = (
     {"hook_share": 0.5, "tip_heading": 150.0},
     {"hook_share": 1.0},
     {"prebend": "rotation"},
+    {"prebend": "none"},
 )
 MEASURES = (
     {"quantity": "bend", "method": "smooth"},
@@ -92,7 +93,8 @@ def compare(
 def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:
     """Per antenna: number of set-ups, of undefined R², median R² with its interval over the set-ups, least and greatest."""
     table: dict[str, dict[str, float]] = {}
-    for name in dict.fromkeys(case.antenna for case in (cases := list(cases))):
+    cases = list(cases)
+    for name in dict.fromkeys(case.antenna for case in cases):
         r2 = np.array([case.map.r2 for case in cases if case.antenna == name])
         median, low, high = bootstrap_median(r2, rng)
         known = r2[np.isfinite(r2)]

@@ -149,7 +149,7 @@ def _check_distances(distances: np.ndarray, antenna: Antenna) -> np.ndarray:
 def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[_Holder, float]:
     """The pre-bend, and the distance at which the wall then stands."""
     holder = _Holder(antenna, posture)
-    if posture.prebend == "rest":
+    if posture.prebend in ("rest", "none"):
         return holder, max(first, float(np.max(holder.points[1:, 0] + holder.table[:, R_RADIUS])))
     wall = min(first, posture.reach(antenna) - TUCK)
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(posture.base_angle))

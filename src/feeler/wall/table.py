@@ -13,7 +13,7 @@ R_LENGTH, R_STIFFNESS, R_DAMPING, R_REST, R_RADIUS, R_MASS, R_FIRMNESS = range(7
 F_X, F_Y, F_NX, F_NY, F_LENGTH, F_START, F_END = range(7)
 
 FIRMNESS = 1e3  # [C] 1/mm²; contact stiffness over that of the node's hinge per rad: nodes sink in by some 1e-3 mm
-FAR = 1e6  # mm; half length of a face without end
+FAR = 1e4  # mm; half length of a face without end
 
 
 def make_table(antenna: Antenna) -> np.ndarray:
@@ -33,4 +33,4 @@ def make_table(antenna: Antenna) -> np.ndarray:
 def make_half_plane(x: float, y: float, normal: tuple[float, float]) -> np.ndarray:
     """A single endless face (1, column) through (x, y)."""
     nx, ny = normal
-    return np.array([[x + FAR * ny, y - FAR * nx, nx, ny, 2 * FAR, 0.0, 0.0]])
+    return np.array([[x - FAR * ny, y + FAR * nx, nx, ny, 2 * FAR, 0.0, 0.0]])

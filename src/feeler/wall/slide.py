@@ -1,0 +1,156 @@
+"""A wall in motion: sliding past at constant distance (Fig. 3C), and coming nearer without stopping (Fig. 3D)."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.scene import Motion, Path, Scene
+from feeler.physics.simulate import simulate
+from feeler.tensors import make_tensors
+from feeler.touch.feature import Wall
+from feeler.wall.posture import Posture
+from feeler.wall.sweep import DISTANCES, approach
+
+SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
+SLIDE_DURATION = 200.0  # [C] ms
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WallTouch:
+    """Simulated motions of antennae beside a moving wall; all share one clock."""
+
+    antenna: Antenna
+    """The antenna with its slack shape."""
+    posture: Posture
+    motions: tuple[Motion, ...]
+    distance: np.ndarray
+    """Distance (motion, sample) of the wall from the base [mm]."""
+    speed: float
+    """[mm/ms]"""
+
+    @property
+    def base_angle(self) -> float:
+        """Heading of the base [rad], negative on the left."""
+        return self.posture.sign * self.posture.base_angle
+
+    @property
+    def points(self) -> np.ndarray:
+        """Base, hinges and tip (motion, sample, segment + 1, 2) [mm]."""
+        return np.stack([self.antenna.shape(motion.angle, base_angle=self.base_angle) for motion in self.motions])
+
+    def make_dataset(self, *, relative: bool = True) -> xr.Dataset:
+        """The tactile tensors by the data contract; ``relative``: hinge angles beyond the slack shape.
+
+        ``size`` is infinite (a wall), ``location`` the share of the length at which a straight antenna would meet the wall,
+        the extra coordinate ``distance`` the wall's first distance [mm].
+        """
+        antenna = self.antenna
+        hinge = antenna.sensors - 1
+        angle = np.stack([motion.angle - (antenna.rest_angle if relative else 0.0) for motion in self.motions])
+        n = len(self.motions)
+        location = self.distance[:, 0] / np.sin(self.posture.base_angle) / antenna.length
+        dataset = make_tensors(
+            angle=angle[:, :, hinge].transpose(0, 2, 1),
+            time=self.motions[0].time,
+            segment=antenna.sensors,
+            position=antenna.hinge_position[hinge] / antenna.length,
+            segment_length=antenna.segment_length[hinge],
+            trials={
+                "feature": ["wall"] * n,
+                "size": [np.inf] * n,
+                "location": location,
+                "speed": [self.speed] * n,
+                "antenna": [antenna.name] * n,
+                "source": ["simulation"] * n,
+                "seed": [0] * n,
+            },
+            tip=self.points[:, :, -1],
+            force=np.stack([motion.force for motion in self.motions]),
+            attrs={"configuration": {"posture": asdict(self.posture), "relative": relative}},
+        )
+        return dataset.assign_coords(distance=("trial", self.distance[:, 0], {"units": "mm"}))
+
+
+def slide(
+    antenna: Antenna,
+    posture: Posture | None = None,
+    distances: Sequence[float] = DISTANCES[2::4],
+    *,
+    speed: float = SPEED,
+    duration: float = SLIDE_DURATION,
+    timestep: float = TIMESTEP,
+    engine: str = DEFAULT_ENGINE,
+) -> WallTouch:
+    """Let a wall slide backward past the body at constant distances, as when the body runs along it (Fig. 3C).
+
+    Each motion starts from the quasi-static equilibrium at its distance, farthest first.
+    """
+    posture = posture or Posture()
+    _check(speed, duration)
+    sweep = approach(antenna, posture, distances)
+    scenes = [
+        _scene(sweep.antenna, posture, distance, (0.0, -speed), angle)
+        for distance, angle in zip(sweep.distance, sweep.angle, strict=True)
+    ]
+    clock = Clock(duration=duration, timestep=timestep)
+    distance = np.repeat(sweep.distance[:, None], clock.n_samples, axis=1)
+    return _run(sweep.antenna, posture, scenes, clock, distance, speed, engine)
+
+
+def drive(
+    antenna: Antenna,
+    posture: Posture | None = None,
+    *,
+    far: float = DISTANCES[0],
+    near: float = DISTANCES[-1],
+    speed: float = 0.06,
+    timestep: float = TIMESTEP,
+    engine: str = DEFAULT_ENGINE,
+) -> WallTouch:
+    """Let a wall come from ``far`` to ``near`` [mm] without stopping (Fig. 3D), one motion.
+
+    ``speed`` [mm/ms], by default the paper's slow exploration speed.
+    """
+    posture = posture or Posture()
+    if not 0 < near < far:
+        raise InvalidInput(f"the wall must come from far to near with 0 < near < far, got far={far:g}, near={near:g} mm.")
+    duration = (far - near) / speed if speed > 0 else 0.0
+    _check(speed, duration)
+    sweep = approach(antenna, posture, [far])
+    scene = _scene(sweep.antenna, posture, far, (-posture.sign * speed, 0.0), sweep.angle[0])
+    clock = Clock(duration=duration, timestep=timestep)
+    return _run(sweep.antenna, posture, [scene], clock, far - speed * clock.time[None, :], speed, engine)
+
+
+def _check(speed: float, duration: float) -> None:
+    for name, value in (("speed", speed), ("duration", duration)):
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
+
+
+def _scene(antenna: Antenna, posture: Posture, distance: float, velocity: tuple[float, float], angle: np.ndarray) -> Scene:
+    return Scene(
+        antenna=antenna,
+        feature=Wall(),
+        origin=(posture.sign * float(distance), 0.0),
+        forward=(-posture.sign, 0.0),
+        path=Path(velocity=(velocity,)),
+        friction=posture.friction,
+        base_angle=posture.sign * posture.base_angle,
+        angle=angle,
+        label=f"wall at {distance:g} mm",
+    )
+
+
+def _run(antenna, posture, scenes, clock, distance, speed, engine) -> WallTouch:
+    motions = simulate(scenes, clock, engine=engine)
+    for motion in motions:
+        if isinstance(motion, Exception):
+            raise motion
+    return WallTouch(antenna=antenna, posture=posture, motions=tuple(motions), distance=distance, speed=speed)
