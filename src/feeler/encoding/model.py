@@ -45,14 +45,15 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         (non-negative with a small ridge: one answer, continuous in the tensor), "nonnegative" (no ridge). None:
         "sparse" with a sparseness, else "nonnegative".
     ridge : weight of the ridge, relative to the squared length of a basis.
-    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by energy: nearer at first,
-        but planted bases come back less often from there.
+    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by energy: nearer
+        at first, but planted bases come back less often from there.
     n_restarts : fits from this many starts; keeps the one with the lowest loss.
     max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol
         times itself per iteration.
     inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1 without.
     random_state : seed or generator of the starts.
     n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
+    warn : say so when a fit or a code stops before it has converged.
 
     Attributes
     ----------
@@ -62,7 +63,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V − V̂‖/‖V‖.
     n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
     stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one restart.
-    restarts_ : relative residual of each restart, best first. restart_components_ : their bases, in the same order.
+    restarts_ : relative residual of each restart, best first. restart_components_,
+        restart_activations_ : their bases and activations, in the same order.
     n_sensors_in_ : sensors the bases were learned on.
 
     References
@@ -88,6 +90,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         inner_steps=None,
         random_state=None,
         n_jobs=None,
+        warn=True,
     ):
         self.n_components = n_components
         self.n_lags = n_lags
@@ -102,6 +105,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.inner_steps = inner_steps
         self.random_state = random_state
         self.n_jobs = n_jobs
+        self.warn = warn
 
     def fit(self, X, y=None, *, components=None, activations=None):
         """Learn the bases of tensors (trial, sensor, time); y is ignored.
@@ -141,7 +145,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         with open_pool(_count_threads(self.n_jobs)) as run:
             fixed = {"sparseness": self.sparseness, "ridge": self.ridge, "max_sweeps": max_sweeps}
             activations, sweeps = encode(tensors, self.components_, code, **fixed, run=run)
-        if sweeps >= max_sweeps and code != "nonnegative":
+        if sweeps >= max_sweeps and code != "nonnegative" and self.warn:
             warnings.warn(
                 f"The {code} code of some trial still moved after {max_sweeps} sweeps. A larger ridge (now "
                 f"{self.ridge}) makes the problem better posed.",
@@ -232,8 +236,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.relative_residual_ = float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
         self.restarts_ = np.array([np.sqrt(2 * f.losses[-1] / energy) if energy > 0 else 0.0 for f in found])
         self.restart_components_ = np.stack([f.components for f in found])
+        self.restart_activations_ = [f.activations for f in found]
         self.stability_ = compute_stability(list(self.restart_components_))
-        if not best.converged:
+        if not best.converged and self.warn:
             warnings.warn(
                 f"The fit still improved by more than tol={self.tol:g} per iteration after max_iter={self.max_iter} "
                 "iterations. Raise max_iter, or tol if this residual will do.",

@@ -1,0 +1,129 @@
+"""Fig. 5F–G: the bases of each stiffness profile, their entropy, and how well they map to contact location."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from feeler.encoding import (
+    ConvolutiveNMF,
+    LocationMapping,
+    compute_entropies,
+    compute_histogram_entropy,
+    locate_components,
+    map_locations,
+)
+from feeler.paper.encoder import make_encoder, prepare
+from feeler.plotting.style import PALETTE
+from feeler.plotting.tensor import plot_tensor
+
+PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+DEFINITIONS = ("histogram of [0, 1]", "histogram of unit length", "probability mass")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig5BasesData:
+    """Bases by profile and what is measured on them."""
+
+    encoders: dict[str, ConvolutiveNMF]
+    entropy: dict[str, dict[str, np.ndarray]]
+    """Bits, by definition and profile: (restart, component), best restart first."""
+    mapping: dict[str, LocationMapping]
+    """Location against dominant component of the ridge code."""
+    sampling: float
+    """ms"""
+
+    def mean_entropy(self, definition: str = DEFINITIONS[0]) -> dict[str, float]:
+        """Mean over the bases of the best restart, by profile."""
+        return {name: float(np.nanmean(values[0])) for name, values in self.entropy[definition].items()}
+
+    def lowest(self, definition: str = DEFINITIONS[0]) -> str:
+        """The profile with the lowest entropy; the paper: exponential."""
+        means = self.mean_entropy(definition)
+        return min(means, key=means.get)
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    *,
+    scale: str = "quick",
+    quantity: str = "angle",
+    speed: float | None = None,
+    fitted: Mapping[str, ConvolutiveNMF] | None = None,
+    random_state: int = 0,
+) -> Fig5BasesData:
+    """Encode each profile's tensors by itself, on the touches that all profiles have.
+
+    Parameters
+    ----------
+    tensors : Datasets by profile, with location and speed.
+    speed : only touches of this speed, mm/ms; None: the slowest that all profiles have, as profiles are compared there.
+    fitted : encoders already fitted to exactly these tensors, by profile; the others are fitted here.
+    """
+    common = set.intersection(*(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values()))
+    speed = min(common) if speed is None else speed
+    chosen = {name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6) for name, d in tensors.items()}
+    encoders, mapping = dict(fitted or {}), {}
+    for name, dataset in chosen.items():
+        data = prepare(dataset, quantity)
+        if name not in encoders:
+            encoders[name] = make_encoder(scale, random_state=random_state).fit(data)
+        code = encoders[name].transform(data, code="ridge")
+        mapping[name] = map_locations(code, dataset["location"].values, locate_components(encoders[name].components_))
+    entropy = {
+        definition: {name: _measure(definition, encoders[name]) for name in chosen} for definition in DEFINITIONS
+    }
+    sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
+    return Fig5BasesData(encoders={n: encoders[n] for n in chosen}, entropy=entropy, mapping=mapping, sampling=sampling)
+
+
+def _measure(definition: str, encoder: ConvolutiveNMF) -> np.ndarray:
+    """Entropy of every basis of every restart, (restart, component)."""
+    sets = encoder.restart_components_
+    if definition == DEFINITIONS[0]:
+        return np.array([compute_entropies(bases) for bases in sets])
+    if definition == DEFINITIONS[1]:
+        return np.array([[compute_histogram_entropy(basis, scale="none") for basis in bases] for bases in sets])
+    return np.array([compute_entropies(bases, "mass") for bases in sets])
+
+
+def plot_bases(data: Fig5BasesData, axes: np.ndarray) -> None:
+    """Fig. 5F: one row per profile; each basis on its own colour scale."""
+    for row, (name, encoder) in zip(axes, data.encoders.items(), strict=True):
+        for ax, basis in zip(row, encoder.components_, strict=True):
+            lag = data.sampling * np.arange(basis.shape[1])
+            plot_tensor(basis, lag, ax, Normalize(0, basis.max() or 1), labels=False)
+        row[0].set_ylabel(f"{name}\nsensor (base → tip)")
+    for ax in axes[-1]:
+        ax.set_xlabel("lag [ms]")
+
+
+def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
+    """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the paper's."""
+    names = list(data.encoders)
+    width = 0.8 / len(DEFINITIONS)
+    for i, definition in enumerate(DEFINITIONS):
+        values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
+        middle = np.array([v[0] for v in values])
+        spread = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+        place = np.arange(len(names)) + (i - (len(DEFINITIONS) - 1) / 2) * width
+        ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
+    known = [name for name in names if name in PAPER]
+    ax.plot([names.index(n) for n in known], [PAPER[n] for n in known], "kx", label="paper (definition not stated)")
+    ax.set_xticks(range(len(names)), names, rotation=20)
+    ax.set_ylabel("mean entropy of the bases [bits]")
+    ax.legend()
+
+
+def plot(data: Fig5BasesData, figure: Figure) -> None:
+    """F on the left, G on the right; needs about 7.2 × 4 inches."""
+    left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1))
+    n_components = max(len(encoder.components_) for encoder in data.encoders.values())
+    plot_bases(data, left.subplots(len(data.encoders), n_components, sharex=True, sharey=True, squeeze=False))
+    left.suptitle("F", x=0.02, ha="left", weight="bold")
+    plot_entropy(data, right.subplots())
+    right.suptitle("G", x=0.02, ha="left", weight="bold")

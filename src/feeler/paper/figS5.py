@@ -1,0 +1,77 @@
+"""Fig. S5: do the bases change with how long they last?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from feeler.encoding import ConvolutiveNMF, match_components
+from feeler.paper.encoder import make_encoder, prepare
+from feeler.plotting.tensor import plot_tensor
+
+DURATIONS = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
+REFERENCE = 40  # [P]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FigS5Data:
+    """Bases for each duration."""
+
+    encoders: dict[int, ConvolutiveNMF]
+    """By duration, samples."""
+    profile_similarity: np.ndarray
+    """(duration, component): cosine of the bases' profiles along the antenna (sums over lags) with the reference's."""
+    basis_similarity: np.ndarray
+    """(duration, component): greatest cosine over shifts of the whole bases with the reference's; a shorter one can
+    reach 1 only where the longer one is silent."""
+    residual: np.ndarray
+    """(duration,), ‖V − V̂‖/‖V‖."""
+    sampling: float
+    """ms"""
+
+
+def compute(
+    tensors: Any,
+    *,
+    scale: str = "quick",
+    quantity: str = "angle",
+    durations: Sequence[int] = DURATIONS,
+    fitted: ConvolutiveNMF | None = None,
+    random_state: int = 0,
+) -> FigS5Data:
+    """Fit three bases of each duration to the tensors of the main antenna.
+
+    fitted : an encoder already fitted to these tensors (Fig. 4's of rank 3), used for its own duration.
+    """
+    data = prepare(tensors, quantity)
+    encoders = {}
+    for n_lags in durations:
+        if fitted is not None and fitted.n_lags == n_lags:
+            encoders[n_lags] = fitted
+        else:
+            one = {"n_restarts": 1} if scale == "quick" else {}
+            encoders[n_lags] = make_encoder(scale, n_lags=n_lags, random_state=random_state, **one).fit(data)
+    reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
+    profiles = [encoder.components_.sum(axis=2, keepdims=True) for encoder in encoders.values()]
+    return FigS5Data(
+        encoders=encoders,
+        profile_similarity=np.stack([match_components(reference.sum(axis=2, keepdims=True), p)[1] for p in profiles]),
+        basis_similarity=np.stack([match_components(reference, e.components_)[1] for e in encoders.values()]),
+        residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
+        sampling=float(np.diff(tensors["time"].values[:2])[0]),
+    )
+
+
+def plot(data: FigS5Data, figure: Figure) -> None:
+    """One row per duration, one column per basis, from base to tip; each basis on its own colour scale."""
+    n_components = len(next(iter(data.encoders.values())).components_)
+    axes = figure.subplots(len(data.encoders), n_components, sharey=True, squeeze=False)
+    for row, (n_lags, encoder) in zip(axes, data.encoders.items(), strict=True):
+        for ax, basis in zip(row, encoder.components_, strict=True):
+            plot_tensor(basis, data.sampling * np.arange(n_lags), ax, Normalize(0, basis.max() or 1), labels=False)
+        row[0].set_ylabel(f"T = {data.sampling * n_lags:g} ms\nsensor")
+    for ax in axes[-1]:
+        ax.set_xlabel("lag [ms]")

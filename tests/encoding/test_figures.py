@@ -1,0 +1,90 @@
+"""Figures 4, 5F–G and S5 from small made-up touches: what they hold, and that they draw."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from feeler.errors import InvalidInput
+from feeler.paper import fig4, fig5_bases, figS5
+from feeler.paper.encoder import make_encoder, prepare
+
+
+def make_dataset(width=1.5, n_sensors=16, n_times=120):
+    """Bumps at five locations, two features, two speeds; a little of it negative."""
+    sensor, time = np.arange(n_sensors)[:, None], np.arange(n_times)[None, :]
+    tensors, locations, features, speeds = [], [], [], []
+    for location in (0.5, 0.6, 0.7, 0.8, 0.9):
+        for feature, wide in (("ball", 1.0), ("box", 1.4)):
+            for speed, lasting in ((0.6, 20), (0.06, 60)):
+                phase = np.clip((time - 10) / lasting, 0, 1)
+                bump = np.exp(-0.5 * ((sensor - n_sensors * location - phase) / (width * wide)) ** 2)
+                tensors.append(0.05 * bump * np.sin(np.pi * phase) - 1e-4)
+                locations.append(location), features.append(feature), speeds.append(speed)
+    coords = {
+        "time": np.arange(n_times, dtype=float),
+        "location": ("trial", locations),
+        "feature": ("trial", features),
+        "speed": ("trial", speeds),
+        "size": ("trial", np.full(len(tensors), 1.5)),
+    }
+    return xr.Dataset({"angle": (("trial", "sensor", "time"), np.array(tensors))}, coords=coords)
+
+
+@pytest.fixture(scope="module")
+def touched():
+    return make_dataset()
+
+
+def draw(plot, data):
+    figure = Figure(figsize=(7, 7), layout="constrained")
+    plot(data, figure)
+    figure.canvas.draw()
+    return figure
+
+
+def test_fig4(touched):
+    data = fig4.compute(touched, scale="quick", ranks=(2, 3))
+    assert data.residual.shape == data.entropy["mass"].shape == (2, 2)
+    assert data.residual[1, 0] < data.residual[0, 0]
+    assert next(iter(data.examples)) == "ball 0.5"
+    assert len(data.examples) == 10
+    codes = data.residual_by_code
+    assert codes["nonnegative"] <= codes["sparse"] + 1e-3
+    assert data.sparseness_by_code["sparse"] == pytest.approx(0.8, abs=1e-6)
+    assert data.mapping["ridge"].p_information < 0.01
+    assert data.mapping["ridge"].correlation > 0.8
+    draw(fig4.plot, data)
+
+
+def test_entropy_that_falls_is_reported():
+    class Two(fig4.Fig4Data):
+        def __init__(self):
+            object.__setattr__(self, "ranks", (2, 3, 4))
+            object.__setattr__(self, "entropy", {"histogram": np.array([[1.0], [2.0], [1.5]])})
+
+    assert Two().exception_at() == (4,)
+
+
+def test_fig5_bases(touched):
+    data = fig5_bases.compute({"exponential": touched, "constant": make_dataset(width=5)}, scale="quick")
+    assert data.lowest() == "exponential"
+    assert data.entropy["probability mass"]["constant"].shape == (2, 3)
+    assert set(data.mapping) == {"exponential", "constant"}
+    draw(fig5_bases.plot, data)
+
+
+def test_figS5(touched):
+    data = figS5.compute(touched, scale="quick", durations=(10, 40))
+    assert data.residual.shape == (2,)
+    np.testing.assert_allclose(data.basis_similarity[1], 1)
+    assert data.profile_similarity.shape == (2, 3)
+    draw(figS5.plot, data)
+
+
+def test_what_is_encoded_is_rectified_and_named(touched):
+    assert prepare(touched).min() == 0
+    with pytest.raises(InvalidInput, match="quantity must be one of 'angle', 'curvature'"):
+        prepare(touched, "torque")
+    with pytest.raises(InvalidInput, match="smoke, quick, paper"):
+        make_encoder("huge")
