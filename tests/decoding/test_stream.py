@@ -119,6 +119,31 @@ def test_early_accuracy_rises_where_the_classes_part():
     assert still.noticed == 0 and still.accuracy[0] == 0
 
 
+def test_tempering_makes_it_as_sure_as_it_is_right():
+    rng = np.random.default_rng(3)
+    alike = [TOUCHES[0], TOUCHES[0] + 1e-4 * TOUCHES[2]]
+    labels = LABELS[:2]
+    decoder = StreamDecoder(window=250, correlation=1.0, noise=0.01).fit(alike, labels)
+    picks = rng.integers(0, 2, 60)
+    drawn = [alike[k] * (1 + 0.1 * rng.standard_normal()) for k in picks]  # scale says nothing about the class
+    others = [labels[k] for k in rng.integers(0, 2, 60)]
+    sure = [decoder.replay(touch)[-1].probability for touch in drawn]
+    tempered = decoder.temper(drawn, others)
+    assert tempered.correlation_ > 10
+    assert np.mean([tempered.replay(touch)[-1].probability for touch in drawn]) < np.mean(sure)
+    with pytest.raises(InvalidInput, match="temper needs touches with contact"):
+        decoder.temper([np.zeros((3, 50))], labels[:1])
+
+
+def test_evidence_in_bulk_is_the_streams_own():
+    decoder = _decoder()
+    stream = decoder.start()
+    for sample in TOUCHES[1].T:
+        stream.update(sample)
+    bulk = decoder._accumulate(decoder._cut(TOUCHES[1]))
+    np.testing.assert_allclose(stream.evidence, bulk[-1], rtol=1e-9)
+
+
 def _update(decoder, *samples):
     stream = decoder.start()
     for sample in samples:

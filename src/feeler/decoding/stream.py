@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp
 from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
@@ -19,6 +20,8 @@ STATES = ("waiting", "unsure", "decided", "over")
 MAX_LINE = 4096  # characters of one sample; more is no sample
 BASELINE = 300.0  # [C] samples over which the resting level is followed while nothing touches
 FLOOR = 0.004  # [C] rad; least sd of a reading
+MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
+SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
 SURPLUS = 50  # samples too many before a faster sender is refused
 
 
@@ -64,6 +67,8 @@ class StreamDecoder(BaseEstimator):
     ----------
     classes_
         Labels, sorted.
+    correlation_
+        τ in use: ``correlation``, or what ``temper`` found.
     expected_
         (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact on.
     """
@@ -111,8 +116,39 @@ class StreamDecoder(BaseEstimator):
         self.weight_ = 1 / (2 * variance * self.correlation)
         self.constant_ = -0.5 * np.log(variance).sum(axis=1) / self.correlation
         self.n_sensors_ = self.expected_.shape[1]
+        self.correlation_ = float(self.correlation)
         self._pack()
         return self
+
+    def temper(self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = MOMENTS) -> "StreamDecoder":
+        """Set τ so that the posterior is as sure as it is right on other touches, which the fit has not seen.
+
+        Chooses the τ with the greatest mean log posterior of the true classes over ``moments`` (samples after contact).
+        Use simulations with drawn mechanics: a decoder tempered on its own training touches would trust itself fully.
+        """
+        check_is_fitted(self, "expected_at_")
+        moments = np.unique(np.clip(moments, 0, self.window - 1))
+        evidence, true = [], []
+        for touch, label in zip(X, y, strict=True):
+            cut = self._cut(np.asarray(touch, dtype=float))
+            if cut is not None and label in self.classes_:
+                evidence.append(self._accumulate(cut)[moments])
+                true.append(self.classes_.index(label))
+        if not evidence:
+            raise InvalidInput("temper needs touches with contact and with labels that the decoder knows; got none.")
+        sharpness = np.geomspace(SHARPNESS[0], SHARPNESS[1], 61)
+        scores = [_score_log(np.stack(evidence) * s, np.array(true), len(self.classes_)) for s in sharpness]
+        best = sharpness[int(np.argmax(scores))]
+        self.correlation_ /= best
+        self.weight_at_ *= best
+        self.constant_at_ *= best
+        return self
+
+    def _accumulate(self, cut: np.ndarray) -> np.ndarray:
+        """Evidence (window, class · lag) after each sample of a cut touch."""
+        seen = cut[:, self.max_lag : self.max_lag + self.window].T
+        error = np.einsum("tks,tks->tk", (self.expected_at_ - seen[:, None]) ** 2, self.weight_at_)
+        return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:
         """Views over lags, so that one sample costs a few array operations: (slot, class · lag, sensor)."""
@@ -160,6 +196,13 @@ class StreamDecoder(BaseEstimator):
         stream = self.start()
         values = np.asarray(values, dtype=float)
         return [stream.update(values[:, k], None if time is None else time[k]) for k in range(values.shape[1])]
+
+
+def _score_log(evidence: np.ndarray, true: np.ndarray, n_classes: int) -> float:
+    """Mean log posterior of the true classes of evidence (touch, moment, class · lag)."""
+    by_class = logsumexp(evidence.reshape(*evidence.shape[:2], n_classes, -1), axis=3)
+    log_posterior = by_class - logsumexp(by_class, axis=2, keepdims=True)
+    return float(log_posterior[np.arange(true.size), :, true].mean())
 
 
 def _name(rule: str) -> str:

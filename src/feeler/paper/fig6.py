@@ -89,6 +89,7 @@ def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     robots = {size: draw_robots(size, plan["n_robots"], seed) for size in plan["sizes"]}
     read = {size: touch_robots(group) for size, group in robots.items()}
+    varied = make_training(n_variants=1, rng=np.random.default_rng([seed, 1])) if plan["variants"] else None
     by_size = tuple(measure_transfer(classifier, read[size]) for size in plan["sizes"])
     raw, release, fit, simulated = _compute_examples(robots[1.0][0])
     return Fig6Data(
@@ -102,10 +103,10 @@ def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
         sizes=plan["sizes"],
         by_size=by_size,
         variants=plan["variants"],
-        by_variants=tuple(_score_variants(n, read[1.0], seed) for n in plan["variants"]),
+        by_variants=tuple(_score_variants(n, varied, read[1.0], seed) for n in plan["variants"]),
         shots=plan["shots"],
         by_shots=tuple(_score_shots(training, plan, seed)),
-        early=_measure_early(training, read[1.0]),
+        early=_measure_early(training, varied, read[1.0]),
     )
 
 
@@ -126,8 +127,10 @@ def _compute_examples(robot: Surrogate) -> tuple[Recording, Recording, RobotFit,
     return raw, replace(release, values=release.values - rest[:, None]), fit, simulated
 
 
-def _score_variants(n_variants: int, read: Sequence[Touches], seed: int) -> TransferScore:
-    training = make_training(n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]))
+def _score_variants(n_variants: int, varied: Touches, read: Sequence[Touches], seed: int) -> TransferScore:
+    training = varied
+    if n_variants > 1:
+        training = make_training(n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]))
     copies = max(2, 10 // (1 + n_variants))  # about as many training tensors as without variants
     classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(training.values, training.labels)
     return measure_transfer(classifier, read)
@@ -139,8 +142,11 @@ def _score_shots(training: Touches, plan: dict, seed: int) -> list[TransferScore
     return sweep_shots(training, plan["shots"], draw_robots(1.0, plan["n_shot_robots"], seed + 1))
 
 
-def _measure_early(training: Touches, read: Sequence[Touches]) -> EarlyAccuracy:
+def _measure_early(training: Touches, varied: Touches | None, read: Sequence[Touches]) -> EarlyAccuracy:
     decoder = StreamDecoder().fit(training.motions, training.labels)
+    if varied is not None:
+        others = varied.take(np.arange(len(training.labels), len(varied.labels)))
+        decoder.temper(others.motions, others.labels)
     motions = [motion for touches in read for motion in touches.motions]
     return measure_early_accuracy(decoder, motions, [label for t in read for label in t.labels], MOMENTS)
 

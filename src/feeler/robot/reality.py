@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.decoding.stream import StreamDecoder
 from feeler.decoding.transfer import Aligned, TransferClassifier, TransferScore, align, score_transfer
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
@@ -108,6 +109,14 @@ def align_recordings(recordings: Sequence[Recording], antenna: Antenna | None = 
 
 def _align(antenna: Antenna, motions: Sequence[np.ndarray]) -> Aligned:
     return align(motions, [compute_tip(antenna, motion) for motion in motions])
+
+
+def make_decoder(*, threshold: float = 0.9, seed: int = 0) -> StreamDecoder:
+    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random."""
+    training = make_training(n_variants=1, rng=np.random.default_rng([seed, 1]))
+    nominal = len(make_touches())
+    decoder = StreamDecoder(threshold=threshold).fit(training.motions[:nominal], training.labels[:nominal])
+    return decoder.temper(training.motions[nominal:], training.labels[nominal:])
 
 
 def draw_robots(size: float, n_robots: int, seed: int, *, gap: Gap | None = None) -> list[Surrogate]:

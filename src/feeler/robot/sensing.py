@@ -47,22 +47,29 @@ class Sensing:
         step = gap.quantum * SENSITIVITY
         return np.round(capacitance / step) * step if step > 0 else capacitance
 
-    def calibrate(self, rng: np.random.Generator, robot: str) -> SensorCalibration:
-        """Calibrate on a bench: each hinge bent by itself through known angles, up and down, several times."""
+    def bench(self, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """A calibration table (reading,): each hinge bent by itself through known angles, up and down, several times.
+
+        Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].
+        """
         up = np.linspace(-BENCH_RANGE, BENCH_RANGE, BENCH_LEVELS)
         angles = np.tile(np.concatenate([up, up[::-1]]), BENCH_REPEATS)
+        n = self.base.size
         readings = []
-        for hinge in range(self.base.size):
-            bent = np.zeros((self.base.size, angles.size))
+        for hinge in range(n):
+            bent = np.zeros((n, angles.size))
             bent[hinge] = angles
             readings.append(self.read(bent, rng, on_bench=True)[hinge])
-        return fit_sensors(
-            np.repeat(np.arange(1, self.base.size + 1), angles.size),
-            np.tile(angles, self.base.size),
-            np.concatenate(readings),
-            time=np.arange(self.base.size * angles.size) * BENCH_INTERVAL,
-            robot=robot,
-        )
+        return {
+            "hinge": np.repeat(np.arange(1, n + 1), angles.size),
+            "angle": np.tile(angles, n),
+            "capacitance": np.concatenate(readings),
+            "time": np.arange(n * angles.size) * BENCH_INTERVAL,
+        }
+
+    def calibrate(self, rng: np.random.Generator, robot: str) -> SensorCalibration:
+        """The lines that a user of this robot would fit to a bench table."""
+        return fit_sensors(**self.bench(rng), robot=robot)
 
 
 def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
