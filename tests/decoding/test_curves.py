@@ -11,7 +11,7 @@ from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import compute_explained, judge_order
 from feeler.errors import InvalidInput
 
-PLAN = Plan(ratios=(0.05, 0.4), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=4, probe=0.4)
+PLAN = Plan(ratios=(0.05, 0.4), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=4, probe=0.4, before_all=True)
 
 
 class SumEncoder(BaseEstimator):
@@ -26,41 +26,41 @@ class SumEncoder(BaseEstimator):
         return X.sum(axis=1, keepdims=True)
 
 
-def make_group(width, seed=0):
+def make_group(height):
     time = np.arange(60)
     places = np.linspace(15, 45, 8)[:, None]
-    tensors = np.exp(-0.5 * ((time - places) / width) ** 2)[:, None, :] * np.ones((1, 4, 1))
+    tensors = np.exp(-0.5 * ((time - places) / 2) ** 2)[:, None, :] * np.full((1, 4, 1), height)
     encoder = SumEncoder()
     return Group(tensors=tensors, labels=np.arange(8), encoder=encoder, codes=make_codes(tensors, encoder))
 
 
 @pytest.fixture(scope="module")
 def curves():
-    return compute_curves({"sharp": make_group(2.0), "blurred": make_group(15.0)}, PLAN)
+    return compute_curves({"strong": make_group(1.0), "weak": make_group(0.1)}, PLAN)
 
 
 def test_every_group_has_every_curve(curves):
     for kind in ("joint", "sparse", "nonnegative", "raw"):
         for level in ("relative", "common"):
-            assert list(curves.find(kind, level)) == ["sharp", "blurred"]
-        assert list(curves.find(kind, n_copies=3)) == ["sharp", "blurred"]
-    assert list(curves.find("sparse", when="before", n_copies=4)) == ["sharp", "blurred"]
-    assert set(curves.baselines) == {"sharp", "blurred"}
+            assert list(curves.find(kind, level)) == ["strong", "weak"]
+        assert list(curves.find(kind, n_copies=3)) == ["strong", "weak"]
+    assert list(curves.find("sparse", when="before", n_copies=4)) == ["strong", "weak"]
+    assert set(curves.baselines) == {"strong", "weak"}
 
 
 def test_null_unmasks_a_code_that_depends_on_the_trials_place(curves):
     assert curves.find_null("joint").noisy[0].mean() > 0.8
     for kind in ("sparse", "nonnegative", "raw"):
         assert curves.find_null(kind).noisy.mean() < 0.3
-    assert compute_explained(curves.find("joint")["sharp"], curves.find_null("joint")) > 0.7
-    assert compute_explained(curves.find("raw")["sharp"], curves.find_null("raw")) < 0.3
+    assert compute_explained(curves.find("joint")["strong"], curves.find_null("joint")) > 0.7
+    assert compute_explained(curves.find("raw")["strong"], curves.find_null("raw")) < 0.3
 
 
-def test_sharper_codes_are_told_apart_better(curves):
-    found = {name: sweep.area for name, sweep in curves.find("nonnegative", "common").items()}
-    verdict = judge_order(found, claim="sharp > blurred", measure="accuracy")
+def test_stronger_tensors_stand_common_noise_better(curves):
+    found = {name: sweep.area for name, sweep in curves.find("raw", "common").items()}
+    verdict = judge_order(found, claim="strong > weak", measure="accuracy")
     assert verdict.word == "agrees" and verdict.is_evidence
-    explained = judge_order(found, claim="sharp > blurred", measure="accuracy", explained=1.0)
+    explained = judge_order(found, claim="strong > weak", measure="accuracy", explained=1.0)
     assert "no evidence: identical tensors reach 100 %" in explained.describe()
 
 

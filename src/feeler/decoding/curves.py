@@ -123,14 +123,14 @@ def _sweep_kind(codes, labels, kind, peak, plan: Plan, random_state) -> dict[Cur
 
 
 def _sweep_before(groups, kinds, plan: Plan, random_state) -> dict[Curve, Sweep]:
-    """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases; first and last group."""
-    names = list(dict.fromkeys([next(iter(groups)), list(groups)[-1]]))
+    """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
+    names = list(groups)[: None if plan.before_all else 1]
     peak = float(max(group.tensors.max() for group in groups.values()))
     found = {}
     for name in names:
         group = groups[name]
         for kind in kinds:
-            for level in LEVELS:
+            for level in LEVELS if plan.before_all else ("common",):
 
                 def encode_noisy(noisy, group=group, kind=kind):
                     return encode(np.maximum(noisy, 0.0), group.encoder, kind)

@@ -153,7 +153,7 @@ def compute_sweep(
 
     n_threads = 1 if encode is not None else min(n_jobs or os.cpu_count() or 1, n_repeats)
     # One repeat per thread: the matrices are too small for threads inside BLAS to pay.
-    with threadpool_limits(None if n_threads == 1 else 1), ThreadPoolExecutor(n_threads) as pool:
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(n_threads) as pool:
         list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))
     return Sweep(
         ratios=np.asarray(ratios, dtype=float),
