@@ -1,0 +1,58 @@
+"""``feeler convert``: the same tensors in another format."""
+
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler convert set.zarr set.nc
+
+  feeler convert set.zarr one.csv --variable curvature --trial 3
+
+  feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-1
+"""
+
+
+def convert(
+    source: Annotated[Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file")],
+    target: Annotated[Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")],
+    variable: Annotated[str, typer.Option(help="variable of a CSV")] = "angle",
+    trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,
+    session_start: Annotated[str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")] = "",
+    identifier: Annotated[str, typer.Option(help="unique name of an NWB file")] = "",
+    max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
+) -> None:
+    """Write tensors in another format; configuration, units, versions, seeds and licence travel along."""
+    from feeler.errors import InvalidInput
+    from feeler.tensors.export import save
+    from feeler.tensors.limits import Limits
+    from feeler.tensors.load import load
+
+    if target.exists():
+        raise InvalidInput(f"{target} exists already. Choose another name.")
+    options: dict[str, object] = {}
+    if target.suffix == ".csv":
+        options = {"variable": variable, "trial": trial}
+    elif target.suffix == ".nwb":
+        options = {"session_start": _parse_start(session_start), "identifier": identifier}
+    save(load(source, Limits(max_bytes=int(max_gib * 2**30))), target, **options)
+    typer.echo(f"wrote {target}")
+
+
+def _parse_start(text: str) -> datetime:
+    from feeler.errors import InvalidInput
+
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise InvalidInput(
+            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB demands it."
+        ) from None
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``convert`` to the command line."""
+    app.command("convert", epilog=EXAMPLES)(convert)

@@ -1,0 +1,71 @@
+"""Progress of a batch: a bar for people, lines of JSON for machines, silence for anything else."""
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+Clock = Callable[[], float]
+
+
+class Progress:
+    """Called with (done, total); shows done, rate and time left.
+
+    With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal a bar is drawn; otherwise nothing.
+    Trials that were already there at the first call do not count towards the rate.
+    """
+
+    def __init__(
+        self,
+        title: str = "trials",
+        *,
+        log_json: bool = False,
+        stream: TextIO | None = None,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self._title, self._json, self._clock = title, log_json, clock
+        self._stream = sys.stderr if stream is None else stream
+        self._began, self._first, self._bar, self._task = clock(), None, None, None
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._first is None:
+            self._first = done - 1
+        rate, left = self.measure(done, total)
+        if self._json:
+            event = {"event": self._title, "done": done, "total": total, "per_second": rate, "seconds_left": left}
+            print(json.dumps(event), file=self._stream, flush=True)
+        elif self._stream.isatty():
+            self._draw(done, total, rate)
+
+    def measure(self, done: int, total: int) -> tuple[float, float]:
+        """Items per second so far, and seconds that the rest will take at that rate."""
+        elapsed = max(self._clock() - self._began, 1e-9)
+        rate = (done - (self._first or 0)) / elapsed
+        return round(rate, 4), round((total - done) / rate, 1) if rate > 0 else 0.0
+
+    def _draw(self, done: int, total: int, rate: float) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        if self._bar is None:
+            columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+            self._bar = Bar(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
+            self._bar.start()
+            self._task = self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
+        self._bar.update(self._task, completed=done, rate=f"{rate:.3g}/s")
+        if done >= total:
+            self.close()
+
+    def close(self) -> None:
+        """Leave the terminal tidy; a second call does nothing."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

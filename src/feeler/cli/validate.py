@@ -1,0 +1,37 @@
+"""``feeler validate``: what is wrong with a file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler validate set.zarr
+
+  feeler validate *.nc
+"""
+
+
+def validate(
+    files: Annotated[list[Path], typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file")],
+    max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
+) -> None:
+    """Check files against the data contract, checksums included; exit code 1 if anything is wrong."""
+    from feeler.tensors.inspect import find_problems
+    from feeler.tensors.limits import Limits
+
+    wrong = 0
+    for file in files:
+        problems = find_problems(file, Limits(max_bytes=int(max_gib * 2**30)))
+        wrong += bool(problems)
+        typer.echo(f"{file}: {'valid' if not problems else f'{len(problems)} problem(s)'}")
+        for problem in problems:
+            typer.echo(f"  - {problem}")
+    if wrong:
+        raise typer.Exit(1)
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``validate`` to the command line."""
+    app.command("validate", epilog=EXAMPLES)(validate)

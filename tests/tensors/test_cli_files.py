@@ -1,0 +1,126 @@
+"""The verbs around files: info, validate, convert, antenna, and progress."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+import typer
+import xarray as xr
+from typer.testing import CliRunner
+
+from feeler.antenna.cockroach import cockroach
+from feeler.antenna.file import load_antenna
+from feeler.cli import antenna, convert, info, validate
+from feeler.cli.progress import Progress
+from feeler.errors import InvalidInput
+from feeler.tensors import make_tensors
+from feeler.tensors.export import save
+from feeler.tensors.load import load
+from feeler.tensors.model import Model, save_model
+
+app = typer.Typer()
+for module in (antenna, convert, info, validate):
+    module.register(app)
+
+
+def call(*arguments):
+    return CliRunner().invoke(app, [str(item) for item in arguments])
+
+
+@pytest.fixture
+def tensors():
+    rng = np.random.default_rng(3)
+    labels = {"feature": ["ball", "wall"], "size": [1.5, np.inf], "location": [0.5, 0.7], "speed": [0.3, 0.06]}
+    return make_tensors(
+        angle=rng.normal(size=(2, 3, 5)),
+        time=np.arange(5.0),
+        segment=[1, 2, 3],
+        position=np.array([0.0, 0.3, 0.6]),
+        segment_length=np.ones(3),
+        trials={**labels, "antenna": ["a"] * 2, "source": ["simulation"] * 2, "seed": [1, 2]},
+        attrs={"configuration": {"timestep": 0.01}, "licence": "CC0-1.0"},
+    )
+
+
+@pytest.mark.parametrize("name", ["set.zarr", "set.nc", "set.mat", "one.csv"])
+def test_info_says_what_a_file_holds(tmp_path, tensors, name):
+    save(tensors, tmp_path / name)
+    out = call("info", tmp_path / name).output
+    for words in ("angle", "[rad]", "trial ", "ball", "CC0-1.0", "timestep"):
+        assert words in out
+    assert ("2 of 2 trials finished" in out) == (name == "set.zarr")
+
+
+def test_info_describes_antennas_and_models(tmp_path):
+    assert call("antenna", tmp_path / "a.toml").exit_code == 0
+    save_model(Model(kind="lda", version=4, arrays={"means": np.zeros((2, 3))}), tmp_path / "m.safetensors")
+    out = call("info", tmp_path / "a.toml", tmp_path / "m.safetensors").output
+    assert "segments    140, 42 mm" in out
+    assert "stiffness: [P]" in out
+    assert "kind lda, version 4" in out
+    assert "means (2, 3) float64" in out
+
+
+@pytest.mark.parametrize("profile", ["exponential", "constant"])
+def test_the_antenna_written_is_the_preset(tmp_path, profile):
+    call("antenna", tmp_path / "a.toml", "--profile", profile, "--sensors", "all")
+    got, preset = load_antenna(tmp_path / "a.toml"), cockroach(profile, sensors="all")
+    assert got.stiffness.tobytes() == preset.stiffness.tobytes()
+    assert got.sensors.tolist() == preset.sensors.tolist()
+    assert isinstance(call("antenna", tmp_path / "a.toml").exception, InvalidInput)
+
+
+def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensors):
+    save(tensors, tmp_path / "good.nc")
+    save(tensors.assign_coords(source=("trial", ["simulation", "guess"])), tmp_path / "bad.nc")
+    save(tensors, tmp_path / "set.zarr")
+    assert call("validate", tmp_path / "good.nc", tmp_path / "set.zarr").exit_code == 0
+    chunk = tmp_path / "set.zarr" / "angle" / "c.1.0.0"
+    chunk.write_bytes(bytes([chunk.read_bytes()[0] ^ 1]) + chunk.read_bytes()[1:])
+    result = call("validate", tmp_path / "good.nc", tmp_path / "bad.nc", tmp_path / "set.zarr", tmp_path / "absent")
+    assert result.exit_code == 1
+    assert "good.nc: valid" in result.output
+    assert "'source' must be one of simulation, robot, surrogate" in result.output
+    assert "trial 1: " in result.output and "c.1.0.0" in result.output
+    assert "no such file" in result.output
+
+
+def test_convert_keeps_everything(tmp_path, tensors):
+    save(tensors, tmp_path / "set.zarr")
+    assert call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exit_code == 0
+    start = ["--session-start", "2026-01-31T10:00:00+01:00", "--identifier", "x"]
+    assert call("convert", tmp_path / "set.mat", tmp_path / "set.nwb", *start).exit_code == 0
+    got = load(tmp_path / "set.nwb")
+    xr.testing.assert_identical(got.drop_attrs(), tensors.drop_attrs())
+    assert tensors.attrs.items() <= got.attrs.items()
+    assert isinstance(call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput)
+    assert isinstance(call("convert", tmp_path / "set.zarr", tmp_path / "b.nwb").exception, InvalidInput)
+
+
+@pytest.mark.parametrize("verb", ["info", "validate", "convert", "antenna"])
+def test_help_has_examples(verb):
+    assert f"feeler {verb}" in call(verb, "--help").output
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_progress_is_quiet_without_a_terminal_and_json_on_request():
+    now = iter([0.0, 2.0, 4.0, 6.0])
+    quiet, lines, screen = io.StringIO(), io.StringIO(), Terminal()
+    with Progress(stream=quiet) as progress:
+        progress(1, 2)
+    assert quiet.getvalue() == ""
+    progress = Progress(log_json=True, stream=lines, clock=lambda: next(now))
+    progress(11, 20)  # ten were there before
+    progress(12, 20)
+    events = [json.loads(line) for line in lines.getvalue().splitlines()]
+    assert events[0] == {"event": "trials", "done": 11, "total": 20, "per_second": 0.5, "seconds_left": 18.0}
+    assert events[1]["per_second"] == 0.5
+    with Progress("touches", stream=screen) as progress:
+        progress(1, 2)
+        progress(2, 2)
+    assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()
