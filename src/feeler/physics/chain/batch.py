@@ -31,11 +31,13 @@ CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
 
 
 @njit(**COMPILE)
-def step_many(first, n_steps, timestep, constants, obj, shapes, legs, work, place, contacts, loaded, force, width):
+def step_many(
+    first, n_steps, timestep, constants, obj, shapes, legs, work, place, contacts, loaded, force, damped, width
+):
     """Take ``n_steps`` steps from step number ``first``; all arrays are changed in place.
 
     ``shapes`` = (kind, corners, part, parts), ``legs`` = (velocity, end step), ``contacts`` = (table, rows, memory,
-    count, open), each with the lane first.
+    count, open), each with the lane first. ``damped``: contact is solved with the implicit damping in it.
     """
     kind = shapes[0]
     count = contacts[3]
@@ -49,7 +51,7 @@ def step_many(first, n_steps, timestep, constants, obj, shapes, legs, work, plac
             for lane in range(count.shape[0]):
                 touched = touched or count[lane] > 0
         if touched:
-            _push(constants, work, obj, place, contacts, loaded, force, width)
+            _push(constants, work, obj, place, contacts, loaded, force, timestep, damped, width)
         advance(constants, work, loaded, timestep, width)
         if touched:
             loaded[:] = False
@@ -99,13 +101,13 @@ def _find(constants, work, obj, shapes, place, contacts, width):
 
 
 @njit(**COMPILE)
-def _push(constants, work, obj, place, contacts, loaded, force, width):
+def _push(constants, work, obj, place, contacts, loaded, force, timestep, damped, width):
     """Solve the contacts and leave their wrenches in the bias columns."""
     table, rows, memory, count, still_open = contacts
     for lane in range(count.shape[0]):
         if count[lane] > 0:
             make_rows(constants, work, obj, table[lane], count[lane], place, rows[lane], lane)
-    solve_contacts(constants, work, rows, count, loaded, memory, still_open, width)
+    solve_contacts(constants, work, rows, count, loaded, memory, still_open, timestep, damped, width)
     loaded[:] = False
     for lane in range(count.shape[0]):
         if count[lane] > 0:
@@ -115,8 +117,8 @@ def _push(constants, work, obj, place, contacts, loaded, force, width):
 class Batch:
     """Scenes of one segment count, one per lane, from their initial state to the end of the clock."""
 
-    def __init__(self, scenes: list[Scene], models: list[ChainModel], clock: Clock) -> None:
-        self.scenes, self.clock = scenes, clock
+    def __init__(self, scenes: list[Scene], models: list[ChainModel], clock: Clock, damped: bool = False) -> None:
+        self.scenes, self.clock, self.damped = scenes, clock, damped
         n, width = scenes[0].antenna.n_segments, len(scenes)
         self.width = (0,) * width
         self.constants, self.obj = np.empty((n, N_CONSTANTS, width)), np.empty((1, N_OBJECT, width))
@@ -164,7 +166,7 @@ class Batch:
             n_steps = min(chunk, last - step)
             step_many(
                 step, n_steps, self.clock.timestep, self.constants, self.obj, self.shapes, self.legs, self.work,
-                self.place, self.contacts, self.loaded, self.force, self.width,
+                self.place, self.contacts, self.loaded, self.force, self.damped, self.width,
             )  # fmt: skip
             step += n_steps
 

@@ -40,7 +40,7 @@ from feeler.physics.chain.fields import (
     W_VY,
 )
 from feeler.physics.chain.narrow import T_DISTANCE, T_NX, T_NY, T_SEGMENT, T_X, T_Y
-from feeler.physics.chain.sweep import COMPILE, solve_with_contacts
+from feeler.physics.chain.sweep import COMPILE, solve_damped, solve_with_contacts
 
 (
     R_SEGMENT,
@@ -107,11 +107,11 @@ def make_rows(constants, work, obj, table, count, place, rows, lane):
 
 
 @njit(**COMPILE)
-def solve_contacts(constants, work, rows, count, loaded, memory, open_, width):
+def solve_contacts(constants, work, rows, count, loaded, memory, open_, timestep, damped, width):
     """Forces of each lane's rows in ``R_FORCE`` at its minimum; the number of sweeps it took.
 
     ``memory`` (lane, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
-    A lane that has its minimum is left alone while the others go on.
+    A lane that has its minimum is left alone while the others go on. ``damped`` puts M + hC in the place of M.
     """
     last, left = -1, 0
     for lane in range(count.shape[0]):
@@ -124,7 +124,10 @@ def solve_contacts(constants, work, rows, count, loaded, memory, open_, width):
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], ROWS * count[lane], loaded, lane)
-        solve_with_contacts(constants, work, loaded, last, width)
+        if damped:
+            solve_damped(constants, work, loaded, timestep, width)
+        else:
+            solve_with_contacts(constants, work, loaded, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False

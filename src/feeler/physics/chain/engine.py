@@ -14,7 +14,10 @@ from feeler.physics.scene import Motion, Scene
 LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
 
 
-def run(scene: Scene, clock: Clock) -> Motion:
+SCHEMES = ("parity", "consistent")
+
+
+def run(scene: Scene, clock: Clock, *, scheme: str = "parity") -> Motion:
     """Simulate one scene.
 
     Returns
@@ -30,13 +33,15 @@ def run(scene: Scene, clock: Clock) -> Motion:
     InvalidInput
         The timestep is too large for the contact's time constant.
     """
-    result = _run_lanes([scene], clock)[0]
+    result = _run_lanes([scene], clock, _check_scheme(scheme))[0]
     if isinstance(result, Exception):
         raise result
     return result
 
 
-def run_batch(scenes: Sequence[Scene], clock: Clock, *, workers: int = 1) -> list[Motion | Exception]:
+def run_batch(
+    scenes: Sequence[Scene], clock: Clock, *, workers: int = 1, scheme: str = "parity"
+) -> list[Motion | Exception]:
     """Simulate many scenes, eight at a time in SIMD lanes, in the order given.
 
     Every result has the same bits as ``run`` of that scene alone, whatever its neighbours and ``workers`` (threads).
@@ -49,11 +54,12 @@ def run_batch(scenes: Sequence[Scene], clock: Clock, *, workers: int = 1) -> lis
     """
     if workers < 1:
         raise InvalidInput(f"workers must be at least 1, got {workers}. Use the number of cores.")
+    damped = _check_scheme(scheme)
     groups = make_groups(scenes)
     results: list[Motion | Exception | None] = [None] * len(scenes)
     pool = ThreadPoolExecutor(max_workers=workers)
     try:
-        jobs = [pool.submit(_run_lanes, [scenes[i] for i in group], clock) for group in groups]
+        jobs = [pool.submit(_run_lanes, [scenes[i] for i in group], clock, damped) for group in groups]
         for group, job in zip(groups, jobs, strict=True):
             for i, result in zip(group, job.result(), strict=True):
                 results[i] = result
@@ -76,6 +82,13 @@ def make_groups(scenes: Sequence[Scene]) -> list[list[int]]:
     return groups
 
 
+def _check_scheme(scheme: str) -> bool:
+    """Whether contact is solved with the implicit damping in it."""
+    if scheme not in SCHEMES:
+        raise InvalidInput(f"unknown scheme {scheme!r}; valid: {', '.join(SCHEMES)}.")
+    return scheme == "consistent"
+
+
 def _phase(scene: Scene) -> tuple[float, float]:
     """Speed of the object, and how far it starts from the antenna's base: what decides when contact begins and ends."""
     if scene.feature is None:
@@ -83,9 +96,9 @@ def _phase(scene: Scene) -> tuple[float, float]:
     return float(np.hypot(*scene.path.velocity[0])), float(np.hypot(*scene.origin))
 
 
-def _run_lanes(scenes: list[Scene], clock: Clock) -> list[Motion | Exception]:
+def _run_lanes(scenes: list[Scene], clock: Clock, damped: bool) -> list[Motion | Exception]:
     """Up to LANES scenes together; a group that is neither one nor full is filled up with copies of its last."""
     lanes = 1 if len(scenes) == 1 else LANES
     filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
     models = [make_model(scene, clock.timestep) for scene in filled]
-    return Batch(filled, models, clock).run()[: len(scenes)]
+    return Batch(filled, models, clock, damped).run()[: len(scenes)]

@@ -159,6 +159,55 @@ def solve_with_contacts(constants, work, loaded, last, width):
 
 
 @njit(**COMPILE)
+def solve_damped(constants, work, loaded, timestep, width):
+    """Accelerations of every segment under (M + hC + JᵀDJ) q̈ = forces + JᵀD a_ref, columns as in solve_with_contacts.
+
+    Each hinge's own acceleration is left in column D.
+    """
+    zero = spread(0.0, width)
+    d = ux = uy = a = b = c = torque = fx = fy = zero  # what the distal part shows at its own hinge
+    for i in range(constants.shape[0] - 1, -1, -1):
+        ex, ey = get(work, i, W_EX, width), get(work, i, W_EY, width)
+        own_x, own_y = get(work, i, W_FX, width), get(work, i, W_FY, width)
+        mass = get(constants, i, C_MASS, width)
+        half = 0.5 * mass
+        wx, wy = fma(a, ey, fma(-b, ex, ux)), fma(b, ey, fma(-c, ex, uy))
+        d = fma(ey, ux + wx, fma(-ex, uy + wy, d + get(constants, i, C_INERTIA, width)))
+        ux, uy = fma(half, ey, wx), fma(-half, ex, wy)
+        bias = fma(ey, fma(-0.5, own_x, fx), fma(-ex, fma(-0.5, own_y, fy), torque))
+        a, c, fx, fy = a + mass, c + mass, fx - own_x, fy - own_y
+        if loaded[i]:
+            d = d + get(work, i, W_K00, width)
+            ux, uy = ux + get(work, i, W_K01, width), uy + get(work, i, W_K02, width)
+            a, b = a + get(work, i, W_K11, width), b + get(work, i, W_K12, width)
+            c, bias = c + get(work, i, W_K22, width), bias + get(work, i, W_B0, width)
+            fx, fy = fx + get(work, i, W_B1, width), fy + get(work, i, W_B2, width)
+        drag = timestep * get(constants, i, C_DAMPING, width)
+        inverse = 1.0 / (d + drag)
+        share = drag * inverse
+        qdd = (get(work, i, W_TORQUE, width) - bias) * inverse
+        turn, gx, gy = d * inverse, ux * inverse, uy * inverse
+        put(work, i, W_D, turn, width)
+        put(work, i, W_UX, gx, width)
+        put(work, i, W_UY, gy, width)
+        put(work, i, W_U, qdd, width)
+        torque = fma(d, qdd, bias)
+        fx, fy = fma(ux, qdd, fx), fma(uy, qdd, fy)
+        a, b, c = fma(-ux, gx, a), fma(-ux, gy, b), fma(-uy, gy, c)
+        d, ux, uy = d * share, ux * share, uy * share
+    alpha = ax = ay = zero
+    for i in range(constants.shape[0]):
+        free = fma(-get(work, i, W_UY, width), ay, fma(-get(work, i, W_UX, width), ax, get(work, i, W_U, width)))
+        qdd = fma(-get(work, i, W_D, width), alpha, free)
+        alpha = alpha + qdd
+        put(work, i, W_D, qdd, width)
+        put(work, i, W_ALPHA, alpha, width)
+        put(work, i, W_AX, ax, width)
+        put(work, i, W_AY, ay, width)
+        ax, ay = fma(alpha, get(work, i, W_EY, width), ax), fma(-alpha, get(work, i, W_EX, width), ay)
+
+
+@njit(**COMPILE)
 def advance(constants, work, loaded, timestep, width):
     """One Euler step, implicit in the joint damping C: v += h (M + hC)⁻¹ (forces), q += h v.
 
