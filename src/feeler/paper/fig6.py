@@ -16,6 +16,7 @@ from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.robot import (
     Recording,
     RobotFit,
+    SensorCalibration,
     Surrogate,
     Touches,
     compute_tip,
@@ -56,6 +57,8 @@ class Fig6Data:
     """The simulated set: 30 classes."""
     touches: Touches
     """The six tip contacts of the first surrogate robot at one reality gap."""
+    calibration: SensorCalibration
+    """Capacitance to angle of that robot; surrogate."""
     raw: Recording
     """Capacitance of the slow ball contact at the tip; surrogate."""
     release: Recording
@@ -95,6 +98,7 @@ def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
     return Fig6Data(
         training=training,
         touches=read[1.0][0],
+        calibration=robots[1.0][0].calibration,
         raw=raw,
         release=release,
         fit=fit,
@@ -208,7 +212,7 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
     tip = compute_tip(robot, data.simulated_release)
     ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
-    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
+    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms\n(paper's robot: 1.19, 2.06)"
     ax.set(xlabel="time after release (ms)", ylabel="tip (mm)")
     ax.set_title(words, fontsize="small")
     ax.legend(frameon=False, fontsize="x-small")
@@ -233,7 +237,7 @@ def plot_grid(training: Touches, ax: Axes) -> None:
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
         ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
     ax.set(xlabel="time from first peak (ms)", ylabel="tip (mm)")
-    ax.set_title("C  simulation: 30 classes (blue ball, orange box)", fontsize="small")
+    ax.set_title("C  simulation: 30 classes\n(ball blue, box orange)", fontsize="small")
 
 
 def plot_confusion(data: Fig6Data, ax: Axes) -> None:
@@ -249,8 +253,8 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     ax.set_xticks([7, 22], ["ball", "box"])
     ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip (m/s)")
     ax.set_title(
-        f"E  surrogate {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
-        f"[{100 * low:.0f}, {100 * high:.0f}]; paper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
+        f"E  surrogates {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
+        f"[{100 * low:.0f}, {100 * high:.0f}]\npaper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
         fontsize="small",
     )
 
@@ -261,7 +265,7 @@ def plot_gap(data: Fig6Data, ax: Axes) -> None:
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--")
     ax.set(xlabel="size of the reality gap", ylabel="share right", ylim=(0, 1.05))
-    ax.set_title("surrogates", fontsize="small")
+    ax.set_title("surrogates:\nreality gap", fontsize="small")
     ax.legend(frameon=False, fontsize="xx-small")
 
 
@@ -269,24 +273,25 @@ def plot_closing(data: Fig6Data, ax: Axes) -> None:
     """What closes the gap: random models in training, touches of the robot itself in training."""
     if data.variants:
         scores = [data.score, *data.by_variants]
-        _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models added")
+        _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models")
     if data.shots:
-        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches per contact added")
+        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches")
     ax.set(xlabel="how many", ylabel="share right", ylim=(0, 1.05))
-    ax.set_title("closing the gap (surrogates)", fontsize="small")
+    ax.set_title("surrogates:\nclosing the gap", fontsize="small")
     if data.variants or data.shots:
-        ax.legend(frameon=False, fontsize="xx-small")
+        ax.legend(frameon=False, fontsize="xx-small", loc="lower left")
 
 
 def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
-    ax.plot(early.since_contact, early.accuracy, "o-", label="most probable right")
-    ax.plot(early.since_contact, early.decided, "s--", label="decided (posterior ≥ 0.9)")
-    ax.plot(early.since_contact, early.decided_right, "^:", label="right among decided")
+    ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")
+    ax.plot(early.since_contact, early.decided, "s--", ms=3, label="decided")
+    ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="decided: right")
     ax.set_xscale("symlog", linthresh=20)
-    ax.set(xlabel="time since contact (ms)", ylabel="share", ylim=(0, 1.05))
-    ax.set_title("streaming (surrogates)", fontsize="small")
-    ax.legend(frameon=False, fontsize="xx-small")
+    ax.set_xticks([0, 50, 200, 1000], ["0", "50", "200", "1000"])
+    ax.set(xlabel="since contact (ms)", ylabel="share", ylim=(0, 1.05))
+    ax.set_title("surrogates:\nstreaming", fontsize="small")
+    ax.legend(frameon=False, fontsize="xx-small", loc="upper left")
 
 
 def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:

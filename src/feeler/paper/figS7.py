@@ -25,6 +25,6 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
         plot_tensor(data.training.values[data.training.labels.index(label)], axes[0, column], "simulation")
         plot_tensor(data.touches.values[data.touches.labels.index(label)], axes[1, column], "surrogate")
         axes[0, column].set_title(f"{feature}, {speed:g} m/s\n{axes[0, column].get_title()}", fontsize="x-small")
-        axes[1, column].set_title(f"{axes[1, column].get_title()}, differs by {difference:.0%}", fontsize="x-small")
+        axes[1, column].set_title(f"{axes[1, column].get_title()}\ndiffers by {difference:.0%}", fontsize="x-small")
     for ax in axes.flat:
         ax.label_outer()

@@ -1,0 +1,120 @@
+"""Figures 6, S2 and S7 draw from their data alone and are marked for what they are; examples and commands work."""
+
+import numpy as np
+import pytest
+import typer
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+from feeler.errors import InvalidInput
+from feeler.paper import fig6, figS2, figS7
+from feeler.robot.examples import EXAMPLES, get_example
+from feeler.tracking import load_tracks
+
+
+@pytest.fixture(scope="module")
+def data():
+    return fig6.compute("smoke")
+
+
+def _texts(figure):
+    return " ".join(text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text")))
+
+
+def test_fig6_and_s7_say_surrogate_and_simulation(data):
+    for module in (fig6, figS7):
+        figure = Figure(figsize=(8, 8))
+        module.plot(data, figure)
+        words = _texts(figure)
+        assert "surrogate" in words and "simulation" in words
+    assert "paper, real robot: 5/6" in _texts_of_confusion(data)
+
+
+def _texts_of_confusion(data):
+    figure = Figure()
+    fig6.plot_confusion(data, figure.subplots())
+    return _texts(figure)
+
+
+def test_fig6_data_hang_together(data):
+    assert data.score.total == 6 and data.sizes == (1.0,)
+    assert len(data.training.labels) == 30
+    assert data.raw.source == data.release.source == "surrogate"
+    assert data.fit.error < 9e-4
+    differences = figS7.compute_differences(data)
+    assert set(differences) == set(data.touches.labels) and min(differences.values()) > 0
+    figure = Figure()
+    fig6.plot_release_frame(data, figure.subplots(), 100.0)
+    assert "100 ms" in _texts(figure)
+
+
+def test_unknown_scale_lists_the_valid_ones():
+    with pytest.raises(InvalidInput, match="valid: smoke, quick, paper"):
+        fig6.compute("huge")
+
+
+def test_figS2_gives_back_what_was_planted_and_says_synthetic():
+    data = figS2.compute()
+    np.testing.assert_allclose(data.exploration.mean_peak, data.planted, rtol=0.06)  # noise lifts peaks
+    assert data.planted.mean() == pytest.approx(np.deg2rad(86.67e-3))
+    figure = Figure()
+    figS2.plot(data, figure)
+    assert "not animal data" in _texts(figure)
+    measured = figS2.compute([data.trial])
+    assert np.isnan(measured.planted).all()
+
+
+def test_example_files_are_labelled():
+    for name in EXAMPLES:
+        assert get_example(name).read_text().startswith("# source: surrogate\n")
+    with pytest.raises(InvalidInput, match="valid: recording, calibration, release"):
+        get_example("other")
+    tracks = get_example("recording").parents[2] / "tracking" / "data" / "synthetic_tracks_xypts.csv"
+    assert load_tracks(tracks, frame_rate=30).source == "synthetic"
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    from feeler.cli import robot, tracks
+
+    monkeypatch.chdir(tmp_path)
+    app = typer.Typer()
+    robot.register(app)
+    tracks.register(app)
+
+    def invoke(*words, **options):
+        return CliRunner().invoke(app, list(words), **options)
+
+    invoke("robot", "example", ".")
+    invoke("robot", "calibrate", EXAMPLES["calibration"])
+    return invoke
+
+
+def test_the_way_from_a_table_to_an_answer(run):
+    recording = EXAMPLES["recording"]
+    checked = run("robot", "check", recording, "--calibration", "calibration.json")
+    assert "8 channels" in checked.output and "source surrogate" in checked.output
+    said = run("robot", "classify", recording, "--calibration", "calibration.json").output
+    assert "at 0.9 of the length, 0.27 m/s" in said
+    fitted = run("robot", "fit", EXAMPLES["release"]).output
+    assert "p1 = " in fitted and "source: surrogate" in fitted
+
+
+def test_conversion_gives_a_valid_set(run, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    result = run("robot", "convert", EXAMPLES["release"], "--out", "set.nc")
+    assert result.exit_code == 0
+    with xarray.open_dataset(tmp_path / "set.nc", engine="h5netcdf") as dataset:
+        assert dataset["angle"].dims == ("trial", "sensor", "time")
+        assert dataset["source"].values.tolist() == ["surrogate"]
+
+
+def test_samples_from_standard_input(run):
+    still = "\n".join(f"{t},0,0,0,0,0,0,0,0" for t in range(50))
+    assert run("robot", "stream", "-", input=still).output.endswith("no contact\n")
+
+
+def test_errors_reach_the_caller(run):
+    result = run("robot", "classify", EXAMPLES["recording"])
+    assert isinstance(result.exception, InvalidInput) and "give --calibration" in str(result.exception)
+    assert isinstance(run("tracks", "absent.csv", "--frame-rate", "30").exception, InvalidInput)

@@ -1,0 +1,100 @@
+"""Transfer to surrogate robots: perfect without a gap, worse with one; nothing leaks from test to training."""
+
+import numpy as np
+import pytest
+
+from feeler.decoding.transfer import TransferClassifier
+from feeler.errors import InvalidInput
+from feeler.robot import (
+    Gap,
+    Recording,
+    align_recordings,
+    draw_robots,
+    make_robot,
+    make_training,
+    measure_transfer,
+    sweep_shots,
+    touch_robots,
+)
+from feeler.robot.comparison import make_profiles
+from feeler.robot.touches import simulate_pairs, simulate_touches
+
+
+@pytest.fixture(scope="module")
+def training():
+    return make_training()
+
+
+@pytest.fixture(scope="module")
+def classifier(training):
+    return TransferClassifier().fit(training.values, training.labels)
+
+
+def test_the_training_set_is_30_classes_and_every_touch_has_a_peak(training):
+    assert len(set(training.labels)) == len(training.labels) == 30
+    assert training.aligned.touched.all()
+    tip = np.einsum("n,knt->kt", training.antenna.segment_length, np.sin(np.cumsum(training.values, axis=1)))
+    peak = tip[:, 1500]
+    assert np.all(peak >= tip[:, 1499]) and np.all(peak >= tip[:, 1501])
+
+
+def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
+    none = measure_transfer(classifier, touch_robots(draw_robots(0.0, 1, seed=0)))
+    assert none.correct == {"all": 6, "feature": 6, "location": 6, "speed": 6, "top2": 6}
+    wide = measure_transfer(classifier, touch_robots(draw_robots(4.0, 3, seed=0)))
+    assert wide.share()[0] < 0.8
+
+
+def test_touches_together_equal_touches_alone():
+    trials = [touch for touch, _ in zip(_fast(), range(3), strict=False)]
+    robot = make_robot()
+    stiff = robot.replace(stiffness=1.2 * robot.stiffness)
+    together = simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
+    alone = [simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)]
+    for one, other in zip(together, alone, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def _fast():
+    from feeler.robot import make_touches
+
+    return make_touches(speeds=(0.27,))
+
+
+def test_variants_keep_labels_and_differ():
+    touches = _fast()[-2:]
+    training = make_training(trials=touches, n_variants=2, rng=np.random.default_rng(0))
+    assert training.labels == training.labels[:2] * 3
+    np.testing.assert_array_equal(training.motions[0], make_training(trials=touches).motions[0])
+    assert np.abs(training.values[2] - training.values[0]).max() > 1e-3
+    with pytest.raises(InvalidInput, match="needs rng="):
+        make_training(trials=touches, n_variants=1)
+
+
+def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
+    mechanics = Gap(**{**vars(Gap().scaled(0)), "stiffness_each": 0.3, "mass": 0.3, "length": 0.05})
+    robots = draw_robots(1.0, 1, seed=5, gap=mechanics)
+    zero, one = sweep_shots(training, (0, 1), robots)
+    assert zero.total == one.total == 6
+    assert zero.correct["all"] < one.correct["all"] == 6
+
+
+def test_a_recording_without_contact_says_so(classifier):
+    rng = np.random.default_rng(0)
+    still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
+    assert classifier.predict(align_recordings([still]).values)[0][0] == "no contact"
+
+
+def test_profiles_share_compliance_and_damping_time():
+    profiles = make_profiles()
+    for antenna in profiles.values():
+        assert np.sum(1 / antenna.stiffness) == pytest.approx(np.sum(1 / make_robot().stiffness))
+        np.testing.assert_allclose(antenna.damping / antenna.stiffness, 2.06 / 1.19)
+    ratio = {name: a.stiffness[-1] / a.stiffness[0] for name, a in profiles.items()}
+    assert ratio["exponential"] < ratio["linear"] < ratio["constant"] == 1
+
+
+@pytest.mark.slow
+def test_transfer_falls_with_the_gap(classifier):
+    shares = [measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0] for s in (0, 1, 3)]
+    assert shares[0] > shares[1] > shares[2]
