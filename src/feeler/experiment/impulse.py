@@ -1,13 +1,15 @@
 """Impulse test: a cylinder hits the antenna near its tip, pushes it aside and lets it slip off."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
+from feeler.physics.statics import compute_point
 from feeler.touch.feature import Ball
 from feeler.touch.trial import FRICTION, Trial
 
@@ -15,7 +17,6 @@ LOCATION = 0.95  # [P] share of the length where the cylinder hits
 RADIUS = 2.5  # [P] mm; half of 5 mm
 SPEED = 0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
 POINTS = (0.71, 0.86)  # [P] share of the length
-TIMESTEP = 0.02  # [C] ms
 LEAD = 2.0  # [C] ms before contact
 LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
 
@@ -53,7 +54,7 @@ def hit(
     sample_interval: float = 0.5,
     timestep: float = TIMESTEP,
     contact: Contact | None = None,
-    engine: str = "chain",
+    engine: str = DEFAULT_ENGINE,
 ) -> Impulse:
     """Hit an antenna with a cylinder and follow points along it.
 
@@ -80,31 +81,36 @@ def hit(
     InvalidInput
         Points outside (0, 1], or a lever, speed or location that make no hit.
     """
-    _check(points, lever)
-    trial = Trial(feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction)
-    scene = make_scene(antenna, trial, contact)
-    if lever is not None:
-        scene = _swing(scene, speed, lever)
+    _check(points)
+    scene = make_impulse_scene(
+        antenna, location=location, speed=speed, radius=radius, lever=lever, friction=friction, contact=contact
+    )
     duration = 0.6 * antenna.length / speed + 80.0 if duration is None else duration
     clock = Clock(duration=duration + LEAD, sample_interval=sample_interval, timestep=timestep)
-    return _measure(antenna, scene, _run(engine, scene, clock), points)
+    return measure_impulse(scene, run_scene(scene, clock, engine), points)
 
 
-def _check(points: tuple[float, ...], lever: float | None) -> None:
-    if not all(0 < point <= 1 for point in points):
-        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
+def make_impulse_scene(
+    antenna: Antenna,
+    *,
+    location: float = LOCATION,
+    speed: float = SPEED,
+    radius: float = RADIUS,
+    lever: float | None = None,
+    friction: float = FRICTION,
+    contact: Contact | None = None,
+) -> Scene:
+    """The scene of ``hit``; first contact after ``LEAD`` ms."""
     if lever is not None and not (np.isfinite(lever) and lever > 0):
         raise InvalidInput(f"lever must be a length > 0 mm, or None for a straight path, got {lever}.")
+    trial = Trial(feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction)
+    scene = make_scene(antenna, trial, contact)
+    return scene if lever is None else _swing(scene, speed, lever)
 
 
-def _run(engine: str, scene: Scene, clock: Clock) -> Motion:
-    if engine == "chain":
-        from feeler.physics.chain import run
-    elif engine == "mujoco":
-        from feeler.physics.mujoco import run
-    else:
-        raise InvalidInput(f"unknown engine {engine!r}; valid: chain, mujoco.")
-    return run(scene, clock)
+def _check(points: tuple[float, ...]) -> None:
+    if not (len(points) and all(0 < point <= 1 for point in points)):
+        raise InvalidInput(f"points must be shares of the length in (0, 1], got {points}.")
 
 
 def _swing(scene: Scene, speed: float, lever: float) -> Scene:
@@ -116,38 +122,29 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     velocity = [speed * forward, *legs, speed * distal]
     end = LEAD + edges * lever / speed
     path = Path(velocity=tuple(tuple(map(float, v)) for v in velocity), end=tuple(map(float, end)))
-    return Scene(
-        antenna=scene.antenna,
-        feature=scene.feature,
-        origin=scene.origin,
-        forward=scene.forward,
-        path=path,
-        friction=scene.friction,
-        contact=scene.contact,
-        label=f"impulse, {scene.label}, lever {lever:g} mm",
-    )
+    return replace(scene, path=path, label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
-def _measure(antenna: Antenna, scene: Scene, motion: Motion, points: tuple[float, ...]) -> Impulse:
-    shape = antenna.shape(motion.angle)[..., 0] - antenna.shape()[:, 0]
-    arc = np.concatenate(([0.0], np.cumsum(antenna.segment_length)))
-    deflection = np.stack([_at(shape, arc, point * antenna.length) for point in points])
+def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = POINTS) -> Impulse:
+    """Deflections of ``points`` and tip in a simulated impulse test."""
+    antenna = scene.antenna
+    rest = antenna.shape()[-1]
+    along = [
+        compute_point(antenna, motion.angle, point) - compute_point(antenna, antenna.rest_angle, point)
+        for point in points
+    ]
+    deflection = np.stack([place @ np.asarray(scene.forward) for place in along])
+    tip = (antenna.shape(motion.angle)[:, -1] - rest) @ np.asarray(scene.forward)
     centre = np.asarray(scene.origin) - scene.feature.radius * np.asarray(scene.forward)
     return Impulse(
         time=motion.time - LEAD,
         points=tuple(points),
         deflection=deflection,
-        tip=shape[:, -1],
+        tip=tip,
         angle=motion.angle,
         object=centre + travel(scene.path, motion.time),
         force=motion.force,
     )
-
-
-def _at(shape: np.ndarray, arc: np.ndarray, place: float) -> np.ndarray:
-    n = min(int(np.searchsorted(arc, place * (1 - 1e-12), side="right")), arc.size - 1)
-    share = (place - arc[n - 1]) / (arc[n] - arc[n - 1])
-    return shape[:, n - 1] + share * (shape[:, n] - shape[:, n - 1])
 
 
 def travel(path: Path, time: np.ndarray) -> np.ndarray:

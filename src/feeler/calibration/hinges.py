@@ -1,0 +1,143 @@
+"""Families of hinges: few numbers that give stiffness and damping along an antenna; positive ones searched as logs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.profile import Constant, Exponential, Linear
+from feeler.errors import InvalidInput
+
+K, C, RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hinges:
+    """A family of hinges on a given antenna.
+
+    ``x`` is the searched vector (logarithms where ``positive``), ``p`` the parameters themselves.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    positive: tuple[bool, ...]
+    start: np.ndarray
+    """Parameters to start from."""
+    low: np.ndarray
+    """Lower bounds of the parameters."""
+    high: np.ndarray
+    """Upper bounds."""
+    build: Callable[[np.ndarray], Antenna]
+
+    def __post_init__(self) -> None:
+        outside = (self.start < self.low) | (self.start > self.high)
+        if np.any(outside) or np.any(self.low >= self.high):
+            k = int(np.argmax(outside | (self.low >= self.high)))
+            raise InvalidInput(
+                f"{self.names[k]} starts at {self.start[k]:g}, outside its bounds {self.low[k]:g} to {self.high[k]:g}. "
+                "Widen the bounds or move the start."
+            )
+        if np.any(self.low[list(self.positive)] <= 0):
+            raise InvalidInput("the lower bound of a positive parameter must be > 0: it is searched as a logarithm.")
+
+    def to_x(self, p: np.ndarray) -> np.ndarray:
+        """Searched vector of parameters ``p``."""
+        p = np.asarray(p, dtype=float)
+        return np.where(self.positive, np.log(np.where(self.positive, p, 1.0)), p)
+
+    def to_p(self, x: np.ndarray) -> np.ndarray:
+        """Parameters of a searched vector."""
+        x = np.asarray(x, dtype=float)
+        return np.where(self.positive, np.exp(np.where(self.positive, x, 0.0)), x)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds of the searched vector."""
+        return self.to_x(self.low), self.to_x(self.high)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """A typical change of each searched number: 1 for logarithms, 0.02 for rates (140 joints: a factor of 16)."""
+        return np.where(self.positive, 1.0, 0.02)
+
+
+def _make(name, antenna, fields, build) -> Hinges:
+    names, units, start, low, high, positive = zip(*fields, strict=True)
+    return Hinges(
+        name=name,
+        names=names,
+        units=units,
+        positive=positive,
+        start=np.array(start, dtype=float),
+        low=np.array(low, dtype=float),
+        high=np.array(high, dtype=float),
+        build=lambda p: antenna.replace(**build(np.asarray(p, dtype=float), antenna.n_segments), name=name),
+    )
+
+
+def make_exponential(antenna: Antenna) -> Hinges:
+    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per joint."""
+    return _make(
+        "exponential",
+        antenna,
+        [
+            ("p1", K, 37.78, 0.4, 4000.0, True),
+            ("p2", C, 25.24, 0.25, 2500.0, True),
+            ("p3", RATE, -0.0827, -0.16, 0.0, False),
+            ("p4", RATE, -0.0533, -0.16, 0.0, False),
+        ],
+        lambda p, n: {
+            "stiffness": Exponential(base=p[0], rate=p[2]).sample(n),
+            "damping": Exponential(base=p[1], rate=p[3]).sample(n),
+        },
+    )
+
+
+def make_linear(antenna: Antenna) -> Hinges:
+    """Stiffness and damping at the base and at the tip; the tip is bounded away from 0, where a hinge would be limp."""
+    return _make(
+        "linear",
+        antenna,
+        [
+            ("stiffness_base", K, 3.0, 1e-2, 1e3, True),
+            ("stiffness_tip", K, 0.03, 1e-4, 1e3, True),
+            ("damping_base", C, 20.0, 1e-2, 1e4, True),
+            ("damping_tip", C, 0.2, 1e-4, 1e4, True),
+        ],
+        lambda p, n: {
+            "stiffness": Linear(base=p[0], tip=p[1]).sample(n),
+            "damping": Linear(base=p[2], tip=p[3]).sample(n),
+        },
+    )
+
+
+def make_constant(antenna: Antenna) -> Hinges:
+    """One stiffness and one damping for all hinges."""
+    return _make(
+        "constant",
+        antenna,
+        [("stiffness", K, 2.0, 1e-2, 1e3, True), ("damping", C, 20.0, 1e-2, 1e4, True)],
+        lambda p, n: {"stiffness": Constant(value=p[0]).sample(n), "damping": Constant(value=p[1]).sample(n)},
+    )
+
+
+def make_scale(antenna: Antenna) -> Hinges:
+    """Two factors on the antenna's own hinges: p1 on its stiffness, p2 on its damping (the robot's fit)."""
+    return _make(
+        "scale",
+        antenna,
+        [("p1", "1", 1.0, 1e-3, 1e3, True), ("p2", "1", 1.0, 1e-3, 1e3, True)],
+        lambda p, n: {"stiffness": p[0] * antenna.stiffness, "damping": p[1] * antenna.damping},
+    )
+
+
+FAMILIES = {"exponential": make_exponential, "linear": make_linear, "constant": make_constant, "scale": make_scale}
+
+
+def make_hinges(name: str, antenna: Antenna) -> Hinges:
+    """The family called ``name`` on ``antenna``; the error lists the valid names."""
+    if name not in FAMILIES:
+        raise InvalidInput(f"unknown family of hinges {name!r}; valid: {', '.join(FAMILIES)}.")
+    return FAMILIES[name](antenna)

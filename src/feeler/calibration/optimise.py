@@ -1,0 +1,107 @@
+"""Optimisers: from one start to a local minimum of the error."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from feeler.calibration.problem import Problem
+from feeler.errors import InvalidInput
+
+POWELL_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Minimum:
+    """Where one search ended."""
+
+    method: str
+    start: tuple[float, ...]
+    """Parameters it started from."""
+    p: tuple[float, ...]
+    """Parameters it found."""
+    error: float
+    """Normalised Euclidean distance there."""
+    evaluations: int
+    """Antennas simulated."""
+    seconds: float
+
+
+def search(problem: Problem, start: np.ndarray, method: str = "least-squares", max_evaluations: int = 400) -> Minimum:
+    """Search from parameters ``start`` with one method and give the best point it saw."""
+    if method not in METHODS:
+        raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
+    low, high = problem.hinges.bounds
+    x = problem.hinges.to_x(start)
+    if np.any((x < low - 1e-9) | (x > high + 1e-9)):
+        raise InvalidInput(
+            f"the start {np.round(start, 6).tolist()} lies outside the bounds {problem.hinges.low.tolist()} to "
+            f"{problem.hinges.high.tolist()}. Move the start or widen the bounds."
+        )
+    began, before = time.perf_counter(), problem.evaluations
+    problem.best_x, problem.best_error = None, np.inf
+    METHODS[method](problem, np.clip(x, low, high), max_evaluations)
+    return Minimum(
+        method=method,
+        start=tuple(map(float, start)),
+        p=tuple(map(float, problem.hinges.to_p(problem.best_x))),
+        error=problem.best_error,
+        evaluations=problem.evaluations - before,
+        seconds=time.perf_counter() - began,
+    )
+
+
+class _Spent(Exception):
+    """The evaluations are used up; the best point is in the problem."""
+
+
+def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
+    """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in lanes."""
+    low, high = problem.hinges.bounds
+    inside = np.clip(x, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    least_squares(
+        problem.compute_residuals,
+        inside,
+        jac=problem.compute_jacobian,
+        bounds=(low, high),
+        x_scale=problem.hinges.scale,
+        xtol=1e-5,
+        ftol=1e-6,
+        gtol=1e-8,
+        max_nfev=max(2, max_evaluations // (1 + 2 * len(x))),
+    )
+
+
+def _powell(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
+    """The paper's: line searches along conjugate directions (Powell 1964), on scaled parameters."""
+    _minimise(problem, x, max_evaluations, "Powell", {"xtol": POWELL_TOLERANCE, "ftol": POWELL_TOLERANCE})
+
+
+def _nelder_mead(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
+    """The simplex (Nelder & Mead 1965)."""
+    _minimise(problem, x, max_evaluations, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True})
+
+
+def _minimise(problem: Problem, x: np.ndarray, max_evaluations: int, method: str, options: dict[str, object]) -> None:
+    scale, (low, high) = problem.hinges.scale, problem.hinges.bounds
+    stop = problem.evaluations + max_evaluations
+
+    def error(scaled: np.ndarray) -> float:
+        if problem.evaluations >= stop:
+            raise _Spent
+        return problem.compute_error(scaled * scale)
+
+    bounds = list(zip(low / scale, high / scale, strict=True))
+    try:
+        minimize(error, x / scale, method=method, bounds=bounds, options=options)
+    except _Spent:
+        pass
+
+
+METHODS: dict[str, Callable[[Problem, np.ndarray, int], None]] = {
+    "least-squares": _least_squares,
+    "powell": _powell,
+    "nelder-mead": _nelder_mead,
+}

@@ -1,0 +1,76 @@
+"""A calibration problem: hinges to search, targets to meet, and the protocol between them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
+from feeler.calibration.hinges import Hinges
+from feeler.calibration.protocol import Measured, Protocol
+from feeler.calibration.targets import Targets
+from feeler.errors import FeelerError
+
+FAILED = (
+    10.0  # [C] residual of every target of an antenna that could not be simulated or measured; larger than any real one
+)
+
+
+@dataclass(kw_only=True, eq=False)
+class Problem:
+    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best ever seen."""
+
+    hinges: Hinges
+    targets: Targets
+    protocol: Protocol = field(default_factory=Protocol)
+    evaluations: int = 0
+    failures: int = 0
+    best_x: np.ndarray | None = None
+    best_error: float = np.inf
+
+    def measure(self, p: np.ndarray) -> Measured:
+        """Quantities of the antenna with parameters ``p``."""
+        return self.protocol.measure(self.hinges.build(np.asarray(p, dtype=float)), self.targets.names)
+
+    def compute_residuals(self, x: np.ndarray) -> np.ndarray:
+        """Residuals (target,) at the searched vector ``x``."""
+        return self.compute_many(np.asarray(x)[None])[0]
+
+    def compute_many(self, xs: np.ndarray) -> np.ndarray:
+        """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to measure."""
+        antennas = [self.hinges.build(self.hinges.to_p(x)) for x in xs]
+        outcomes = self.protocol.measure_many(antennas, self.targets.names)
+        residuals = np.stack([self._compare(outcome) for outcome in outcomes])
+        self.evaluations += len(xs)
+        self.failures += sum(isinstance(outcome, Exception) for outcome in outcomes)
+        errors = np.linalg.norm(residuals, axis=1)
+        if errors.min() < self.best_error:
+            self.best_x, self.best_error = np.array(xs[np.argmin(errors)]), float(errors.min())
+        return residuals
+
+    def _compare(self, outcome: Measured | FeelerError) -> np.ndarray:
+        if isinstance(outcome, Exception):
+            return np.full(len(self.targets.names), FAILED)
+        return compute_residuals(outcome.values, self.targets.values)
+
+    def compute_error(self, x: np.ndarray) -> float:
+        """The paper's cost at ``x``: normalised Euclidean distance."""
+        return float(np.linalg.norm(self.compute_residuals(x)))
+
+    def compute_jacobian(self, x: np.ndarray, step: float = 0.01) -> np.ndarray:
+        """Central differences (target, parameter) of the residuals, all 2·n simulations together.
+
+        ``step`` is a share of a parameter's typical change; steps that leave the bounds are cut at them.
+        """
+        low, high = self.hinges.bounds
+        change = np.diag(step * self.hinges.scale)
+        points = np.clip(np.concatenate([x + change, x - change]), low, high)
+        residuals = self.compute_many(points)
+        n = len(x)
+        distance = np.diag(points[:n] - points[n:])
+        return ((residuals[:n] - residuals[n:]) / distance[:, None]).T
+
+    def score(self, p: np.ndarray) -> tuple[Measured, float, float]:
+        """What parameters ``p`` give: quantities, normalised distance, median symmetric accuracy."""
+        measured = self.measure(p)
+        values = self.targets.values
+        return measured, compute_distance(measured.values, values), compute_symmetric_accuracy(measured.values, values)
