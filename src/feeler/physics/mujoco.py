@@ -81,7 +81,7 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene) -> None:
         rod = mass * length**2 / 12
         body.explicitinertial = True
         body.mass, body.ipos = mass, [0, length / 2, 0]
-        body.inertia = [rod, min(mass * antenna.radius[n] ** 2 / 2, 2 * rod), rod]
+        body.inertia = [rod, min(mass * antenna.radius[n] ** 2 / 2, rod), rod]
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
             fromto=[0, 0, 0, 0, length, 0],

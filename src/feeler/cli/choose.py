@@ -1,0 +1,40 @@
+"""Options that several verbs share: which antenna, and single numbers set on the command line."""
+
+from pathlib import Path
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.presets import PRESETS, make_preset
+from feeler.errors import InvalidInput
+
+SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
+
+
+def choose_antenna(name: str) -> Antenna:
+    """A preset by name, or an antenna file by path."""
+    if name in PRESETS:
+        return make_preset(name)
+    if name.endswith(".toml") or Path(name).exists():
+        from feeler.antenna.file import load_antenna
+
+        return load_antenna(Path(name))
+    raise InvalidInput(f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML file.")
+
+
+def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
+    """The antenna with whole quantities scaled: ``stiffness=2`` doubles every hinge's stiffness.
+
+    A name may carry a prefix (``cockroach.mass=1.2``); ``mass`` and ``length`` scale the segments.
+    """
+    fields = {"mass": "segment_mass", "length": "segment_length"}
+    for change in changes:
+        name, _, text = change.partition("=")
+        quantity = name.strip().split(".")[-1]
+        if quantity not in SETTABLE:
+            raise InvalidInput(f"--set cannot change {name!r}; valid: {', '.join(SETTABLE)}, as in --set stiffness=2.")
+        try:
+            factor = float(text)
+        except ValueError:
+            raise InvalidInput(f"--set {change!r}: give a factor, as in --set {quantity}=1.5.") from None
+        field = fields.get(quantity, quantity)
+        antenna = antenna.replace(**{field: getattr(antenna, field) * factor}, name=f"{antenna.name} {quantity}×{factor:g}")
+    return antenna

@@ -1,0 +1,37 @@
+"""``feeler export``: the compiled scene as MJCF, for MuJoCo's own viewer."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler export scene.xml --feature box --size 3 --location 0.7 --speed 0.3
+
+  python -m mujoco.viewer --mjcf=scene.xml
+"""
+
+
+def export(
+    file: Annotated[Path, typer.Argument(help="MJCF file to write")],
+    feature: Annotated[str, typer.Option(help="ball, box, triangle or wall")] = "ball",
+    size: Annotated[float | None, typer.Option(help="ball's radius, box's or triangle's half-width [mm]")] = 1.53,
+    location: Annotated[float, typer.Option(help="fraction of the length from the base, in (0, 1]")] = 0.5,
+    speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
+) -> None:
+    """Write one touch as a MuJoCo model (g, mm, ms); the object's speed is in the keyframe 'start'."""
+    import feeler
+    from feeler.cli.choose import choose_antenna
+    from feeler.physics.mjcf import write_mjcf
+    from feeler.touch.feature import make_feature
+
+    trial = feeler.Trial(feature=make_feature(feature, size), location=location, speed=speed)
+    write_mjcf(choose_antenna(antenna), trial, file)
+    typer.echo(f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set it moving")
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``export`` to the command line."""
+    app.command("export", epilog=EXAMPLES)(export)

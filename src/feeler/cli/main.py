@@ -1,0 +1,37 @@
+"""``feeler``: gathers the verbs, and turns feeler's errors into one message and exit code 2."""
+
+import sys
+from importlib import import_module
+
+import typer
+
+from feeler.errors import FeelerError
+
+VERBS = ("reproduce", "touch", "export", "robot", "tracks")
+
+app = typer.Typer(
+    help="Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart. Units: g, mm, ms.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for verb in VERBS:
+    import_module(f"feeler.cli.{verb}").register(app)
+
+
+def main() -> None:
+    """Entry point of the ``feeler`` command."""
+    try:
+        app()
+    except FeelerError as error:
+        _fail(str(error), 2)
+    except KeyboardInterrupt:
+        _fail("interrupted; finished results are on disk, and the same command goes on where it stopped", 130)
+    except OSError as error:
+        _fail(f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions and free space)", 2)
+
+
+def _fail(message: str, code: int) -> None:
+    print(f"feeler: {message}", file=sys.stderr)
+    sys.exit(code)

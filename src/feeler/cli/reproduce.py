@@ -1,0 +1,71 @@
+"""``feeler reproduce``: the whole paper in one command."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler reproduce
+
+  feeler reproduce --scale paper --out paper-run
+
+  feeler reproduce --antenna mine.toml --set stiffness=0.5
+"""
+
+
+def reproduce(
+    scale: Annotated[str, typer.Option(help="smoke (seconds), quick (a minute) or paper (as published)")] = "quick",
+    out: Annotated[Path, typer.Option(help="folder for the report, the figures and the cache")] = Path("out"),
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
+    change: Annotated[list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")] = [],  # noqa: B006
+    engine: Annotated[str, typer.Option(help="chain (fast) or mujoco (reference)")] = "chain",
+    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
+    seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
+    workers: Annotated[int | None, typer.Option(help="threads; default one per core")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
+) -> None:
+    """Run the paper from the mechanics up and write one report with a verdict on every claim."""
+    from feeler.cli.choose import change_antenna, choose_antenna
+    from feeler.paper.context import Context
+    from feeler.paper.reproduce import STAGES
+    from feeler.paper.reproduce import reproduce as run
+    from feeler.physics.engine import TIMESTEP, get_engine
+
+    get_engine(engine)
+    chosen = change_antenna(choose_antenna(antenna), change)
+    is_cockroach = antenna in ("cockroach", "exponential") and not change
+    out.mkdir(parents=True, exist_ok=True)
+    context = Context(
+        scale=scale, seed=seed, engine=engine, timestep=timestep or TIMESTEP, workers=workers, antenna=chosen,
+        is_cockroach=is_cockroach, out=out, fresh=fresh,
+    )  # fmt: skip
+    start, count = time.perf_counter(), 0
+
+    def started(title: str) -> None:
+        nonlocal count
+        count += 1
+        typer.echo(f"[{count:2d}/{len(STAGES)}] {time.perf_counter() - start:6.1f} s  {title}")
+
+    made = run(context, started)
+    _summarise(context, made, time.perf_counter() - start)
+
+
+def _summarise(context, made, seconds: float) -> None:
+    from collections import Counter
+
+    from feeler.paper.claims import VERDICTS, judge_claims
+
+    counts = Counter(judged.verdict for judged in judge_claims(made, context))
+    typer.echo("claims: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS))
+    typer.echo(
+        f"report: {context.out / 'report.html'}   figures: {context.out / 'figures'}, {context.out / 'figures.pdf'}   "
+        f"({seconds:.1f} s)"
+    )
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``reproduce`` to the command line."""
+    app.command("reproduce", epilog=EXAMPLES)(reproduce)

@@ -1,0 +1,169 @@
+"""The report: one self-contained page, and the figures as one PDF."""
+
+import base64
+import html
+import os
+import platform
+from importlib.resources import files
+from pathlib import Path
+
+from pypdf import PdfReader, PdfWriter
+
+from feeler.experiment.configuration import list_versions
+from feeler.paper.claims import VERDICTS, Judged
+from feeler.paper.context import Context
+from feeler.paper.places import PLACES
+from feeler.paper.section import Section
+from feeler.physics.scene import Contact
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="icon" href="data:,"><title>{title}</title><style>{css}</style></head><body>
+<header><h1>{title}</h1><p class="lead">{lead}</p></header>
+<nav aria-label="contents"><ol>{contents}</ol></nav><main>{body}</main>
+<footer><p class="small">Made by feeler {version}. Paper: Meng, McDonnell, Jayaram, Mongeau 2025,
+<a href="https://doi.org/10.1101/2025.10.20.683587">doi:10.1101/2025.10.20.683587</a>.</p></footer></body></html>
+"""
+MIME = {".png": "image/png", ".mp4": "video/mp4"}
+
+
+def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
+    """Write ``report.html`` and ``figures.pdf`` and copy each figure's files and numbers to ``figures/``."""
+    path = context.out / "report.html"
+    parts = [("claims", "What holds", _render_claims(claims))]
+    parts += [(section.name, section.title, _render_section(section)) for section in sections]
+    parts += [("places", "Every figure and movie", _render_places(sections)), ("methods", "Methods and conditions", _render_methods(context, sections))]
+    page = PAGE.format(
+        title="Soft antennae, touched" if context.is_cockroach else f"The antenna '{html.escape(context.antenna.name)}', touched",
+        lead=_lead(context),
+        css=files("feeler.paper").joinpath("report.css").read_text(),
+        contents="".join(f'<li><a href="#{name}">{html.escape(title)}</a></li>' for name, title, _ in parts),
+        body="".join(f'<section id="{name}"><h2>{html.escape(title)}</h2>{text}</section>' for name, title, text in parts),
+        version=list_versions()["feeler"],
+    )
+    partial = path.with_suffix(".part")
+    partial.write_text(page)
+    _write_pdf(context.out / "figures.pdf", sections)
+    _copy_figures(context.out / "figures", sections)
+    return partial.replace(path)
+
+
+def _lead(context: Context) -> str:
+    return (
+        "Everything that “Physically intelligent soft antennae enhance tactile perception by active touch” (Meng et al. "
+        "2025) claims and a computer can check, made anew from the mechanics up. Each claim stands beside what came out "
+        f"here, also where it fails. Scale: {context.scale}; seed {context.seed}; physics: {context.engine} engine."
+    )
+
+
+def _render_claims(claims: list[Judged]) -> str:
+    counts = {verdict: sum(judged.verdict == verdict for judged in claims) for verdict in VERDICTS}
+    items = "".join(f'<li class="{_css(v)}"><b>{n}</b>{v}</li>' for v, n in counts.items())
+    rows = "".join(
+        f"<tr><td>{html.escape(j.claim.says)}<br><span class='small'>{html.escape(j.claim.where)}</span></td>"
+        f"<td>{html.escape(j.claim.paper)} <span class='small'>[{j.claim.tag}]</span></td><td>{html.escape(j.ours)}</td>"
+        f"<td class='verdict {_css(j.verdict)}'>{j.verdict}</td>"
+        f"<td class='small'>{html.escape(j.why)} <a href='#{j.claim.section}'>see</a></td></tr>"
+        for j in claims
+    )
+    return (
+        "<p>The rules for each verdict (target, tolerance or direction) were written down before the results were looked "
+        "at. Brackets hold the spread. For orders, ours are listed in the order in which they should rise.</p>"
+        f"<ul class='counts'>{items}</ul><div class='scroll'><table><thead><tr><th>claim</th><th>paper</th><th>ours</th>"
+        f"<th>verdict</th><th>why</th></tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+
+
+def _css(verdict: str) -> str:
+    return verdict.replace(" ", "-")
+
+
+def _render_section(section: Section) -> str:
+    return "".join(_render_block(block, section.folder) for block in section.blocks)
+
+
+def _render_block(block: dict, folder: Path) -> str:
+    kind = block["kind"]
+    if kind == "text":
+        return f"<p>{html.escape(block['text'])}</p>"
+    if kind == "heading":
+        return f"<h3>{html.escape(block['text'])}</h3>"
+    if kind == "table":
+        return _render_table(block)
+    caption = f"<figcaption>{html.escape(block['caption'])}</figcaption>"
+    if kind == "movie":
+        source = _embed(folder / block["name"])
+        return f"<figure><video controls loop muted playsinline preload='metadata' src='{source}'></video>{caption}</figure>"
+    width, height = block["size"]
+    alt = html.escape(block["caption"], quote=True)
+    source = _embed(folder / f"{block['name']}.png")
+    return (
+        f"<figure><img loading='lazy' style='max-width:{1.35 * width:.0f}px' width='{width}' height='{height}' alt=\"{alt}\" "
+        f"src='{source}'>{caption}</figure>"
+    )
+
+
+def _render_table(block: dict) -> str:
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in block["header"])
+    rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in block["rows"])
+    caption = f"<caption>{html.escape(block['caption'])}</caption>" if block["caption"] else ""
+    return f"<div class='scroll'><table>{caption}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+
+
+def _embed(path: Path) -> str:
+    return f"data:{MIME[path.suffix]};base64,{base64.b64encode(path.read_bytes()).decode()}"
+
+
+def _render_places(sections: list[Section]) -> str:
+    made = {block["name"]: section.name for section in sections for block in section.blocks if "name" in block}
+    rows = []
+    for place in PLACES:
+        found = sorted(name for name in made if name.startswith(place.prefix)) if place.prefix else []
+        where = ", ".join(f"<a href='#{made[name]}'>{name}</a>" for name in found) or "not in this run"
+        rows.append(f"<tr><td>{place.name}</td><td>{html.escape(place.shows)}</td><td>{where}</td><td>{html.escape(place.note)}</td></tr>")
+    return (
+        "<div class='scroll'><table><thead><tr><th>in the paper</th><th>shows</th><th>here</th><th>note</th></tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _render_methods(context: Context, sections: list[Section]) -> str:
+    antenna, contact = context.antenna, Contact()
+    words = (
+        f"The antenna '{antenna.name}' is a chain of {antenna.n_segments} rigid segments, {antenna.length:.4g} mm long, "
+        f"{1e3 * antenna.segment_mass.sum():.3g} mg, joined by damped hinge springs in one plane, clamped at its base. Objects "
+        f"move on straight lines at constant velocity. Contact is MuJoCo's soft contact with a pyramidal friction cone, "
+        f"solref {contact.solref} [ms, 1], solimp {contact.solimp}; no gravity; integration step {context.timestep:g} ms, "
+        f"one sample per ms at {antenna.sensors.size} hinges. Tensors hold curvature (hinge angle over segment length), "
+        "rectified and scaled by one common factor on the way to the encoder. Physics: the "
+        f"{context.engine} engine"
+        + (", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the tests." if context.engine == "chain" else ".")
+    )
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
+    versions = ", ".join(f"{name} {version}" for name, version in list_versions().items())
+    rows = [[section.title, f"{section.seconds:.1f}", "kept from an earlier run" if section.cached else ""] for section in sections]
+    table = _render_table({"header": ["stage", "seconds", ""], "rows": rows, "caption": "Time each stage took when it was made."})
+    return f"<p>{html.escape(words)}</p><p class='small'>Versions: {versions}. Machine: {machine}. Seed: {context.seed}.</p>{table}"
+
+
+def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:
+    return [(section, block["name"]) for section in sections for block in section.blocks if block["kind"] == "figure"]
+
+
+def _write_pdf(path: Path, sections: list[Section]) -> None:
+    writer = PdfWriter()
+    for section, name in _figure_files(sections):
+        writer.append(PdfReader(section.folder / f"{name}.pdf"))
+    partial = path.with_suffix(".part")
+    with partial.open("wb") as stream:
+        writer.write(stream)
+    partial.replace(path)
+
+
+def _copy_figures(folder: Path, sections: list[Section]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for section in sections:
+        if any(block["kind"] in ("figure", "movie") for block in section.blocks):
+            for file in sorted(section.folder.iterdir()):
+                if file.name != "section.json":
+                    (folder / file.name).write_bytes(file.read_bytes())

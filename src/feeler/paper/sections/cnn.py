@@ -1,0 +1,34 @@
+"""The convolutional network of Fig. S4."""
+
+from feeler.errors import MissingExtra
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, list_speeds, load_tensors
+from feeler.paper.section import Section
+
+
+def make(context: Context, section: Section) -> None:
+    """Fig. S4 where torch is installed; below paper scale, how to add it."""
+    if context.scale != "paper":
+        section.text(
+            "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce SCALE=paper` installs it and runs "
+            "this section; `pip install 'feeler[cnn]'` adds it to an environment of yours."
+        )
+        return
+    from feeler.paper import figS4
+
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    first = next(iter(sets))
+    try:
+        data = figS4.compute(sets, scale=context.scale, reference=first, random_state=context.seed)
+    except MissingExtra as error:
+        section.text(f"Left out: {error}")
+        return
+    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
+    section.figure(
+        "figS4_cnn",
+        "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig. S4B–C)",
+        lambda figure: figS4.plot(data, figure),
+        height=3.2,
+    )
+    for name, spread in data.summarise().items():
+        section.values[f"cnn.{speeds.get(name, name)}"] = spread

@@ -1,0 +1,27 @@
+"""A scene as MJCF, for MuJoCo's own viewer."""
+
+from pathlib import Path
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.physics.engine import TIMESTEP
+from feeler.physics.mujoco import make_spec
+from feeler.physics.scene import make_scene
+from feeler.touch.trial import Trial
+
+
+def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float = TIMESTEP) -> Path:
+    """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object moving."""
+    scene = make_scene(antenna, trial)
+    spec = make_spec(scene, timestep)
+    spec.comment = "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one millisecond."
+    spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
+    spec.compile()
+    key = spec.add_key(name="start")
+    key.qpos = [*scene.initial_angle, 0.0, 0.0]
+    key.qvel = [*scene.initial_velocity, *np.asarray(scene.path.velocity[0])]
+    spec.compile()
+    path = Path(path)
+    path.write_text(spec.to_xml())
+    return path
