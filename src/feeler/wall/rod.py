@@ -19,7 +19,7 @@ from feeler.wall.faces import add_contacts, move_anchors
 from feeler.wall.table import COMPILE, R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
 
 MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
-MAX_ITERATIONS, MAX_HALVINGS = 40, 16
+MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
 FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
 CALM = 0.05  # rad per step
 
@@ -110,44 +110,31 @@ def _sweep_out(table, heading, work, change):
 
 
 @njit(**COMPILE)
-def _potential(
-    table, faces, friction, base, heading, points, state, old_angle, target, rate, inertia, force, stiffness, residual
-):
+def _potential(scene, base, heading, points, state, past, rate, inertia, force, stiffness, residual):
     """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force, stiffness, residual."""
-    anchor, pressed = state
+    table, faces, friction = scene
     place_nodes(table, base, heading, points)
-    energy, count = add_contacts(table, faces, friction, points, anchor, pressed, force, stiffness)
+    energy, count = add_contacts(table, faces, friction, points, state[0], state[1], force, stiffness)
     if inertia:
-        energy += _add_inertia(table, points, target, rate, force, stiffness)
-    worst, own = _balance(table, base, heading, old_angle, rate, force, residual)
+        energy += _add_inertia(table, points, past[1], rate, force, stiffness)
+    worst, own = _balance(table, base, heading, past[0], rate, force, residual)
     return worst, energy + own, count
 
 
 @njit(**COMPILE)
-def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, tolerance):
-    """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
+def _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance):
+    """Newton's method from ``now``, in place; (largest imbalance [rad], touching nodes).
 
-    ``base`` (x, y, heading, heading before) is where the base is at the end of the step. The step is the minimum, found
-    by Newton's method with backtracking, of elastic energy + contact energy + dissipation / h (+ inertia).
-    Returns (converged, imbalance without damping [rad], touching nodes, largest change of a heading [rad]); where it did not
-    converge to ``tolerance`` [rad], everything is left as it was.
+    ``bold`` takes full steps, so that nodes find all their contacts at once; otherwise each step is halved until the
+    potential falls, which is slow where many nodes come into contact but cannot get lost.
     """
-    n, rate = table.shape[0], 1.0 / timestep
-    old_angle, target = np.empty(n), np.empty((n, 2))
-    for i in range(n):
-        old_angle[i] = heading[i] - (heading[i - 1] if i else base[3])
-        target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
-        target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
-    state = (anchor, pressed)
-    now, trial, place = heading.copy(), heading.copy(), points.copy()
-    for i in range(n):
-        now[i] += base[2] - base[3]  # the whole antenna turns with its base, then relaxes
+    table = scene[0]
+    n = table.shape[0]
+    trial = now.copy()
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     work, change = np.empty((n, 4)), np.empty(n)
-    worst, energy, count = _potential(
-        table, faces, friction, base, now, place, state, old_angle, target, rate, inertia, force, stiffness, residual
-    )
-    for _ in range(MAX_ITERATIONS):
+    worst, energy, count = _potential(scene, base, now, place, state, past, rate, inertia, force, stiffness, residual)
+    for _ in range(BOLD_ITERATIONS if bold else MAX_ITERATIONS):
         if worst < tolerance:
             break
         if not _newton(table, now, rate, force, stiffness, residual, True, work, change):
@@ -160,30 +147,41 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
         for _ in range(MAX_HALVINGS):
             for i in range(n):
                 trial[i] = now[i] + scale * change[i]
-            trial_worst, trial_energy, count = _potential(
-                table,
-                faces,
-                friction,
-                base,
-                trial,
-                place,
-                state,
-                old_angle,
-                target,
-                rate,
-                inertia,
-                force,
-                stiffness,
-                residual,
+            new_worst, new_energy, count = _potential(
+                scene, base, trial, place, state, past, rate, inertia, force, stiffness, residual
             )
-            if trial_energy <= energy + 1e-4 * scale * slope or (trial_worst < worst and trial_worst < 1e-4):
+            falls = new_energy <= energy + 1e-4 * scale * slope
+            if bold or falls or (new_worst < worst and new_worst < 1e-4):
                 better = True
                 break
             scale *= 0.5
         if not better:
             break
         now[:] = trial
-        worst, energy = trial_worst, trial_energy
+        worst, energy = new_worst, new_energy
+    return worst, count
+
+
+@njit(**COMPILE)
+def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, bold, tolerance):
+    """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
+
+    ``base`` (x, y, heading, heading before) is where the base is at the end of the step. The step is the minimum of
+    elastic energy + contact energy + dissipation / h (+ inertia), found boldly or not. Returns (converged, imbalance without damping [rad],
+    touching nodes, largest change of a heading [rad]); where it did not converge to ``tolerance`` [rad], everything is
+    left as it was.
+    """
+    n, rate = table.shape[0], 1.0 / timestep
+    scene, state = (table, faces, friction), (anchor, pressed)
+    old_angle, target = np.empty(n), np.empty((n, 2))
+    for i in range(n):
+        old_angle[i] = heading[i] - (heading[i - 1] if i else base[3])
+        target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
+        target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
+    past = (old_angle, target)
+    start = heading + (base[2] - base[3])  # the whole antenna turns with its base, then relaxes
+    now, place = start.copy(), points.copy()
+    worst, count = _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance)
     if not worst < tolerance:
         return False, np.inf, count, 0.0
     moved = 0.0
@@ -192,7 +190,8 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
         if inertia:
             velocity[i, 0] = (place[i + 1, 0] - points[i + 1, 0]) * rate
             velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
-    _, count = add_contacts(table, faces, friction, place, anchor, pressed, force, stiffness)
+    force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
+    add_contacts(table, faces, friction, place, anchor, pressed, force, stiffness)
     static, _ = _balance(table, base, now, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
     move_anchors(table, faces, friction, points, anchor, pressed)
@@ -210,7 +209,7 @@ def settle(table, faces, friction, base, heading, points, anchor, pressed, toler
     timestep, time, static, count = FIRST_STEP, 0.0, np.inf, 0
     for k in range(max_steps):
         done, trial, touching, moved = step(
-            table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, False, 0.1 * tolerance
+            table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, False, False, 0.1 * tolerance
         )
         if not done:
             timestep *= 0.25

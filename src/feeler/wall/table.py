@@ -16,7 +16,7 @@ FIRMNESS = 1e3  # [C] 1/mm²; contact stiffness over that of the node's hinge pe
 FAR = 1e4  # mm; half length of a face without end
 
 
-def make_table(antenna: Antenna) -> np.ndarray:
+def make_table(antenna: Antenna, firmness: float = FIRMNESS) -> np.ndarray:
     """The antenna as one array (segment, column); a node touches with the thicker of its two capsules."""
     columns = (
         antenna.segment_length,
@@ -25,7 +25,7 @@ def make_table(antenna: Antenna) -> np.ndarray:
         antenna.rest_angle,
         np.maximum(antenna.radius, np.append(antenna.radius[1:], 0.0)),
         antenna.segment_mass,
-        FIRMNESS * np.maximum(antenna.stiffness, 1e-6 * antenna.stiffness.max()),
+        firmness * np.maximum(antenna.stiffness, 1e-6 * antenna.stiffness.max()),
     )
     return np.ascontiguousarray(np.stack(columns, axis=1))
 
