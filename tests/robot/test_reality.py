@@ -72,8 +72,8 @@ def test_variants_keep_labels_and_differ():
 
 
 def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
-    mechanics = Gap(**{**vars(Gap().scaled(0)), "stiffness_each": 0.3, "mass": 0.3, "length": 0.05})
-    robots = draw_robots(1.0, 1, seed=5, gap=mechanics)
+    repeatable = Gap(**{**vars(Gap().scaled(0)), "stiffness_each": 0.4, "mass": 0.4, "length": 0.1, "gain": 0.6})
+    robots = draw_robots(1.0, 1, seed=5, gap=repeatable)
     zero, one = sweep_shots(training, (0, 1), robots)
     assert zero.total == one.total == 6
     assert zero.correct["all"] < one.correct["all"] == 6
