@@ -110,7 +110,7 @@ def _load(checkpoint: Path | None, key: str) -> list[Minimum]:
         raise InvalidInput(f"{checkpoint} is no checkpoint of a fit ({error}). Remove it or name another.") from error
     if table["key"] != key:
         raise InvalidInput(
-            f"{checkpoint} belongs to another fit (other antenna, targets, starts or method). Remove it or name another."
+            f"{checkpoint} belongs to another fit (antenna, targets, starts or method). Remove it, or name another."
         )
     return minima
 

@@ -101,10 +101,10 @@ def make_linear(antenna: Antenna) -> Hinges:
         "linear",
         antenna,
         [
-            ("stiffness_base", K, 3.0, 1e-2, 1e3, True),
-            ("stiffness_tip", K, 0.03, 1e-4, 1e3, True),
-            ("damping_base", C, 20.0, 1e-2, 1e4, True),
-            ("damping_tip", C, 0.2, 1e-4, 1e4, True),
+            ("stiffness_base", K, 0.6, 1e-2, 1e3, True),
+            ("stiffness_tip", K, 0.001, 1e-4, 1e3, True),
+            ("damping_base", C, 4.4, 1e-2, 1e4, True),
+            ("damping_tip", C, 0.01, 1e-4, 1e4, True),
         ],
         lambda p, n: {
             "stiffness": Linear(base=p[0], tip=p[1]).sample(n),
@@ -118,7 +118,7 @@ def make_constant(antenna: Antenna) -> Hinges:
     return _make(
         "constant",
         antenna,
-        [("stiffness", K, 2.0, 1e-2, 1e3, True), ("damping", C, 20.0, 1e-2, 1e4, True)],
+        [("stiffness", K, 0.33, 1e-2, 1e3, True), ("damping", C, 2.7, 1e-2, 1e4, True)],
         lambda p, n: {"stiffness": Constant(value=p[0]).sample(n), "damping": Constant(value=p[1]).sample(n)},
     )
 

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from feeler.calibration.problem import Problem
 from feeler.errors import InvalidInput
 
-SLOPPY = 0.1  # [C] a direction whose sensitivity is below this share of the strongest is called loose
+PAPER_ERROR = 0.067  # [P] "different combinations of p1 to p4 can lead to similar errors"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,11 +32,11 @@ class Directions:
     def describe(self) -> str:
         """A plain sentence for a report."""
         strong, weak = self.direction[0], self.direction[-1]
-        width = 0.07 / max(self.sensitivity[-1], 1e-300)
+        width = PAPER_ERROR / max(self.sensitivity[-1], 1e-300)
         return (
-            f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together by about "
-            f"±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the paper's 0.067 "
-            f"(linear estimate): sensitivities differ {self.condition:.0f}-fold."
+            f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together by "
+            f"about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the paper's "
+            f"{PAPER_ERROR} (linear estimate): sensitivities differ {self.condition:.0f}-fold."
         )
 
 
@@ -77,7 +77,9 @@ class Profiles:
         return float(inside.min()), float(inside.max())
 
 
-def compute_profiles(problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4) -> Profiles:
+def compute_profiles(
+    problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4
+) -> Profiles:
     """Profile of the error over each parameter, from ``−span`` to ``+span`` typical changes around the optimum ``p``.
 
     Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region steps.
@@ -134,12 +136,12 @@ def bootstrap(
 ) -> np.ndarray:
     """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread (parametric bootstrap).
 
-    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` each refit is
-    one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, and honest about directions that the
-    targets leave loose, since these are what a minimum-norm step does not move; more refits run the model itself.
+    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is one
+    Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, but it does not move along directions
+    that the targets leave loose, so that intervals are those of the determined combinations. More refits run the model.
     """
     if np.all(problem.targets.spreads == 0):
-        raise InvalidInput("the targets carry no spread between animals, so there is nothing to draw from. Give spreads.")
+        raise InvalidInput("the targets carry no spread between animals: there is nothing to draw from. Give spreads.")
     x, (low, high), scale = problem.hinges.to_x(p), problem.hinges.bounds, problem.hinges.scale
     values, spreads = problem.targets.values, problem.targets.spreads / np.sqrt(n_animals)
     jacobian = problem.compute_jacobian(x, 0.05) * scale

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,10 +95,8 @@ def _minimise(problem: Problem, x: np.ndarray, max_evaluations: int, method: str
         return problem.compute_error(scaled * scale)
 
     bounds = list(zip(low / scale, high / scale, strict=True))
-    try:
+    with suppress(_Spent):
         minimize(error, x / scale, method=method, bounds=bounds, options=options)
-    except _Spent:
-        pass
 
 
 METHODS: dict[str, Callable[[Problem, np.ndarray, int], None]] = {

@@ -55,6 +55,12 @@ class Protocol:
             self._add(outcomes, antennas, self._impulse_scene, duration, self._read_impulse)
         return [_collect(outcome, names) for outcome in outcomes]
 
+    def simulate_steps(self, antennas: Sequence[Antenna]) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
+        """Time [ms] from release and tip displacement (sample,) [mm] of each antenna after a step."""
+        outcomes: list[dict] = [{} for _ in antennas]
+        self._add(outcomes, antennas, self._step_scene, self.step_duration, lambda *found: {"tip": _follow_tip(*found)})
+        return [outcome.get("error") or outcome["tip"] for outcome in outcomes]
+
     def _add(self, outcomes: list[dict], antennas: Sequence[Antenna], make, duration: float, read) -> None:
         """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``."""
         scenes: dict[int, Scene] = {}
@@ -88,8 +94,7 @@ class Protocol:
         return make_impulse_scene(antenna, speed=self.speed, lever=self.lever)
 
     def _read_step(self, antenna: Antenna, scene: Scene, motion: Motion) -> dict[str, object]:
-        tip = antenna.shape(motion.angle)[:, -1, 0] - antenna.shape()[-1, 0]
-        free = measure_free_response(motion.time, tip, floor=1e-6, fit=False)
+        free = measure_free_response(*_follow_tip(antenna, scene, motion), floor=1e-6, fit=False)
         if free.overdamped:
             ratio = float(compute_modes(antenna, 1).damping_ratio[0])
             return {"overdamped": True, "frequency": 0.0, "damping_ratio": max(1.0, ratio)}
@@ -105,14 +110,18 @@ class Protocol:
 class Measured:
     """Quantities of one simulated antenna.
 
-    An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in ``values`` are then 0 kHz and
-    the modal damping ratio of its first mode, at least 1: so a cost stays a number, and a search is led back towards
+    An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in ``values`` are then 0 kHz
+    and the modal damping ratio of its first mode, at least 1: so a cost stays a number, and a search is led back towards
     an oscillation.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     overdamped: bool = False
+
+
+def _follow_tip(antenna: Antenna, scene: Scene, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    return motion.time, antenna.shape(motion.angle)[:, -1, 0] - antenna.shape()[-1, 0]
 
 
 def _collect(outcome: dict[str, object], names: tuple[str, ...]) -> "Measured | FeelerError":

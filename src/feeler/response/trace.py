@@ -18,9 +18,7 @@ def check_trace(time: np.ndarray, signal: np.ndarray, name: str = "trace") -> tu
     """
     time, signal = np.asarray(time, dtype=float), np.asarray(signal, dtype=float)
     if time.ndim != 1 or time.shape != signal.shape:
-        raise InvalidInput(
-            f"{name}: time and signal must be one row each of one length, got {time.shape} and {signal.shape}."
-        )
+        raise InvalidInput(f"{name}: time and signal must be rows of one length, got {time.shape} and {signal.shape}.")
     if time.size < MIN_SAMPLES:
         raise InvalidInput(f"{name} is too short: {time.size} samples; at least {MIN_SAMPLES} are needed.")
     _check_time(time, name)
