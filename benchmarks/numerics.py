@@ -72,12 +72,28 @@ def make_extremes() -> dict[str, tuple[Antenna, Trial]]:
     return cases
 
 
-def judge(antenna: Antenna, trial: Trial, duration: float) -> tuple[str, float]:
-    """The verdict on one case and the relative change when the timestep is halved."""
+def judge(antenna: Antenna, trial: Trial, duration: float) -> tuple[str, float, float]:
+    """The verdict on one case, the relative change when the timestep is halved, and the timestep at which it holds.
+
+    Where the default timestep does not hold, a quarter and a sixteenth of it are tried.
+    """
+    first = None
+    for timestep in (TIMESTEP, TIMESTEP / 4, TIMESTEP / 16):
+        verdict, change = judge_at(antenna, trial, duration, timestep)
+        first = first or (verdict, change)
+        if verdict == "holds":
+            return *first, timestep
+        if verdict.startswith("refused"):
+            break
+    return *first, np.nan
+
+
+def judge_at(antenna: Antenna, trial: Trial, duration: float, timestep: float) -> tuple[str, float]:
+    """The verdict at one timestep and the relative change when it is halved."""
     try:
         scene, tips, angles = make_scene(antenna, trial), [], []
-        for timestep in (TIMESTEP, TIMESTEP / 2):
-            outcome = simulate([scene], Clock(duration=duration, timestep=timestep), workers=1)[0]
+        for step in (timestep, timestep / 2):
+            outcome = simulate([scene], Clock(duration=duration, timestep=step), workers=1)[0]
             if isinstance(outcome, Exception):
                 raise outcome
             tips.append(antenna.shape(outcome.angle)[:, -1])
@@ -184,12 +200,11 @@ def main() -> None:
     if not arguments.skip_extremes:
         results["extremes"] = {}
         for name, (antenna, trial) in make_extremes().items():
-            verdict, change = judge(antenna, trial, arguments.duration)
-            results["extremes"][name] = {
-                "verdict": verdict,
-                "change": None if np.isnan(change) else float(f"{change:.2g}"),
-            }
-            print(f"{name:32} {verdict:60} {change:9.2g}", flush=True)
+            verdict, change, timestep = judge(antenna, trial, arguments.duration)
+            numbers = {"change": change, "holds_at": timestep}
+            shown = {key: None if np.isnan(value) else float(f"{value:.3g}") for key, value in numbers.items()}
+            results["extremes"][name] = {"verdict": verdict, **shown}
+            print(f"{name:32} {verdict:50} {change:9.2g}   holds at {timestep:g} ms", flush=True)
     if arguments.random:
         began = time.perf_counter()
         ends = run_random(arguments.random)
