@@ -184,6 +184,15 @@ def test_a_quiet_quantised_channel_is_not_called_saturated():
     assert find_bad_channels(Recording(time=np.arange(2000.0), values=values)) == {}
 
 
+def test_a_channel_with_hysteresis_is_not_called_saturated():
+    from feeler.robot.sensing import play
+
+    time = np.arange(2000.0)
+    swing = np.sin(time / 40) * np.exp(-time / 800)
+    values = play(np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.05)  # rests up to 25 ms at each turn
+    assert find_bad_channels(Recording(time=time, values=values)) == {}
+
+
 def test_doubled_and_backward_times_are_refused():
     wave = _wave(n=10)
     with pytest.raises(InvalidInput, match="1 samples share their time"):

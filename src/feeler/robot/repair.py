@@ -10,7 +10,8 @@ from feeler.robot.recording import Recording
 INTERVAL = 1.0  # ms; [P] at most 1000 Hz
 MAX_GAP = 10.0  # [C] ms; a fast touch lasts about 100 ms
 MAX_SAMPLES = 2_000_000
-FLAT_RUN = 20  # [C] samples at the channel's extreme that count as saturation …
+FLAT_RUN = 20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
+FLAT_SHARE, FLAT_LONG = 0.05, 100  # [C] … a twentieth of the recording or 100 in any case (hysteresis rests too), …
 FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
 BAD = ("refuse", "missing")
 GAPS = ("refuse", "bridge", "keep")
@@ -25,7 +26,7 @@ def find_bad_channels(recording: Recording) -> dict[int, str]:
             bad[number] = "empty (no value at all)"
         elif np.ptp(known) == 0:
             bad[number] = f"dead (always {known[0]:.4g})"
-        elif (stuck := _count_saturated(known)) >= FLAT_RUN:
+        elif (stuck := _count_saturated(known)) >= max(FLAT_RUN, min(FLAT_SHARE * known.size, FLAT_LONG)):
             bad[number] = f"saturated ({stuck} samples in a row at its extreme value)"
     return bad
 
