@@ -189,7 +189,7 @@ def test_a_channel_with_hysteresis_is_not_called_saturated():
 
     time = np.arange(2000.0)
     swing = np.sin(time / 40) * np.exp(-time / 800)
-    values = play(np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.05)  # rests up to 25 ms at each turn
+    values = play(np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.1)  # rests about 30 ms at each turn
     assert find_bad_channels(Recording(time=time, values=values)) == {}
 
 
