@@ -38,15 +38,15 @@ class MeanEncoder:
         return self
 
     def transform(self, X, *, code):
-        return X.max(axis=1, keepdims=True) * {"sparse": 2.0, "nonnegative": 1.0}[code]
+        return X.max(axis=1, keepdims=True) * {"sparse": 2.0, "ridge": 1.0}[code]
 
 
 def test_each_kind_of_code_comes_from_its_own_call():
     tensors = np.random.default_rng(0).random((4, 5, 6))
     codes = make_codes(tensors, MeanEncoder())
-    assert list(codes) == ["joint", "sparse", "nonnegative", "raw"]
+    assert list(codes) == ["joint", "sparse", "ridge", "raw"]
     np.testing.assert_array_equal(codes["joint"], tensors.mean(axis=1, keepdims=True))
-    np.testing.assert_array_equal(codes["sparse"], 2 * codes["nonnegative"])
+    np.testing.assert_array_equal(codes["sparse"], 2 * codes["ridge"])
     np.testing.assert_array_equal(codes["raw"], tensors)
 
 
@@ -66,7 +66,7 @@ def test_null_is_one_typical_tensor_repeated():
         (lambda: explain_confusion(np.zeros((4, 4)), ATTRIBUTES), "at least one trial"),
         (lambda: explain_confusion(np.ones((3, 3)), ATTRIBUTES), "4 values for 3 classes"),
         (lambda: make_labels(ATTRIBUTES, by=("location",)), "no coordinate 'location'"),
-        (lambda: make_codes(np.ones((2, 2, 2)), None, ["pca"]), "joint, sparse, nonnegative, raw"),
+        (lambda: make_codes(np.ones((2, 2, 2)), None, ["pca"]), "joint, sparse, ridge, raw"),
         (lambda: encode(np.ones((2, 2, 2)), None, "joint"), "only for the tensors of the fit"),
     ],
 )

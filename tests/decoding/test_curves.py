@@ -40,7 +40,7 @@ def curves():
 
 
 def test_every_group_has_every_curve(curves):
-    for kind in ("joint", "sparse", "nonnegative", "raw"):
+    for kind in ("joint", "sparse", "ridge", "raw"):
         for level in ("relative", "common"):
             assert list(curves.find(kind, level)) == ["strong", "weak"]
         assert list(curves.find(kind, n_copies=3)) == ["strong", "weak"]
@@ -50,7 +50,7 @@ def test_every_group_has_every_curve(curves):
 
 def test_null_unmasks_a_code_that_depends_on_the_trials_place(curves):
     assert curves.find_null("joint").noisy[0].mean() > 0.8
-    for kind in ("sparse", "nonnegative", "raw"):
+    for kind in ("sparse", "ridge", "raw"):
         assert curves.find_null(kind).noisy.mean() < 0.3
     assert compute_explained(curves.find("joint")["strong"], curves.find_null("joint")) > 0.7
     assert compute_explained(curves.find("raw")["strong"], curves.find_null("raw")) < 0.3

@@ -11,7 +11,7 @@ from feeler.errors import InvalidInput
 CODES = {
     "joint": "activations fitted together with the bases (the paper's recipe)",
     "sparse": "activations for fixed bases, sparseness constraint on",
-    "nonnegative": "activations for fixed bases, no constraint",
+    "ridge": "activations for fixed bases, no sparseness constraint, a small ridge: one answer",
     "raw": "tensors themselves",
 }
 
@@ -39,7 +39,7 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = tup
     encoder
         An unfitted encoder; it is fitted here unless only ``raw`` is asked for.
     kinds
-        Any of joint, sparse, nonnegative, raw.
+        Any of joint, sparse, ridge, raw.
     """
     array = as_codes(tensors)
     if unknown := [kind for kind in kinds if kind not in CODES]:
@@ -52,7 +52,7 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = tup
 def encode(tensors: np.ndarray, encoder: Encoder | None, kind: str) -> np.ndarray:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
-        raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'nonnegative'.")
+        raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
     return tensors if kind == "raw" else np.asarray(encoder.transform(tensors, code=kind))
 
 

@@ -26,24 +26,19 @@ class Plan:
     """0 leaves noise before encoding out."""
     before_all: bool = False
     """All groups and both noise levels before encoding, or the first group at the common level only."""
-    max_iter: int = 300
-    """Iterations of an encoder's fit."""
     n_restarts: int = 3
     """Restarts of an encoder's fit."""
-    jitter_each: int = 1
-    """Jittered trials per trial, for the harder splits."""
 
 
 PLANS = {
-    "smoke": Plan(ratios=(0.2,), n_repeats=1, n_copies=3, other_copies=(), before_repeats=0, max_iter=15, n_restarts=1),
-    "quick": Plan(ratios=(0.1, 0.2, 0.3), n_repeats=2, before_copies=2, max_iter=40, n_restarts=1),
+    "smoke": Plan(ratios=(0.2,), n_repeats=1, n_copies=3, other_copies=(), before_repeats=0, n_restarts=1),
+    "quick": Plan(ratios=(0.1, 0.2, 0.3), n_repeats=2, before_copies=2, n_restarts=1),
     "paper": Plan(
         ratios=(0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
         n_repeats=10,
         other_repeats=3,
         before_copies=3,
         before_all=True,
-        jitter_each=3,
     ),
 }
 

@@ -8,7 +8,16 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 from sklearn.base import clone
 
-from feeler.decoding import CODES, Confused, Sweep, explain_confusion, make_codes, make_labels
+from feeler.decoding import (
+    CODES,
+    Confused,
+    Sweep,
+    compute_left_out,
+    compute_sweep,
+    explain_confusion,
+    make_codes,
+    make_labels,
+)
 from feeler.decoding.curves import LEVELS, Curves, Group, compute_curves
 from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
@@ -21,8 +30,14 @@ CLAIMS = {
     "profile": "exponential is classified best, constant worst",
 }
 PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
-LABELS = {"joint": "joint fit (paper)", "sparse": "fixed bases, sparse", "nonnegative": "fixed bases", "raw": "tensors"}
+LABELS = {
+    "joint": "joint fit (paper)",
+    "sparse": "fixed bases, sparse",
+    "ridge": "fixed bases, no constraint",
+    "raw": "tensors",
+}
 MAIN = ("joint", "raw")
+JITTERS = {"place shifted by up to 2 % of the length": (0.02, 0.0), "speed changed by up to 10 %": (0.0, 0.1)}  # [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,12 +53,17 @@ class Fig5Data:
     examples: dict[str, np.ndarray]
     """One tensor (sensor, time) per condition, for 5E."""
     unit: str
+    splits: dict[str, dict[str, float]]
+    """Accuracy on clean touches never trained on, by split and group: unseen size, shifted place, other speed."""
 
     def describe(self) -> str:
         """All verdicts, the copies, the variance kept and the confusions in words."""
         lines = [v.describe() for v in (*self.dispersion.verdicts, *self.verdicts)]
         for comparison, curves in self.curves.items():
             lines += _describe_copies(comparison, curves) + _describe_kept(comparison, curves)
+        for split, accuracies in self.splits.items():
+            found = ", ".join(f"{name} {100 * value:.0f} %" for name, value in accuracies.items())
+            lines.append(f"unseen touches, {split}: {found}")
         return "\n".join(lines + [f"{name}: {confused.describe()}" for name, confused in self.confused.items()])
 
 
@@ -55,6 +75,7 @@ def compute(
     quantity: str = "angle",
     reference: str = "exponential",
     random_state: int = 0,
+    jitter: Callable[[str, float, float], Any] | None = None,
     report: Callable[[str], None] = lambda line: None,
 ) -> Fig5Data:
     """Both comparisons: the reference antenna at its speeds, and all antennas at the slowest speed.
@@ -70,14 +91,14 @@ def compute(
         smoke, quick, paper, or a ``Plan``.
     quantity
         ``angle`` or ``curvature``; negative values are set to 0, as the encoder needs.
+    jitter
+        ``jitter(antenna name, location, speed)`` simulates that antenna's slow trials again, in the order of its
+        Dataset, each shifted and sped up by ``jitter_trials``; None leaves these splits out.
     """
     plan = get_plan(scale)
     groups = make_groups(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
     report(f"encoded {len(groups['speed'])} speeds and {len(groups['profile'])} antennas")
-    claimed = {
-        "speed": tuple(groups["speed"]),
-        "profile": tuple(n for n in (reference, *PROFILES[1:]) if n in groups["profile"]),
-    }
+    claimed = {c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES)) for c, g in groups.items()}
     kinds = {c: {k: {n: g.codes[k] for n, g in gs.items()} for k in CODES} for c, gs in groups.items()}
     dispersion = figS6.compute(kinds, claimed, random_state=random_state)
     curves = {c: compute_curves(g, plan, random_state=random_state, report=report) for c, g in groups.items()}
@@ -88,6 +109,7 @@ def compute(
         confused=explain_all(curves, tensors[reference]),
         examples={n: g.tensors[len(g.tensors) // 2] for gs in groups.values() for n, g in gs.items()},
         unit="of the greatest " + quantity,
+        splits=compute_splits(groups, tensors, plan, quantity=quantity, jitter=jitter, random_state=random_state),
     )
 
 
@@ -100,41 +122,59 @@ def make_groups(
     reference: str = "exponential",
     random_state: int = 0,
 ) -> dict[str, dict[str, Group]]:
-    """Groups of both comparisons, on one common scale, stimuli in the same order everywhere."""
+    """Both comparisons of ``list_groups``, encoded."""
+    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    listed = list_groups(tensors, quantity=quantity, reference=reference)
+    groups: dict[str, dict[str, Group]] = {}
+    if "speed" in listed:
+        fitted = _configure(encoder, settings)
+        ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
+        codes = make_codes(np.concatenate([array for array, _ in listed["speed"].values()]), fitted)
+        parts = {kind: np.split(code, ends) for kind, code in codes.items()}
+        groups["speed"] = {
+            name: Group(tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts})
+            for k, (name, (a, y)) in enumerate(listed["speed"].items())
+        }
+    if "profile" in listed:
+        groups["profile"] = {}
+        for name, (array, labels) in listed["profile"].items():
+            fitted = _configure(encoder, settings)
+            codes = make_codes(array, fitted)
+            groups["profile"][name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
+    return groups
+
+
+def list_groups(
+    tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
+) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
+    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order everywhere.
+
+    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the slowest speed. A
+    comparison with one group only is left out.
+    """
     if reference not in tensors:
         raise InvalidInput(f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}.")
     peak = max(float(data[quantity].max()) for data in tensors.values())
     if not peak > 0:
         raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")
-    arrays = {name: np.maximum(data[quantity].values, 0.0) / peak for name, data in tensors.items()}
     speed = np.asarray(tensors[reference]["speed"])
-    settings = {"max_iter": plan.max_iter, "n_restarts": plan.n_restarts, "random_state": random_state}
-    speeds = {f"{v:g} m/s": _order(tensors[reference], speed == v) for v in np.unique(speed)}
-    fitted = _configure(encoder, settings)
-    codes = make_codes(arrays[reference], fitted)
-    groups = {"speed": {n: _pick(arrays[reference], codes, fitted, *o) for n, o in speeds.items()}, "profile": {}}
-    for name, data in tensors.items():
-        trials, labels = _order(data, np.asarray(data["speed"]) == speed.min())
-        fitted, slow = _configure(encoder, settings), arrays[name][trials]
-        groups["profile"][name] = Group(tensors=slow, labels=labels, encoder=fitted, codes=make_codes(slow, fitted))
-    return groups
+
+    def pick(data: Any, wanted: float) -> tuple[np.ndarray, np.ndarray]:
+        every = make_labels(data)
+        trials = np.flatnonzero(np.asarray(data["speed"]) == wanted)
+        trials = trials[np.argsort(every[trials], kind="stable")]
+        return np.maximum(data[quantity].values[trials], 0.0) / peak, every[trials]
+
+    listed = {
+        "speed": {f"{v:g} m/s": pick(tensors[reference], v) for v in np.unique(speed)},
+        "profile": {name: pick(data, speed.min()) for name, data in tensors.items()},
+    }
+    return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
 
 
 def _configure(encoder: Any, settings: dict) -> Any:
     known = encoder.get_params()
     return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})
-
-
-def _order(data: Any, keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Trials to keep, sorted by label, and their labels."""
-    labels = make_labels(data)
-    trials = np.flatnonzero(keep)
-    trials = trials[np.argsort(labels[trials], kind="stable")]
-    return trials, labels[trials]
-
-
-def _pick(array: np.ndarray, codes: dict, encoder: Any, trials: np.ndarray, labels: np.ndarray) -> Group:
-    return Group(tensors=array[trials], labels=labels, encoder=encoder, codes={k: c[trials] for k, c in codes.items()})
 
 
 def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]) -> list[Verdict]:
@@ -146,7 +186,7 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                 sweeps, null = found.find(kind, level), found.find_null(kind, level)
                 values = {name: sweeps[name].area for name in claimed[comparison]}
                 if len(values) < 2:
-                    continue
+                    continue  # nothing is claimed of a lone group and its controls
                 verdicts.append(
                     judge_order(
                         values,
@@ -156,6 +196,41 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                     )
                 )
     return verdicts
+
+
+def compute_splits(
+    groups: Mapping[str, Mapping[str, Group]],
+    tensors: Mapping[str, Any],
+    plan: Plan,
+    *,
+    quantity: str = "angle",
+    jitter: Callable[[str, float, float], Any] | None = None,
+    random_state: int = 0,
+) -> dict[str, dict[str, float]]:
+    """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
+    options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
+    options |= {"level": "tensor", "rotate": True, "random_state": random_state}
+    found: dict[str, dict[str, float]] = {}
+    for comparison, members in groups.items():
+        accuracies = {}
+        for name, group in members.items():
+            feature, size, location = np.array([label.rsplit(" ", 2) for label in group.labels]).T
+            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, **options)
+            accuracies[name] = float(np.mean([sweep.clean.mean() for sweep in folds.values()]))
+        found[f"by {comparison}, the other size trained, tensors (chance {100 / 15:.0f} %)"] = accuracies
+    if jitter is None or "profile" not in groups:
+        return found
+    peak = max(float(data[quantity].max()) for data in tensors.values())
+    for title, shift in JITTERS.items():
+        accuracies = {}
+        for name, group in groups["profile"].items():
+            speed = np.asarray(tensors[name]["speed"])
+            labels = make_labels(tensors[name])[speed == speed.min()]
+            shifted = np.maximum(jitter(name, *shift)[quantity].values, 0.0) / peak
+            sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), **options)
+            accuracies[name] = float(sweep.clean.mean())
+        found[f"by profile, {title}, tensors"] = accuracies
+    return found
 
 
 def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
@@ -196,9 +271,11 @@ def _describe_kept(comparison: str, curves: Curves) -> list[str]:
 
 def plot(data: Fig5Data, figure: Figure) -> None:
     """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per noise level."""
-    top, *blocks = figure.subfigures(3, 1, height_ratios=(1.2, 2, 2))
+    n_blocks = len(data.curves)
+    top, *blocks = figure.subfigures(1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks))
     plot_top(data, top)
-    for (comparison, curves), block, letter in zip(data.curves.items(), blocks, "CD", strict=True):
+    for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
+        letter = "C" if comparison == "speed" else "D"
         axes = block.subplots(len(LEVELS), len(CODES), sharex=True, sharey=True)
         block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=9)
         for level, line in zip(LEVELS, axes, strict=True):
@@ -214,8 +291,8 @@ def plot(data: Fig5Data, figure: Figure) -> None:
 def plot_top(data: Fig5Data, figure: SubFigure) -> None:
     """NMI of codes and tensors for both comparisons, and one tensor per condition."""
     left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
-    axes = left.subplots(1, 4)
     panels = [(c, k) for c in data.curves for k in MAIN]
+    axes = left.subplots(1, len(panels))
     for (comparison, kind), ax in zip(panels, axes, strict=True):
         plot_index(data.dispersion.dispersions[comparison][kind], "nmi", ax)
         ax.set_title(f"{'A' if comparison == 'speed' else 'B'}  {LABELS[kind]}", fontsize=7)

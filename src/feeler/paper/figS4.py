@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding import Sweep, compute_sweep
 from feeler.decoding.cnn import TouchNetwork, import_torch
-from feeler.decoding.curves import Group
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.errors import MissingExtra
-from feeler.paper.fig5 import CLAIMS, PROFILES, plot_sweep
+from feeler.errors import InvalidInput
+from feeler.paper.fig5 import CLAIMS, PROFILES, list_groups, plot_sweep
 from feeler.paper.figS6 import COLOURS
 
 LAYERS = (
@@ -28,58 +28,81 @@ SETTINGS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FigS4Data:
-    """What Fig. S4 shows; ``missing`` says what was not installed, and then there are no sweeps."""
+    """What Fig. S4 shows."""
 
     sweeps: dict[str, dict[str, Sweep]]
+    """sweeps[comparison][group]; comparisons are ``speed`` and ``profile``."""
     verdicts: tuple[Verdict, ...]
     shape: tuple[int, int]
     n_classes: int
     scale: str
-    missing: str = ""
 
     def describe(self) -> str:
-        """The verdicts in words, or what is missing."""
-        return self.missing or "\n".join(verdict.describe() for verdict in self.verdicts)
+        """The verdicts in words."""
+        return "\n".join(verdict.describe() for verdict in self.verdicts)
+
+    def summarise(self) -> dict[str, dict[str, float]]:
+        """Accuracy by group, averaged over the noise ratios above 0, ± 1 SD over repeats."""
+        found = {}
+        for sweeps in self.sweeps.values():
+            for name, sweep in sweeps.items():
+                by_repeat = sweep.noisy[sweep.ratios > 0].mean(axis=0)
+                mean, sd = float(by_repeat.mean()), float(by_repeat.std())
+                found[name] = {"value": mean, "low": mean - sd, "high": mean + sd}
+        return found
 
 
 def compute(
-    groups: Mapping[str, Mapping[str, Group]], *, scale: str = "quick", random_state: int = 0, device: str = "auto"
+    tensors: Mapping[str, Any],
+    *,
+    scale: str = "quick",
+    reference: str = "exponential",
+    quantity: str = "angle",
+    random_state: int = 0,
+    device: str = "auto",
 ) -> FigS4Data:
-    """Train and score the network for every group of ``fig5.make_groups``; without PyTorch, say so and go on."""
+    """Train and score the network on noisy copies of every group's tensors.
+
+    Parameters
+    ----------
+    tensors
+        Datasets by antenna name, as for Fig. 5.
+    scale
+        smoke, quick or paper; below paper scale only the first and last group of each comparison.
+
+    Raises
+    ------
+    MissingExtra
+        PyTorch is not installed; the message holds the install command.
+    """
+    import_torch()
+    if scale not in SETTINGS:
+        raise InvalidInput(f"unknown scale {scale!r}; valid: {', '.join(SETTINGS)}.")
     settings = dict(SETTINGS[scale])
     max_epochs, ends = settings.pop("max_epochs"), settings.pop("ends")
-    first = next(iter(next(iter(groups.values())).values()))
-    shape = tuple(first.tensors.shape[1:])
-    common = {"shape": shape, "n_classes": np.unique(first.labels).size, "scale": scale}
-    try:
-        import_torch()
-    except MissingExtra as missing:
-        return FigS4Data(sweeps={}, verdicts=(), missing=f"Fig. S4 was left out: {missing}", **common)
-    network = TouchNetwork(shape, max_epochs=max_epochs, device=device, random_state=random_state)
-    sweeps, verdicts = {}, []
-    for comparison, members in groups.items():
-        claimed = [n for n in members if comparison == "speed" or n in PROFILES]
-        chosen = [claimed[0], claimed[-1]] if ends else list(members)
-        sweeps[comparison] = {
-            name: compute_sweep(
-                members[name].tensors, members[name].labels, estimator=network, level="tensor", n_jobs=1,
-                random_state=random_state, **settings,
-            )
-            for name in dict.fromkeys(chosen)
-        }  # fmt: skip
+    sweeps: dict[str, dict[str, Sweep]] = {}
+    verdicts = []
+    for comparison, members in list_groups(tensors, reference=reference, quantity=quantity).items():
+        claimed = [name for name in members if comparison == "speed" or name in (reference, *PROFILES)]
+        chosen = (claimed[0], claimed[-1]) if ends else members
+        sweeps[comparison] = {}
+        for name in dict.fromkeys(chosen):
+            array, labels = members[name]
+            network = TouchNetwork(array.shape[1:], max_epochs=max_epochs, device=device, random_state=random_state)
+            options = {"level": "tensor", "n_jobs": 1, "random_state": random_state, **settings}
+            sweeps[comparison][name] = compute_sweep(array, labels, estimator=network, **options)
         values = {name: sweeps[comparison][name].area for name in claimed if name in sweeps[comparison]}
         if len(values) > 1:
             verdicts.append(judge_order(values, claim=CLAIMS[comparison], measure="accuracy of the network on tensors"))
-    return FigS4Data(sweeps=sweeps, verdicts=tuple(verdicts), **common)
+    return FigS4Data(
+        sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size, scale=scale
+    )
 
 
 def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
     """The layers, then one panel per comparison."""
     axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
     plot_layers(data, axes[0])
-    if data.missing:
-        axes[1].text(0.5, 0.5, data.missing, ha="center", va="center", wrap=True, fontsize=7)
-        axes[1].axis("off")
     for (comparison, sweeps), ax in zip(data.sweeps.items(), axes[1:], strict=False):
         for colour, (name, sweep) in zip(COLOURS, sweeps.items(), strict=False):
             plot_sweep(sweep, ax, color=colour, label=name)

@@ -52,7 +52,8 @@ def compute(
         for kind, groups in kinds.items():
             found = compute_groups(groups, random_state=random_state)
             dispersions[comparison][kind] = found
-            verdicts += [judge(found, index, comparison, kind, claimed[comparison]) for index in INDICES]
+            if len(claimed[comparison]) > 1:
+                verdicts += [judge(found, index, comparison, kind, claimed[comparison]) for index in INDICES]
     return FigS6Data(dispersions=dispersions, claimed=dict(claimed), verdicts=tuple(verdicts))
 
 
