@@ -1,5 +1,7 @@
 """Lanes filled with scenes: the arrays that a batch of simulations steps together."""
 
+from threading import Event
+
 import numpy as np
 from numba import njit
 
@@ -138,8 +140,12 @@ class Batch:
         )
         self.loaded, self.force = np.zeros(n, dtype=np.bool_), np.zeros((width, 2))
 
-    def run(self) -> list[Motion | Exception]:
-        """One Motion per lane, or the error that ended it; a lane's end never touches the others."""
+    def run(self, stop: Event | None = None) -> list[Motion | Exception]:
+        """One Motion per lane, or the error that ended it; a lane's end never touches the others.
+
+        Setting ``stop`` from another thread raises KeyboardInterrupt within a chunk.
+        """
+        self.stop = stop
         clock, width, n = self.clock, len(self.scenes), self.work.shape[0]
         angle, velocity = np.empty((2, width, clock.n_samples, n))
         force = np.zeros((width, clock.n_samples, 2))
@@ -163,6 +169,8 @@ class Batch:
         step, last = (k - 1) * self.clock.steps_per_sample, k * self.clock.steps_per_sample
         chunk = max(1, CHUNK // (self.work.shape[0] * self.work.shape[2]))
         while step < last:
+            if self.stop is not None and self.stop.is_set():
+                raise KeyboardInterrupt
             n_steps = min(chunk, last - step)
             step_many(
                 step, n_steps, self.clock.timestep, self.constants, self.obj, self.shapes, self.legs, self.work,

@@ -1,7 +1,9 @@
 """Running scenes on the chain engine, one at a time or many in SIMD lanes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from threading import Event
 
 import numpy as np
 
@@ -57,15 +59,25 @@ def run_batch(
     damped = _check_scheme(scheme)
     groups = make_groups(scenes)
     results: list[Motion | Exception | None] = [None] * len(scenes)
-    pool = ThreadPoolExecutor(max_workers=workers)
-    try:
-        jobs = [pool.submit(_run_lanes, [scenes[i] for i in group], clock, damped) for group in groups]
-        for group, job in zip(groups, jobs, strict=True):
-            for i, result in zip(group, job.result(), strict=True):
-                results[i] = result
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    jobs = [partial(_run_lanes, [scenes[i] for i in group], clock, damped) for group in groups]
+    done = (job() for job in jobs) if workers == 1 else _run_threads(jobs, workers)
+    for group, outcomes in zip(groups, done, strict=True):
+        for i, outcome in zip(group, outcomes, strict=True):
+            results[i] = outcome
     return results
+
+
+def _run_threads(jobs: list[Callable[..., list]], workers: int) -> Iterator[list]:
+    """Results in order; an interrupt stops the threads at their next sample."""
+    stop = Event()
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        futures = [pool.submit(job, stop) for job in jobs]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def make_groups(scenes: Sequence[Scene]) -> list[list[int]]:
@@ -96,9 +108,9 @@ def _phase(scene: Scene) -> tuple[float, float]:
     return float(np.hypot(*scene.path.velocity[0])), float(np.hypot(*scene.origin))
 
 
-def _run_lanes(scenes: list[Scene], clock: Clock, damped: bool) -> list[Motion | Exception]:
+def _run_lanes(scenes: list[Scene], clock: Clock, damped: bool, stop: Event | None = None) -> list[Motion | Exception]:
     """Up to LANES scenes together; a group that is neither one nor full is filled up with copies of its last."""
     lanes = 1 if len(scenes) == 1 else LANES
     filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
     models = [make_model(scene, clock.timestep) for scene in filled]
-    return Batch(filled, models, clock, damped).run()[: len(scenes)]
+    return Batch(filled, models, clock, damped).run(stop)[: len(scenes)]

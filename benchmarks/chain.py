@@ -1,0 +1,196 @@
+"""The chain engine against MuJoCo: time per step and core, growth with the number of segments, the paper's 90 touches.
+
+Both engines run the same scene at the same timestep in turns, in one process on one thread, and the fastest of several
+turns counts. MuJoCo is tuned: dense Jacobian, only the pairs object–segment collide, many steps per call; "converged" is
+the reference engine's setting (tolerance 0, 25 iterations), "quick" MuJoCo's default tolerance, which leaves errors of
+1e-3 rad.
+
+    python benchmarks/chain.py
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import mujoco as mj
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.presets import make_preset
+from feeler.physics import chain, mujoco
+from feeler.physics.chain.batch import Batch
+from feeler.physics.chain.engine import LANES
+from feeler.physics.chain.model import make_model
+from feeler.physics.clock import Clock
+from feeler.physics.scene import Scene, make_scene
+from feeler.touch import Trial, make_feature, make_grid
+
+TIMESTEP = 0.02  # ms
+TURNS, STEPS = 7, 400
+
+
+def make_antenna(n: int) -> Antenna:
+    """The cockroach cut into ``n`` segments of equal length; stiffness and damping per hinge grow with n."""
+    whole = make_preset("cockroach")
+    x = np.linspace(0, 1, n)
+    old = np.linspace(0, 1, whole.n_segments)
+    share = n / whole.n_segments
+    return Antenna(
+        segment_length=np.full(n, whole.length / n),
+        segment_mass=np.full(n, whole.segment_mass.sum() / n),
+        radius=0.225,
+        stiffness=np.interp(x, old, whole.stiffness) * share,
+        damping=np.interp(x, old, whole.damping) * share,
+    )
+
+
+class Chain:
+    """Steps of one scene in each of ``lanes`` lanes."""
+
+    def __init__(self, scene: Scene, lanes: int, scheme: str, warm_up: int) -> None:
+        clock = Clock(duration=1.0, sample_interval=1.0, timestep=TIMESTEP)
+        models = [make_model(scene, TIMESTEP)] * lanes
+        self.batch, self.lanes, self.done = Batch([scene] * lanes, models, clock, scheme == "consistent"), lanes, 0
+        self.batch.stop = None
+        self.step(warm_up)
+
+    def step(self, n_steps: int) -> None:
+        """Advance every lane."""
+        b = self.batch
+        from feeler.physics.chain.batch import step_many
+
+        step_many(
+            self.done, n_steps, TIMESTEP, b.constants, b.obj, b.shapes, b.legs, b.work, b.place, b.contacts, b.loaded,
+            b.force, b.damped, b.width,
+        )  # fmt: skip
+        self.done += n_steps
+
+
+class Mujoco:
+    """The same scene in MuJoCo."""
+
+    lanes = 1
+
+    def __init__(self, scene: Scene, warm_up: int, tolerance: float, iterations: int) -> None:
+        self.model = mujoco.compile_model(scene, TIMESTEP)
+        self.model.opt.tolerance, self.model.opt.iterations = tolerance, iterations
+        self.data = mj.MjData(self.model)
+        n = scene.antenna.n_segments
+        self.data.qpos[:n], self.data.qvel[:n] = scene.initial_angle, scene.initial_velocity
+        if scene.feature is not None:
+            self.data.qvel[n:] = scene.path.velocity[0]
+        self.step(warm_up)
+
+    def step(self, n_steps: int) -> None:
+        """Advance."""
+        mj.mj_step(self.model, self.data, nstep=n_steps)
+
+
+def measure(runners: dict[str, object]) -> dict[str, float]:
+    """Best time per simulation and step of each [µs], taking turns."""
+    best = dict.fromkeys(runners, np.inf)
+    for _ in range(TURNS):
+        for name, runner in runners.items():
+            steps = max(1, STEPS // 10 if isinstance(runner, Mujoco) else STEPS)
+            start = time.perf_counter()
+            runner.step(steps)
+            best[name] = min(best[name], (time.perf_counter() - start) / steps / runner.lanes * 1e6)
+    return best
+
+
+def compare(name: str, scene: Scene, warm_up: int) -> dict[str, float]:
+    """Print one scene's table."""
+    found = measure(
+        {
+            "MuJoCo, converged": Mujoco(scene, warm_up, 0.0, 25),
+            "MuJoCo, quick": Mujoco(scene, warm_up, 1e-8, 100),
+            "chain": Chain(scene, 1, "parity", warm_up),
+            f"chain, {LANES} lanes": Chain(scene, LANES, "parity", warm_up),
+            "chain, consistent": Chain(scene, 1, "consistent", warm_up),
+            f"chain, consistent, {LANES} lanes": Chain(scene, LANES, "consistent", warm_up),
+        }
+    )
+    for label, value in found.items():
+        faster = found["MuJoCo, converged"] / value
+        print(
+            f"{name:16s} {label:28s} {value:9.2f} µs per step  {faster:6.1f}x  {found['MuJoCo, quick'] / value:6.1f}x"
+        )
+    return found
+
+
+def grow() -> dict[str, list[float]]:
+    """Time per free step against the number of segments."""
+    table: dict[str, list[float]] = {"segments": [], "chain": [], "lanes": []}
+    for n in (1, 10, 20, 50, 100, 200, 500, 1000):
+        scene = Scene(antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n))
+        found = measure({"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)})
+        table["segments"].append(n)
+        for name, value in found.items():
+            table[name].append(value)
+        print(f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per segment; "
+              f"{LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns")  # fmt: skip
+    return table
+
+
+def run_paper(scheme: str) -> float:
+    """Seconds for the paper's 90 touches of 380 ms on two threads, warm."""
+    antenna = make_preset("cockroach")
+    features = [make_feature(kind, size) for kind in ("ball", "box", "triangle") for size in (1.5, 3.0)]
+    trials = make_grid(features, [0.5, 0.6, 0.7, 0.8, 0.9], [0.6, 0.3, 0.06])
+    scenes = [make_scene(antenna, trial) for trial in trials]
+    start = time.perf_counter()
+    chain.run_batch(scenes, Clock(duration=380.0, timestep=TIMESTEP), workers=2, scheme=scheme)
+    return time.perf_counter() - start
+
+
+def time_cold_start() -> dict[str, float]:
+    """Seconds of a first and a second process that simulate one step, with an empty compile cache."""
+    code = (
+        "import time; t = time.perf_counter(); from feeler.antenna.presets import make_preset; "
+        "from feeler.physics import chain; from feeler.physics.clock import Clock; "
+        "from feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); "
+        "t1 = time.perf_counter(); c = Clock(duration=2, timestep=0.02); chain.run(s, c); t2 = time.perf_counter(); "
+        "chain.run_batch([s, s], c); print(t1 - t, t2 - t1, time.perf_counter() - t2)"
+    )
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("cold", "warm"):
+            environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
+            done = subprocess.run(
+                [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+            )
+            found[name] = [float(x) for x in done.stdout.split()]
+            print(f"{name} start: import {found[name][0]:.1f} s, first run {found[name][1]:.1f} s, "
+                  f"first batch {found[name][2]:.1f} s")  # fmt: skip
+    return found
+
+
+def main() -> None:
+    rng, antenna = np.random.default_rng(0), make_preset("cockroach")
+    free = Scene(antenna=antenna, angle=rng.normal(0, 2e-3, antenna.n_segments))
+    results: dict[str, object] = {"timestep": TIMESTEP, "lanes": LANES}
+    print("scene            engine                                     time       vs converged, quick MuJoCo")
+    results["free"] = compare("free", free, 10)
+    for kind in ("ball", "box", "triangle"):
+        trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.3, lead=0.5432)
+        results[kind] = compare(f"{kind} in contact", make_scene(antenna, trial), 400)
+    results["growth"] = grow()
+    results["paper"] = {scheme: [run_paper(scheme) for _ in range(2)][-1] for scheme in chain.SCHEMES}
+    for scheme, seconds in results["paper"].items():
+        print(f"90 touches of 380 ms at {TIMESTEP} ms, 2 threads, {scheme}: {seconds:.1f} s")
+    results["start"] = time_cold_start()
+    results["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"peak memory of this process {results['memory']:.0f} MB")
+    path = Path(__file__).parent / "results" / "chain.json"
+    path.write_text(
+        json.dumps(json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.4g}")), indent=1)
+    )
+
+
+if __name__ == "__main__":
+    main()
