@@ -6,6 +6,7 @@ Each Hypothesis example is a seed from which 100 inputs are made; a failure shri
 import os
 import shutil
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from feeler.antenna.cockroach import cockroach
 from feeler.antenna.file import load_antenna, save_antenna
 from feeler.calibration.targets import load_targets
 from feeler.decoding.stream import parse_sample
+from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import FeelerError
 from feeler.robot.recording import load_recording
 from feeler.robot.sensor import load_calibration, load_calibration_table
@@ -109,6 +111,11 @@ def _write(path: Path) -> None:
         save_antenna(antenna if "long" in path.name else feeler.Antenna(**_SMALL), path)
     elif path.suffix == ".safetensors":
         save_model(Model(kind="lda", version=1, arrays={"a": np.ones((2, 3))}, settings={"x": [1, "y"]}), path)
+    elif path.suffix == ".npz":
+        encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=3, random_state=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            save_encoder(encoder.fit(np.random.default_rng(0).random((2, 4, 12))), path)
     elif path.suffix == ".json":
         from feeler.robot.sensor import save_calibration
 
@@ -143,6 +150,7 @@ READERS = {
     "csv": (in_file(lambda p: check(load_csv(p, LIMITS))), file_seeds("one.csv")),
     "mat": (in_file(lambda p: check(load_mat(p, LIMITS))), file_seeds("set.mat")),
     "model": (in_file(lambda p: read_model(p, LIMITS)), file_seeds("m.safetensors")),
+    "encoder": (in_file(load_encoder), file_seeds("e.npz")),
     "any": (in_file(lambda p: load(p, LIMITS)), file_seeds("one.csv", "set.mat", "m.safetensors", "long.toml")),
 }
 

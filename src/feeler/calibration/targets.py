@@ -9,9 +9,11 @@ import numpy as np
 
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.errors import InvalidInput
+from feeler.tensors.limits import read_bytes
 
 QUANTITIES = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
 SHIPPED = ("cockroach",)
+MAX_BYTES = 2**20  # [C] of a file of targets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,14 +101,16 @@ def load_targets(source: str | Path = "cockroach") -> Targets:
         path = Path(source)
         if not path.is_file():
             raise InvalidInput(f"no targets named {str(source)!r}; shipped: {', '.join(SHIPPED)}; or give a TOML file.")
-        text = path.read_text(encoding="utf-8")
+        text = read_bytes(path, MAX_BYTES).decode("utf-8", errors="replace")
     try:
         table = tomllib.loads(text)
         targets = tuple(Target(name=name, **entry) for name, entry in table["targets"].items())
         return Targets(
             name=table["name"], status=table["status"], targets=targets, reference=table.get("reference", "")
         )
-    except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
+        if isinstance(error, InvalidInput):
+            raise
         raise InvalidInput(
             f"{source} is no set of targets ({error}). It needs name, status and a table [targets.QUANTITY] with "
             "value, spread, unit and tag for each quantity."

@@ -2,13 +2,14 @@
 
 import json
 import os
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from feeler.encoding.model import ConvolutiveNMF
-from feeler.errors import FeelerError, StoreError
+from feeler.errors import FeelerError, InvalidInput, StoreError
+from feeler.tensors.limits import parse_json
+from feeler.tensors.npz import read_npz
 
 FORMAT, VERSION = "feeler.ConvolutiveNMF", 1
 _ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_components_")
@@ -52,15 +53,15 @@ def load_encoder(path: str | os.PathLike) -> ConvolutiveNMF:
     ------
     StoreError : no such file, another kind of file, another version, or arrays that do not fit together.
     """
+    if not Path(path).exists():
+        raise StoreError(f"There is no file {path}.")
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            header = json.loads(stored["header"].tobytes())
-            arrays = {name: stored[name] for name in stored.files if name in _ARRAYS}
-    except FileNotFoundError as error:
-        raise StoreError(f"There is no file {path}.") from error
-    except (OSError, ValueError, KeyError, AttributeError, zipfile.BadZipFile, EOFError) as error:
+        stored = read_npz(path)
+        header = parse_json(stored["header"].tobytes(), "its header")
+        arrays = {name: values for name, values in stored.items() if name in _ARRAYS}
+    except (InvalidInput, KeyError, OSError, ValueError) as error:
         raise StoreError(f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again.") from error
-    if not isinstance(header, dict) or header.get("format") != FORMAT:
+    if header.get("format") != FORMAT:
         raise StoreError(f"{path} holds something else than a {FORMAT}.")
     if header.get("version") != VERSION:
         raise StoreError(
@@ -76,7 +77,7 @@ def _rebuild(path, header: dict, arrays: dict[str, np.ndarray]) -> ConvolutiveNM
         encoder = ConvolutiveNMF(**header["parameters"])
         components = arrays["components_"]
         shape = (encoder.n_components, header["numbers"]["n_sensors_in_"], encoder.n_lags)
-    except (KeyError, TypeError, FeelerError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:
         raise StoreError(f"{path} lacks parts of an encoder ({error}). Save it again.") from error
     if components.shape != shape or not np.isfinite(components).all() or (components < 0).any():
         raise StoreError(f"The bases in {path} should be {shape}, finite and non-negative; got {components.shape}.")
