@@ -124,9 +124,9 @@ def test_tempering_makes_it_as_sure_as_it_is_right():
     alike = [TOUCHES[0], TOUCHES[0] + 1e-4 * TOUCHES[2]]
     labels = LABELS[:2]
     decoder = StreamDecoder(window=250, correlation=1.0, noise=0.01).fit(alike, labels)
-    picks = rng.integers(0, 2, 24)
+    picks = [0, 0, 1, 1] * 6
     drawn = [alike[k] * (1 + 0.1 * rng.standard_normal()) for k in picks]  # scale says nothing about the class
-    others = [labels[k] for k in rng.integers(0, 2, 24)]
+    others = [labels[k] for k in [0, 1] * 12]  # each touch under both names: nothing can be known
     sure = [decoder.replay(touch)[-1].probability for touch in drawn]
     tempered = decoder.temper(drawn, others)
     assert tempered.correlation_ > 10
