@@ -58,9 +58,9 @@ def fit_distance(
         Positions closer than this [mm] are not told apart.
     """
     distance, position = np.asarray(distance, dtype=float), np.asarray(position, dtype=float)
-    used = np.asarray(used, dtype=bool) & np.isfinite(position)
     if distance.shape != position.shape or distance.ndim != 1:
         raise InvalidInput(f"distance and position need one length, got shapes {distance.shape} and {position.shape}.")
+    used = np.asarray(used, dtype=bool) & np.isfinite(position)
     x, y = position[used], distance[used]
     slope, intercept, r2, error, why = _fit_line(x, y)
     change = np.diff(x)

@@ -49,7 +49,7 @@ def _add_inertia(table, points, target, rate, force, stiffness):
 
 
 @njit(**COMPILE)
-def _balance(table, base, heading, old_angle, rate, force, out):
+def _balance(table, base, heading, points, old_angle, rate, force, out):
     """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of the hinges)."""
     n, worst, energy = table.shape[0], 0.0, 0.0
     fx = fy = torque = 0.0
@@ -60,7 +60,7 @@ def _balance(table, base, heading, old_angle, rate, force, out):
         drag = rate * table[i, R_DAMPING]
         energy += 0.5 * table[i, R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
         own = table[i, R_STIFFNESS] * bend + drag * turned
-        turn = table[i, R_LENGTH] * (np.cos(heading[i]) * fx - np.sin(heading[i]) * fy)
+        turn = (points[i + 1, 1] - points[i, 1]) * fx - (points[i + 1, 0] - points[i, 0]) * fy
         out[i] = own - torque - turn
         worst = max(worst, abs(out[i]) / (table[i, R_STIFFNESS] + drag))
         torque = own
@@ -68,7 +68,7 @@ def _balance(table, base, heading, old_angle, rate, force, out):
 
 
 @njit(**COMPILE)
-def _newton(table, heading, rate, force, stiffness, residual, full, work, change):
+def _newton(table, points, rate, force, stiffness, residual, full, work, change):
     """Fill ``change`` (segment,) with the Newton step; False where a pivot is not positive.
 
     Without ``full`` the turning of the forces' levers is left out, and the matrix is positive whatever the state.
@@ -78,14 +78,12 @@ def _newton(table, heading, rate, force, stiffness, residual, full, work, change
     for i in range(n - 1, -1, -1):
         fx, fy = fx + force[i, 0], fy + force[i, 1]
         p00, p01, p11 = p00 - stiffness[i, 0], p01 - stiffness[i, 1], p11 - stiffness[i, 2]
-        length = table[i, R_LENGTH]
-        s, c = np.sin(heading[i]), np.cos(heading[i])
-        t0, t1 = length * c, -length * s
+        t0, t1 = points[i + 1, 1] - points[i, 1], points[i, 0] - points[i + 1, 0]
         q0, q1 = p00 * t0 + p01 * t1 + u0, p01 * t0 + p11 * t1 + u1
         kappa = table[i, R_STIFFNESS] + rate * table[i, R_DAMPING]
         pivot = kappa - (u0 * t0 + u1 * t1 + z) - (t0 * q0 + t1 * q1)
         if full:
-            pivot += length * (s * fx + c * fy)
+            pivot += t0 * fy - t1 * fx
         if not pivot > 1e-9 * kappa:
             return False
         rho = h + t0 * e0 + t1 * e1 - residual[i]
@@ -95,17 +93,17 @@ def _newton(table, heading, rate, force, stiffness, residual, full, work, change
         p00, p01, p11 = p00 + q0 * v0, p01 + q0 * v1, p11 + q1 * v1
         e0, e1 = e0 + q0 * b, e1 + q1 * b
         u0, u1 = q0 * a, q1 * a
-    return _sweep_out(table, heading, work, change)
+    return _sweep_out(points, work, change)
 
 
 @njit(**COMPILE)
-def _sweep_out(table, heading, work, change):
+def _sweep_out(points, work, change):
     x = y = phi = 0.0
-    for i in range(table.shape[0]):
+    for i in range(work.shape[0]):
         phi = work[i, 0] * phi + work[i, 1] * x + work[i, 2] * y + work[i, 3]
         change[i] = phi
-        x = x + table[i, R_LENGTH] * np.cos(heading[i]) * phi
-        y = y - table[i, R_LENGTH] * np.sin(heading[i]) * phi
+        x = x + (points[i + 1, 1] - points[i, 1]) * phi
+        y = y - (points[i + 1, 0] - points[i, 0]) * phi
     return np.isfinite(phi)
 
 
@@ -117,7 +115,7 @@ def _potential(scene, base, heading, points, state, past, rate, inertia, force, 
     energy, count = add_contacts(table, faces, friction, points, state[0], state[1], force, stiffness)
     if inertia:
         energy += _add_inertia(table, points, past[1], rate, force, stiffness)
-    worst, own = _balance(table, base, heading, past[0], rate, force, residual)
+    worst, own = _balance(table, base, heading, points, past[0], rate, force, residual)
     return worst, energy + own, count
 
 
@@ -137,8 +135,8 @@ def _minimise(scene, base, now, place, state, past, rate, inertia, bold, toleran
     for _ in range(BOLD_ITERATIONS if bold else MAX_ITERATIONS):
         if worst < tolerance:
             break
-        if not _newton(table, now, rate, force, stiffness, residual, True, work, change):
-            _newton(table, now, rate, force, stiffness, residual, False, work, change)
+        if not _newton(table, place, rate, force, stiffness, residual, True, work, change):
+            _newton(table, place, rate, force, stiffness, residual, False, work, change)
         largest, slope = 0.0, 0.0
         for i in range(n):
             largest, slope = max(largest, abs(change[i])), slope + change[i] * residual[i]
@@ -163,6 +161,18 @@ def _minimise(scene, base, now, place, state, past, rate, inertia, bold, toleran
 
 
 @njit(**COMPILE)
+def _coast(table, base, heading, points, target, now):
+    """First guess of a moving antenna's headings: nodes go on with their velocities."""
+    x, y = base[0], base[1]
+    for i in range(table.shape[0]):
+        dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        ex, ey = target[i, 0] - x, target[i, 1] - y
+        turn = (ex * dy - ey * dx) / table[i, R_LENGTH] ** 2
+        now[i] = heading[i] + min(max(turn, -MAX_TURN), MAX_TURN)
+        x, y = target[i, 0], target[i, 1]
+
+
+@njit(**COMPILE)
 def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, bold, tolerance):
     """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
 
@@ -179,8 +189,9 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
         target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
         target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
     past = (old_angle, target)
-    start = heading + (base[2] - base[3])  # the whole antenna turns with its base, then relaxes
-    now, place = start.copy(), points.copy()
+    now, place = heading + (base[2] - base[3]), points.copy()  # first guess: the whole antenna turns with its base
+    if inertia:
+        _coast(table, base, heading, points, target, now)
     worst, count = _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance)
     if not worst < tolerance:
         return False, np.inf, count, 0.0
@@ -192,7 +203,7 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
             velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     add_contacts(table, faces, friction, place, anchor, pressed, force, stiffness)
-    static, _ = _balance(table, base, now, old_angle, 0.0, force, residual)
+    static, _ = _balance(table, base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
     move_anchors(table, faces, friction, points, anchor, pressed)
     return True, static, count, moved

@@ -6,7 +6,7 @@ from numba import njit
 from feeler.wall.rod import place_nodes, step
 from feeler.wall.table import COMPILE, F_LENGTH, F_NX, F_NY, F_X, F_Y, R_LENGTH, R_REST
 
-TOLERANCE = 1e-4  # rad; greatest out-of-balance torque over stiffness in a step
+TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 MAX_SPLITS = 4  # a step that fails is taken in 4, 16, … parts
 

@@ -19,6 +19,9 @@ GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
 SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
 
+# [C] the posture in which bodies follow by default: of those tried, the one whose map is nearly straight (docs/guide/wall.md)
+FOLLOWING = Posture(prebend="none", friction=0.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Controller:
@@ -93,7 +96,7 @@ def calibrate(
     It differs from the quasi-static map by the wall's drag. Distances without contact, or with the peak at the base
     hinge, are not fitted.
     """
-    posture = posture or Posture()
+    posture = posture or FOLLOWING
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
     sweep = approach(antenna, posture.replace(side="right"), distances)
     runs = [
@@ -141,7 +144,7 @@ def follow(
     InvalidInput
         The map is undefined (the antenna's peak does not move with distance), so there is nothing to steer by.
     """
-    posture, controller, course = posture or Posture(), controller or Controller(), course or Course()
+    posture, controller, course = posture or FOLLOWING, controller or Controller(), course or Course()
     if not (np.isfinite(speed) and speed > 0):
         raise InvalidInput(f"speed must be finite and > 0 mm/ms, got {speed}.")
     if not oracle:

@@ -1,0 +1,80 @@
+"""``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run along one."""
+
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler wall exponential linear constant
+
+  feeler wall exponential --reading total --friction 0 --prebend none --near 5 --far 16
+"""
+FOLLOW_EXAMPLES = """Examples:
+
+  feeler follow exponential --turn 45
+
+  feeler follow exponential --turn -30 --speed 0.6 --friction 0.3
+"""
+
+
+def wall(
+    antennas: Annotated[list[str] | None, typer.Argument(help="preset names")] = None,
+    angle: Annotated[float, typer.Option(help="inter-antennal angle [degrees]")] = 30.0,
+    reading: Annotated[str, typer.Option(help="angle from the midline, or total between both antennae")] = "midline",
+    prebend: Annotated[str, typer.Option(help="rest, placed, rotation or none")] = "rest",
+    friction: Annotated[float, typer.Option(help="of the wall")] = 0.3,
+    near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
+    far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
+    steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
+) -> None:
+    """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
+    import numpy as np
+
+    from feeler.antenna.presets import make_preset
+    from feeler.wall import Posture, approach, map_distance
+
+    posture = Posture(inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction)
+    typer.echo("antenna        contact  inverted  fitted      R²   slope   error mm  told apart mm")
+    for name in antennas or ["exponential", "linear", "constant", "matched"]:
+        sweep = approach(make_preset(name), posture, np.linspace(far, near, steps))
+        found = map_distance(sweep)
+        counts = f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d} {found.used.sum():7d}"
+        if found.undefined:
+            typer.echo(f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base hinge)")
+            continue
+        low, high = found.told_apart
+        typer.echo(f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.error:10.2f}  {low:.1f} to {high:.1f}")
+
+
+def follow(
+    antenna: Annotated[str, typer.Argument(help="preset name")] = "exponential",
+    turn: Annotated[float, typer.Option(help="turn of the wall [degrees], positive towards the body")] = 30.0,
+    speed: Annotated[float, typer.Option(help="[m/s]")] = 0.45,
+    target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
+    friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
+    oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
+) -> None:
+    """Run a body along a wall with one turn, steered by its antenna."""
+    from feeler.antenna.presets import make_preset
+    from feeler.wall import FOLLOWING, Controller, follow, make_turn
+
+    run = follow(
+        make_preset(antenna),
+        make_turn(turn),
+        posture=FOLLOWING.replace(friction=friction),
+        controller=Controller(target=target),
+        speed=speed,
+        oracle=oracle,
+    )
+    end = "ran into the wall" if run.collided else "passed"
+    typer.echo(
+        f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest {run.nearest:.2f} mm"
+        + ("" if oracle else f", estimate off by {run.estimate_error:.2f} mm (map R² {run.map.r2:.3f})")
+    )
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``wall`` and ``follow`` to the command line."""
+    app.command("wall", epilog=EXAMPLES)(wall)
+    app.command("follow", epilog=FOLLOW_EXAMPLES)(follow)

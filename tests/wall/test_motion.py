@@ -1,0 +1,118 @@
+"""A wall in motion, and a body that follows one."""
+
+import numpy as np
+import pytest
+
+from feeler.antenna.presets import cockroach
+from feeler.errors import InvalidInput
+from feeler.wall import FOLLOWING, Controller, Course, Posture, calibrate, drive, follow, make_turn, slide
+from feeler.wall.course import measure_distance
+from feeler.wall.runner import find_distance
+
+
+@pytest.mark.parametrize("profile", ["exponential", "constant"])
+def test_the_j_slides_and_stays(profile):
+    touch = slide(cockroach(profile), Posture(), (18.0, 12.0, 8.0), duration=60.0, timestep=0.1)
+    tip = touch.base_angle + np.stack([motion.angle.sum(axis=1) for motion in touch.motions])
+    assert np.all(np.cos(tip) < 0)
+    assert np.all(np.abs(np.stack([m.force[1:] for m in touch.motions])).max(axis=(1, 2)) > 0)
+
+
+def test_a_wall_sliding_on_the_left_is_the_mirror_image():
+    right, left = (slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1) for side in ("right", "left"))
+    np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
+
+
+def test_tensors_of_a_wall_keep_the_contract():
+    data = slide(cockroach(), Posture(), (16.0, 8.0), duration=10.0, timestep=0.1).make_dataset()
+    assert data["angle"].dims == ("trial", "sensor", "time")
+    assert data.sizes == {"trial": 2, "sensor": 56, "time": 10, "axis": 2}
+    assert data["distance"].values.tolist() == [16.0, 8.0]
+    assert set(data["feature"].values) == {"wall"}
+
+
+def test_a_slow_drive_passes_through_the_equilibria():
+    from feeler.wall import approach
+
+    posture = Posture(prebend="none", friction=0.0)
+    touch = drive(cockroach(), posture, far=14.0, near=10.0, speed=0.02, timestep=0.1)
+    still = approach(cockroach(), posture, [10.0])
+    gap = np.abs(touch.points[0, -1] - still.points[0]).max()
+    assert gap < 0.6
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"far": 5.0, "near": 10.0}, "far to near"), ({"near": 0.0}, "far to near"), ({"speed": 0.0}, "speed must be")],
+)
+def test_a_drive_that_goes_nowhere_is_refused(options, message):
+    with pytest.raises(InvalidInput, match=message):
+        drive(cockroach(), Posture(), **options)
+
+
+def test_distance_from_a_course_by_hand():
+    towards, away = make_turn(45.0, (100.0, 100.0)), make_turn(-45.0, (100.0, 100.0))
+    np.testing.assert_allclose(towards.measure([[-5.0, 50.0], [3.0, 50.0]]), [5.0, -3.0])
+    np.testing.assert_allclose(away.measure([[-3.0, 104.0]]), [5.0])  # from the corner itself
+    direction = np.array([-np.sin(np.pi / 4), np.cos(np.pi / 4)])
+    on_second = np.array([0.0, 100.0]) + 50 * direction + 7 * np.array([-direction[1], direction[0]])
+    np.testing.assert_allclose(towards.measure([on_second]), [7.0])
+
+
+def test_both_distance_functions_agree():
+    rng = np.random.default_rng(3)
+    faces = Course(lengths=(80.0, 60.0, 80.0), turns=(30.0, -45.0)).make_faces()
+    points = rng.uniform([-60, 0], [30, 200], (50, 2))
+    np.testing.assert_allclose([find_distance(faces, *p) for p in points], measure_distance(faces, points), atol=1e-12)
+
+
+def test_corners_turn_towards_and_away():
+    np.testing.assert_allclose(make_turn(90 - 45, (50.0, 50.0)).corners[-1], [-50 / 2**0.5, 50 + 50 / 2**0.5])
+    np.testing.assert_allclose(make_turn(-30, (50.0, 50.0)).corners[-1], [25.0, 50 + 25 * 3**0.5])
+
+
+@pytest.fixture(scope="module")
+def known():
+    return calibrate(cockroach(), FOLLOWING, np.arange(8.0, 17.0, 2.0))
+
+
+def test_the_running_map_is_nearly_straight(known):
+    assert known.r2 > 0.98 and known.monotone
+
+
+def test_a_straight_wall_is_kept(known):
+    run = follow(cockroach(), Course(lengths=(150.0,), turns=()), distance_map=known)
+    assert not run.collided and run.error < 1.0
+
+
+@pytest.mark.parametrize("turn", [30.0, -30.0])
+def test_a_turn_is_followed(known, turn):
+    run = follow(cockroach(), make_turn(turn), distance_map=known)
+    assert not run.collided and run.error < 3.5
+    assert abs(np.degrees(run.body[-1, 2]) + turn) < 15.0  # it now runs along the second face
+
+
+def test_steering_by_the_truth_needs_no_map():
+    run = follow(cockroach("constant"), make_turn(-30.0), oracle=True)
+    assert run.map is None and not run.collided and run.error < 3.0
+
+
+def test_without_a_map_there_is_nothing_to_steer_by():
+    with pytest.raises(InvalidInput, match="no map to steer by"):
+        follow(cockroach("constant"), make_turn(30.0))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Course(lengths=(100.0,), turns=(30.0,)), "one turn fewer"),
+        (lambda: Course(lengths=(5.0,), turns=()), "> 10 mm"),
+        (lambda: make_turn(85.0), "±80"),
+        (lambda: Controller(target=0.0), "target must be finite and > 0"),
+        (lambda: Controller(delay=-1.0), "delay must be finite and ≥ 0"),
+        (lambda: follow(cockroach(), speed=0.0), "speed must be"),
+    ],
+)
+def test_bad_courses_and_controllers_are_named(make, message):
+    with pytest.raises(InvalidInput, match=message):
+        make()

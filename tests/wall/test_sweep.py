@@ -1,0 +1,167 @@
+"""A wall approaches: equilibria, the inverted J, mirror images, bad input."""
+
+import numpy as np
+import pytest
+
+from feeler.antenna import Antenna
+from feeler.antenna.presets import cockroach
+from feeler.errors import InvalidInput
+from feeler.physics.clock import Clock
+from feeler.physics.engine import get_engine
+from feeler.physics.scene import Scene
+from feeler.touch.feature import Wall
+from feeler.wall import DISTANCES, Posture, approach
+
+FEW = (22.0, 16.0, 10.0, 6.0)
+
+
+@pytest.fixture(scope="module")
+def uniform() -> Antenna:
+    return Antenna(segment_length=np.full(40, 1.0), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2, sensors=None)
+
+
+@pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
+@pytest.mark.parametrize("reading", ["midline", "total"])
+def test_inverted_j_stands_at_every_distance_in_contact(profile, reading):
+    sweep = approach(cockroach(profile), Posture(reading=reading), DISTANCES[::2])
+    assert sweep.contact.sum() >= 5
+    assert np.array_equal(sweep.inverted, sweep.contact)
+    tip = sweep.posture.base_angle + sweep.angle.sum(axis=1)
+    assert np.all(np.cos(tip[sweep.contact]) < 0)
+
+
+def test_no_node_is_behind_the_wall(uniform):
+    sweep = approach(uniform, Posture(friction=0.0), FEW)
+    deepest = sweep.points[:, 1:, 0].max(axis=1) + 0.1 - sweep.distance
+    assert np.all(deepest[sweep.contact] < 0.02)
+    assert np.all(deepest[sweep.contact] > -1e-9)
+
+
+def test_equilibrium_minimises_energy_among_shapes_in_front_of_the_wall(uniform):
+    """A random small change that does not push any touching node into the wall cannot lower the energy."""
+    sweep = approach(uniform, Posture(prebend="none", friction=0.0), [12.0])
+    rng = np.random.default_rng(4)
+    energy = 0.5 * np.sum(uniform.stiffness * sweep.angle[0] ** 2)
+    edge = sweep.points[0, :, 0].max()
+    lower = 0
+    for _ in range(400):
+        angle = sweep.angle[0] + 1e-3 * rng.standard_normal(40)
+        x = uniform.shape(angle, base_angle=sweep.posture.base_angle)[:, 0]
+        lower += x.max() <= edge and 0.5 * np.sum(uniform.stiffness * angle**2) < energy * (1 - 1e-6)
+    assert lower == 0
+
+
+def test_tip_load_of_a_straight_antenna_matches_the_small_bend_of_a_cantilever(uniform):
+    """Only the tip touches: θ_n is the tip force times its lever over k, so θ_n is linear in the distance along the tip."""
+    reach = uniform.length * np.sin(np.radians(30))
+    sweep = approach(uniform, Posture(prebend="none", friction=0.0), [reach - 0.2])
+    points = sweep.points[0]
+    lever = points[-1, 1] - points[:-1, 1]  # of a force across the wall
+    force = -uniform.stiffness * sweep.angle[0] / lever
+    np.testing.assert_allclose(force, force[0], rtol=1e-3)
+    assert force[0] > 0
+
+
+def test_frictionless_equilibrium_does_not_depend_on_the_distances_visited_before():
+    antenna = cockroach("linear")
+    posture = Posture(friction=0.0)
+    many, one = approach(antenna, posture, (22.0, 18.0, 14.0, 10.0)), approach(antenna, posture, [10.0])
+    np.testing.assert_allclose(many.angle[-1], one.angle[0], atol=2e-5)
+
+
+@pytest.mark.parametrize("prebend", ["rest", "none"])
+def test_left_is_the_mirror_image_of_right(prebend):
+    antenna = cockroach()
+    right, left = (approach(antenna, Posture(side=side, prebend=prebend), FEW) for side in ("right", "left"))
+    assert np.array_equal(left.angle, -right.angle)
+    np.testing.assert_allclose(left.points, right.points * [-1, 1], atol=1e-12)
+
+
+def test_a_straight_antenna_laid_in_a_j_unfolds_without_friction_and_stays_with_it():
+    antenna = cockroach()
+    loose, held = (
+        approach(antenna, Posture(prebend="placed", friction=friction), (18.0, 16.0, 14.0)) for friction in (0.0, 1.0)
+    )
+    assert loose.contact.all() and not loose.inverted.any()
+    assert held.inverted.all()
+
+
+def test_beyond_reach_nothing_is_touched_and_nothing_bends():
+    sweep = approach(cockroach(), Posture(), (40.0, 30.0))
+    assert not sweep.contact.any() and not sweep.inverted.any()
+    np.testing.assert_allclose(sweep.bend, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("posture", [Posture(friction=0.0), Posture(prebend="none", friction=0.0)], ids=["hook", "straight"])
+def test_static_answer_is_where_the_simulated_antenna_stays(posture):
+    """The chain engine (MuJoCo's equations) starts at the equilibrium and moves only by the softness of its contact."""
+    sweep = approach(cockroach(), posture, [12.0])
+    angle = _simulate(sweep, "chain", 150.0)
+    move = np.abs(angle[-1].cumsum() - sweep.angle[0].cumsum()).max()
+    assert move < np.radians(2.0)
+    assert np.abs(angle[-1] - angle[-20]).max() < 1e-3  # and it has come to rest
+
+
+@pytest.mark.slow
+def test_static_answer_is_where_mujoco_ends_up():
+    sweep = approach(cockroach(), Posture(prebend="none", friction=0.0), [12.0])
+    angle = _simulate(sweep, "mujoco", 100.0)
+    assert np.abs(angle[-1].cumsum() - sweep.angle[0].cumsum()).max() < np.radians(2.0)
+
+
+def _simulate(sweep, engine: str, duration: float) -> np.ndarray:
+    scene = Scene(
+        antenna=sweep.antenna,
+        feature=Wall(),
+        origin=(float(sweep.distance[0]), 0.0),
+        forward=(-1.0, 0.0),
+        friction=0.0,
+        base_angle=sweep.posture.base_angle,
+        angle=sweep.angle[0],
+    )
+    return get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.05))[0].angle
+
+
+@pytest.mark.parametrize(
+    ("distances", "message"),
+    [
+        ([], "at least one distance"),
+        ([10.0, 0.0], "behind the body"),
+        ([-3.0], "behind the body"),
+        ([np.nan], "behind the body"),
+        ([0.1], "starts inside the wall"),
+    ],
+)
+def test_bad_distances_are_named(distances, message):
+    with pytest.raises(InvalidInput, match=message):
+        approach(cockroach(), Posture(), distances)
+
+
+def test_a_fold_that_starts_inside_the_wall_is_refused():
+    with pytest.raises(InvalidInput, match="starts inside the wall"):
+        approach(cockroach(), Posture(prebend="placed", fold_radius=8.0), [12.0])
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("inter_antennal_angle", 0.0, r"in \(0, 90\] degrees"),
+        ("inter_antennal_angle", 91.0, r"in \(0, 90\] degrees"),
+        ("inter_antennal_angle", np.nan, r"in \(0, 90\] degrees"),
+        ("reading", "both", "midline, total"),
+        ("prebend", "curled", "rest, placed, rotation, none"),
+        ("side", "up", "left, right"),
+        ("friction", -0.1, "≥ 0"),
+        ("hook_share", 0.0, "fraction of the length"),
+        ("tip_heading", 90.0, r"in \(90, 180\]"),
+        ("fold_radius", 0.0, "> 0 mm"),
+    ],
+)
+def test_bad_postures_are_named(field, value, message):
+    with pytest.raises(InvalidInput, match=message):
+        Posture(**{field: value})
+
+
+@pytest.mark.parametrize(("reading", "degrees"), [("midline", 30.0), ("total", 15.0)])
+def test_both_readings_of_the_angle(reading, degrees):
+    assert np.isclose(np.degrees(Posture(reading=reading).base_angle), degrees)
