@@ -55,7 +55,7 @@ def test_components_have_unit_length_and_run_from_base_to_tip(fitted):
 
 def test_planted_bases_come_back(planted):
     tensors, bases, _ = planted
-    model = ConvolutiveNMF(3, 12, None, n_restarts=4, random_state=0, tol=1e-3).fit(tensors)
+    model = ConvolutiveNMF(3, 12, None, n_restarts=4, random_state=0, tol=3e-3).fit(tensors)
     assert match_components(bases, model.components_)[1].min() > 0.99
     assert model.relative_residual_ < 0.1
 
@@ -141,7 +141,7 @@ def test_code_of_a_scaled_data_set_after_a_new_fit(touches):
 def test_ridge_code_does_not_depend_on_where_it_starts_and_moves_little(touches, fitted):
     """Strict convexity: half the tensor's change bounds the code's; and the optimality conditions hold."""
     bump = 1e-6 * np.random.default_rng(0).random(touches.shape)
-    codes = [encode(t, fitted.components_, "ridge", tol=1e-10, max_sweeps=50000)[0] for t in (touches, touches + bump)]
+    codes = [encode(t, fitted.components_, "ridge")[0] for t in (touches, touches + bump)]
     bound = np.linalg.norm(bump) * np.sqrt(3 * 12) / 0.1
     assert np.linalg.norm(codes[0] - codes[1]) < bound
     rest = touches - reconstruct(fitted.components_, codes[0])

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from feeler.encoding import reconstruct
-from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations, solve_nonnegative
+from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations
 from feeler.encoding.bases import multiply_bases
 from feeler.encoding.convolution import invert_spectra
 from feeler.encoding.factorise import Data, Settings, factorise
 from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
+from feeler.encoding.least_squares import MOST_PIVOTS, solve_nonnegative
 from feeler.encoding.sparseness import l1_of_unit_vector
 
 SHAPES = [(2, 3, 4, 5, 11), (1, 2, 3, 6, 6), (3, 2, 3, 1, 7), (2, 2, 3, 6, 8), (2, 1, 4, 9, 30)]
@@ -119,14 +120,14 @@ def test_projected_step_equals_the_obvious_one(joint):
     np.testing.assert_allclose(activations, expected, atol=1e-12)
 
 
-def test_coordinate_descent_finds_the_nonnegative_least_squares():
+def test_pivoting_finds_the_nonnegative_least_squares():
     from scipy.optimize import nnls
 
     rng = np.random.default_rng(2)
     tensors, bases = rng.random((2, 6, 20)), rng.random((2, 6, 4))
     design = np.stack([loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1)
     activations = np.zeros((2, 2, 20))
-    solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations, 20000, 1e-12)
+    assert solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations) < MOST_PIVOTS
     for code, tensor in zip(activations, tensors, strict=True):
         np.testing.assert_allclose(code.ravel(), nnls(design, tensor.ravel())[0], atol=1e-8)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from feeler.encoding.gram import add_convolved, add_shifted_kernel
+from feeler.encoding.gram import add_convolved
 from feeler.encoding.sparseness import project_row
 
 
@@ -130,41 +130,3 @@ def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, ro
             if k != m:
                 add_convolved(kernel[k, m], edge[k, m], change[n], first, stop, pulled[n, k])
     return fall
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def solve_nonnegative(seen, kernel, edge, activations, max_sweeps, tol):
-    """Coordinate descent for min ½ h·G h − A·h over h ≥ 0, trial by trial, in place; returns the most sweeps any
-    trial took.
-
-    Ends when no coordinate's step exceeds tol times the trial's largest activation.
-    """
-    n_trials, n_components, n_times = activations.shape
-    n_lags = edge.shape[2]
-    slope = np.empty((n_components, n_times))
-    most = 0
-    for n in range(n_trials):
-        h = activations[n]
-        apply_gram(kernel, edge, h, slope)
-        slope -= seen[n]
-        sweep = 0
-        while sweep < max_sweeps:
-            sweep += 1
-            largest, top = 0.0, 0.0
-            for t in range(n_times):
-                left = min(n_times - 1 - t, n_lags - 1)
-                for m in range(n_components):
-                    diagonal = edge[m, m, left, left]
-                    if diagonal == 0.0:
-                        continue
-                    delta = max(h[m, t] - slope[m, t] / diagonal, 0.0) - h[m, t]
-                    top = max(top, h[m, t])
-                    if delta != 0.0:
-                        largest = max(largest, abs(delta))
-                        h[m, t] += delta
-                        for k in range(n_components):
-                            add_shifted_kernel(kernel[k, m], edge[k, m], delta, t, n_lags, slope[k])
-            if largest <= tol * top:
-                break
-        most = max(most, sweep)
-    return most

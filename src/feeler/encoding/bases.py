@@ -31,6 +31,7 @@ def multiply_bases(
     pulled = flat @ square
     for _ in range(n_sweeps):
         flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
+        flat[flat < 1e-50 * flat.max()] = 0  # fading for ever, such numbers end up slowing the processor
         pulled = flat @ square
     bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))

@@ -4,12 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from feeler.encoding.activations import descend_activations, solve_nonnegative
+from feeler.encoding.activations import descend_activations
 from feeler.encoding.convolution import compute_spectra, correlate_with_bases, fourier_length, invert_spectra
 from feeler.encoding.gram import compute_basis_gram
+from feeler.encoding.least_squares import MOST_PIVOTS, polish_nonnegative, solve_nonnegative
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 
 BLOCK = 8  # trials per task [C]
+POLISH = 300  # steps of the code without a ridge [C]: the residual then moves by less than 1e-4 of itself
 
 
 def encode(
@@ -19,55 +21,53 @@ def encode(
     *,
     sparseness: float | None = 0.8,
     ridge: float = 0.1,
-    max_sweeps: int = 2000,
-    tol: float | None = None,
+    max_sweeps: int = 500,
+    tol: float = 1e-5,
     run: Callable = map,
-) -> tuple[np.ndarray, int]:
+) -> tuple[np.ndarray, bool]:
     """Activations (trial, component, time) of tensors (trial, sensor, time) on bases (component, sensor, lag).
 
     Parameters
     ----------
     code : which code.
-        "nonnegative": h ≥ 0 with the least ½‖V − V̂‖². Convex, but where bases are smooth several h do almost as well.
-        "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖². Strictly convex: one answer, and one that moves
-            little
-        when the tensor does. ‖W‖² is the mean squared length of a basis, so that ridge has no unit.
-        "sparse": least ½‖V − V̂‖² among activations whose every row has exactly this sparseness (or is zero), by
-            projected
-        gradient from the projection of a roughly solved ridge code. Not convex: a fixed start makes it one answer,
-        not the best one.
-    max_sweeps, tol : end after this many sweeps, or when one changes no activation by more than tol times the trial's
-        largest (None: 1e-4); for the sparse code, when one lowers the loss by less than tol times what the code
-        explains (None: 1e-5).
+        "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖², ‖W‖² the mean squared length of a basis, so that
+        ridge has no unit. Strictly convex: one answer, solved exactly, and one that moves little when the tensor does.
+        "nonnegative": towards the least ‖V − V̂‖ over h ≥ 0, by 300 accelerated gradient steps from the ridge code.
+        Where bases are smooth, very different h do almost as well; the fixed start and number of steps make it one.
+        "sparse": the least ½‖V − V̂‖² among activations whose every row has exactly this sparseness, or is zero; by
+        projected gradient from the projected ridge code. Not convex: the fixed start makes it one answer, not the best.
+    max_sweeps, tol : the sparse code ends after this many sweeps, or when one lowers the loss by less than tol times
+        what the code explains.
 
     Returns
     -------
-    activations, and the most sweeps any trial took; max_sweeps means that some trial did not reach tol.
+    activations, and whether all trials got there.
     """
     n_trials, _, n_times = tensors.shape
     n_components, _, n_lags = components.shape
     length = fourier_length(n_times, n_lags)
     basis_spectra = compute_spectra(components, length)
     kernel, edge = compute_basis_gram(components)
-    padded = (kernel, edge) if code == "nonnegative" else _add_ridge(kernel, edge, ridge)
+    ridged = _add_ridge(kernel, edge, ridge)
     l1 = l1_of_unit_vector(n_times, sparseness) if code == "sparse" else 0.0
-    if tol is None:
-        tol = 1e-5 if code == "sparse" else 1e-4
     activations = np.zeros((n_trials, n_components, n_times))
 
-    def encode_block(block: slice) -> int:
+    def encode_block(block: slice) -> bool:
         rows = activations[block]
         seen = np.concatenate([_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]])
-        sweeps = solve_nonnegative(seen, *padded, rows, max_sweeps, 1e-2 if code == "sparse" else tol)
+        solved = solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
+        if code == "nonnegative":
+            polish_nonnegative(seen, kernel, edge, rows, POLISH)
         if code != "sparse":
-            return sweeps
+            return solved
         for trial in rows:
             for row in trial:
                 project_row(row.copy(), l1, row)
-        return descend_activations(seen, kernel, edge, rows, np.ones(rows.shape[:2]), l1, False, max_sweeps, tol)
+        steps = np.ones(rows.shape[:2])
+        return descend_activations(seen, kernel, edge, rows, steps, l1, False, max_sweeps, tol) < max_sweeps
 
     blocks = [slice(start, start + BLOCK) for start in range(0, n_trials, BLOCK)]
-    return activations, max(run(encode_block, blocks))
+    return activations, all(list(run(encode_block, blocks)))
 
 
 def _see_alone(tensor: np.ndarray, basis_spectra: np.ndarray, length: int) -> np.ndarray:

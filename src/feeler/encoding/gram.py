@@ -28,29 +28,12 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     edge = np.ascontiguousarray(products)
     for i in range(1, n_lags):
         edge[:, :, i, 1:] += edge[:, :, i - 1, :-1]
+    edge[edge < 1e-50 * edge.max()] = 0  # products of fading numbers slow the processor, and change nothing
     kernel = np.empty((n_components, n_components, 2 * n_lags - 1))
     # m starts d after k: with k at the last full place (j = L − 1), m stands at i = L − 1 − d
     kernel[:, :, n_lags - 1 :] = edge[:, :, ::-1, n_lags - 1]
     kernel[:, :, : n_lags - 1] = edge[:, :, n_lags - 1, : n_lags - 1]
     return kernel, edge
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def add_shifted_kernel(kernel, edge, value, place, n_lags, out):
-    """out(s) += value · ⟨basis m at s, basis k at `place`⟩ for every s; kernel, edge: those of the pair (m, k)."""
-    n_times = out.size
-    last_full = n_times - n_lags
-    first = max(0, place - n_lags + 1)
-    if place <= last_full:
-        row = kernel[first - place + n_lags - 1 :]
-        for s in range(place + n_lags - first):
-            out[first + s] += value * row[s]
-        return
-    for s in range(first, last_full + 1):
-        out[s] += value * kernel[s - place + n_lags - 1]
-    j = n_times - 1 - place
-    for s in range(max(last_full + 1, 0), n_times):
-        out[s] += value * edge[n_times - 1 - s, j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})  # fused multiply-add: half the instructions

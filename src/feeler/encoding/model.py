@@ -141,14 +141,14 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         check_is_fitted(self, "components_")
         tensors = self._check_against_bases(as_tensors(X))
         code = self._choose_code(code)
-        max_sweeps = 2000
         with open_pool(_count_threads(self.n_jobs)) as run:
-            fixed = {"sparseness": self.sparseness, "ridge": self.ridge, "max_sweeps": max_sweeps}
-            activations, sweeps = encode(tensors, self.components_, code, **fixed, run=run)
-        if sweeps >= max_sweeps and code != "nonnegative" and self.warn:
+            activations, settled = encode(
+                tensors, self.components_, code, sparseness=self.sparseness, ridge=self.ridge, run=run
+            )
+        if not settled and self.warn:
             warnings.warn(
-                f"The {code} code of some trial still moved after {max_sweeps} sweeps. A larger ridge (now "
-                f"{self.ridge}) makes the problem better posed.",
+                f"The {code} code of some trial still moved when it was stopped; it may be less than the best. The "
+                "ridge code with a larger ridge is better posed.",
                 ConvergenceWarning,
                 stacklevel=3,
             )
