@@ -26,6 +26,11 @@ def make_lda(n_components: int | None = N_COMPONENTS) -> Pipeline:
     return make_pipeline(lda) if n_components is None else make_pipeline(PrincipalComponents(n_components), lda)
 
 
+def make_fitting_lda(n_trials: int, n_copies: int) -> Pipeline:
+    """``make_lda`` with as many of the 30 components as ``n_copies`` of ``n_trials`` can give."""
+    return make_lda(min(N_COMPONENTS, n_trials * n_copies - 1))
+
+
 def make_svm(n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0) -> Pipeline:
     """Principal components, one common scale, support vector machine one-vs-one (the paper's, for the robot).
 

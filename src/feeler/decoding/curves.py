@@ -8,7 +8,7 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.decoding.baseline import PeakEncoder
-from feeler.decoding.classifiers import make_lda
+from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode, make_null
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
@@ -111,13 +111,13 @@ def _sweep_kind(codes, labels, kind, peak, plan: Plan, random_state) -> dict[Cur
             }
             found[Curve(name, kind, level, plan.n_copies)] = compute_sweep(
                 array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
-                estimator=_fit_lda(len(labels), plan.n_copies), **options,
+                estimator=make_fitting_lda(len(labels), plan.n_copies), **options,
             )  # fmt: skip
             if level == "relative":
                 for n in plan.other_copies:
                     found[Curve(name, kind, level, n)] = compute_sweep(
                         array, labels, ratios=(plan.probe,), n_copies=n, n_repeats=plan.other_repeats,
-                        estimator=_fit_lda(len(labels), n), **options,
+                        estimator=make_fitting_lda(len(labels), n), **options,
                     )  # fmt: skip
     return found
 
@@ -138,7 +138,7 @@ def _sweep_before(groups, kinds, plan: Plan, random_state) -> dict[Curve, Sweep]
                 found[Curve(name, kind, level, plan.before_copies, "before")] = compute_sweep(
                     group.tensors, group.labels, ratios=(plan.probe,), n_copies=plan.before_copies,
                     n_repeats=plan.before_repeats, level="tensor" if level == "relative" else "common", reference=peak,
-                    encode=encode_noisy, estimator=_fit_lda(len(group.labels), plan.before_copies),
+                    encode=encode_noisy, estimator=make_fitting_lda(len(group.labels), plan.before_copies),
                     random_state=random_state,
                 )  # fmt: skip
     return found
@@ -166,7 +166,3 @@ def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 
         estimator=make_lda(None),
         random_state=random_state,
     )
-
-
-def _fit_lda(n_trials: int, n_copies: int):
-    return make_lda(min(30, n_trials * n_copies - 1))

@@ -18,6 +18,7 @@ from feeler.decoding import (
     make_codes,
     make_labels,
 )
+from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import LEVELS, Curves, Group, compute_curves
 from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
@@ -97,7 +98,7 @@ def compute(
     """
     plan = get_plan(scale)
     groups = make_groups(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
-    report(f"encoded {len(groups['speed'])} speeds and {len(groups['profile'])} antennas")
+    report("encoded " + ", ".join(name for members in groups.values() for name in members))
     claimed = {c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES)) for c, g in groups.items()}
     kinds = {c: {k: {n: g.codes[k] for n, g in gs.items()} for k in CODES} for c, gs in groups.items()}
     dispersion = figS6.compute(kinds, claimed, random_state=random_state)
@@ -215,7 +216,9 @@ def compute_splits(
         accuracies = {}
         for name, group in members.items():
             feature, size, location = np.array([label.rsplit(" ", 2) for label in group.labels]).T
-            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, **options)
+            most = np.unique(size, return_counts=True)[1].min()
+            lda = make_fitting_lda(int(most), plan.n_copies)
+            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, estimator=lda, **options)
             accuracies[name] = float(np.mean([sweep.clean.mean() for sweep in folds.values()]))
         found[f"by {comparison}, the other size trained, tensors (chance {100 / 15:.0f} %)"] = accuracies
     if jitter is None or "profile" not in groups:
@@ -227,7 +230,8 @@ def compute_splits(
             speed = np.asarray(tensors[name]["speed"])
             labels = make_labels(tensors[name])[speed == speed.min()]
             shifted = np.maximum(jitter(name, *shift)[quantity].values, 0.0) / peak
-            sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), **options)
+            lda = make_fitting_lda(len(group.labels), plan.n_copies)
+            sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), estimator=lda, **options)
             accuracies[name] = float(sweep.clean.mean())
         found[f"by profile, {title}, tensors"] = accuracies
     return found

@@ -1,0 +1,51 @@
+"""``feeler compare``: antennas side by side on the same touches."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler compare exponential constant
+
+  feeler compare exponential mine.toml --out mine.html --scale quick
+"""
+
+
+def compare(
+    antennas: Annotated[list[str], typer.Argument(help="presets or antenna files (TOML), at least two")],
+    out: Annotated[Path, typer.Option(help="page to write")] = Path("out/compare.html"),
+    scale: Annotated[str, typer.Option(help="smoke, quick or paper")] = "quick",
+    seed: Annotated[int, typer.Option(help="seed of noise and encoder")] = 0,
+) -> None:
+    """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
+    from feeler.cli.choose import choose_antenna
+    from feeler.errors import InvalidInput
+    from feeler.experiment.touch import touch
+    from feeler.paper.compare import compare as compute
+    from feeler.paper.compare import write_page
+    from feeler.paper.encoder import make_encoder
+    from feeler.paper.trials import SPEEDS, trials
+
+    if len(set(antennas)) < 2:
+        raise InvalidInput(
+            "give at least two different antennas to compare, as in: feeler compare exponential constant."
+        )
+    chosen = {Path(name).stem if name.endswith(".toml") else name: choose_antenna(name) for name in antennas}
+    if len(chosen) < len(set(antennas)):
+        raise InvalidInput(f"two antennas have the same name ({', '.join(antennas)}); rename one of the files.")
+    touches = trials((SPEEDS["slow"],))
+    tensors = {}
+    for name, antenna in chosen.items():
+        tensors[name] = touch(antenna, touches, seed=seed)
+        typer.echo(f"{name}: touched {len(touches)} times")
+    data = compute(tensors, make_encoder(scale, random_state=seed), scale=scale, random_state=seed, report=typer.echo)
+    for title, *cells in data.list_rows():
+        typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
+    typer.echo(f"page: {write_page(data, out)}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``compare`` to the command line."""
+    app.command("compare", epilog=EXAMPLES)(compare)

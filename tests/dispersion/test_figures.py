@@ -1,0 +1,113 @@
+"""Figures 5 and S6, the comparison page and the network's absence, on small planted tensors."""
+
+import matplotlib
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from sklearn.base import BaseEstimator
+
+from feeler.decoding.plan import Plan
+from feeler.errors import InvalidInput
+from feeler.paper import compare, fig5, figS6
+
+matplotlib.use("Agg")
+PLAN = Plan(ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True)
+
+
+class SumEncoder(BaseEstimator):
+    """Stands in for the convolutive NMF."""
+
+    def __init__(self, n_restarts=1, random_state=None):
+        self.n_restarts = n_restarts
+        self.random_state = random_state
+
+    def fit(self, X):
+        self.components_ = X[:3, :, :5] + 1e-3
+        self.activations_ = X.reshape(len(X), 3, -1, X.shape[2]).sum(axis=2)
+        return self
+
+    def transform(self, X, *, code):
+        return X.reshape(len(X), 3, -1, X.shape[2]).sum(axis=2)
+
+
+def make_tensors(spread, speeds=(0.6, 0.06)):
+    """Slow touches and large ``spread`` set the stimuli apart in time."""
+    grid = [(f, s, x, v) for v in speeds for x in (0.5, 0.7, 0.9) for s in (1.5, 3.0) for f in ("ball", "box")]
+    feature, size, location, speed = (np.array(column) for column in zip(*grid, strict=True))
+    shift = 8 + spread * np.where(speed < 0.1, 1.0, 0.2) * (np.arange(len(grid)) % 12)
+    time, sensor = np.arange(40), np.arange(12)
+    rows = np.exp(-0.5 * ((sensor - 12 * location[:, None]) / 2) ** 2)
+    angle = rows[:, :, None] * np.exp(-0.5 * ((time - shift[:, None]) / 2) ** 2)[:, None, :]
+    coordinates = {"feature": feature, "size": size, "location": location, "speed": speed}
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), angle)}, {k: ("trial", v) for k, v in coordinates.items()}
+    )
+
+
+@pytest.fixture(scope="module")
+def tensors():
+    return {"exponential": make_tensors(2.0), "linear": make_tensors(0.8), "constant": make_tensors(0.1)}
+
+
+@pytest.fixture(scope="module")
+def data(tensors):
+    return fig5.compute(tensors, SumEncoder(), scale=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name]))
+
+
+def pick_slow(tensors):
+    return tensors.isel(trial=tensors["speed"].values < 0.1)
+
+
+def test_planted_orders_are_found_and_put_into_words(data):
+    words = {(v.claim, v.measure): v.word for v in data.dispersion.verdicts}
+    assert words[figS6.CLAIMS["speed"], "MSE of raw"] == "agrees"
+    assert words[figS6.CLAIMS["profile"], "MSE of raw"] == "agrees"
+    text = data.describe()
+    for part in ("variance that 30 components keep", "null", "unseen touches, by profile", "wrong in", "copies"):
+        assert part in text
+
+
+def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
+    listed = fig5.list_groups(tensors)
+    assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
+    assert list(listed["profile"]) == ["exponential", "linear", "constant"]
+    labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
+    assert len(set(labels)) == 1 and len(labels[0]) == 12
+
+
+def test_jittered_touches_that_did_not_move_are_recognised(data):
+    shifted = next(v for split, v in data.splits.items() if "place shifted" in split)
+    assert shifted["exponential"] > 0.9
+
+
+@pytest.mark.parametrize("plot", [lambda d, f: fig5.plot(d, f), lambda d, f: figS6.plot(d.dispersion, f)])
+def test_figures_draw_every_group(data, plot):
+    figure = Figure(figsize=(9, 9))
+    plot(data, figure)
+    written = {t.get_text() for ax in figure.findobj(matplotlib.axes.Axes) for t in ax.findobj(matplotlib.text.Text)}
+    assert {"exponential", "linear", "constant", "0.06 m/s", "0.6 m/s"} <= written
+
+
+def test_one_antenna_alone_still_has_its_speeds(tensors):
+    data = fig5.compute({"mine": tensors["linear"]}, SumEncoder(), scale=PLAN, reference="mine")
+    assert list(data.curves) == ["speed"]
+    fig5.plot(data, Figure())
+
+
+def test_comparison_page_is_whole(tensors, tmp_path):
+    found = compare.compare({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), scale=PLAN)
+    page = compare.write_page(found, tmp_path / "sub" / "page.html").read_text()
+    assert "&lt;a&gt; against b" in page and "data:image/png;base64," in page and "http" not in page
+    assert all(title.split(" (")[0].split(",")[0] in page for title, *_ in found.list_rows())
+    row = {title: cells for title, *cells in found.list_rows()}
+    assert float(row["accuracy, tensors, common noise (%)"][0]) > float(row["accuracy, tensors, common noise (%)"][1])
+
+
+def test_bad_input_is_refused(tensors):
+    with pytest.raises(InvalidInput, match="at least two antennas"):
+        compare.compare({"a": tensors["linear"]}, SumEncoder())
+    with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"):
+        fig5.compute(tensors, SumEncoder(), reference="x")
+    with pytest.raises(InvalidInput, match="did any contact"):
+        fig5.list_groups({"exponential": 0 * tensors["linear"]})
