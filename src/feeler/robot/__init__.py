@@ -8,6 +8,7 @@ from feeler.robot.hinge import FACTS, Hinges, make_hinges
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import (
     Touches,
+    add_robots,
     align_recordings,
     draw_robots,
     make_decoder,
@@ -39,6 +40,7 @@ __all__ = [
     "SensorCalibration",
     "Surrogate",
     "Touches",
+    "add_robots",
     "align_recordings",
     "compute_comparison",
     "compute_tip",

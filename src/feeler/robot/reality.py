@@ -85,6 +85,17 @@ def make_training(
     return touches.take(np.flatnonzero(touches.aligned.touched))
 
 
+def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[Trial] | None = None) -> Touches:
+    """The training set with the touches of whole surrogate robots added: randomisation of the sensing as well.
+
+    Draw these robots with a seed of their own; a robot that is tested must not be among them.
+    """
+    trials = make_touches() if trials is None else list(trials)
+    for robot in robots:
+        training = training.join(read_touches(robot, trials, training.antenna))
+    return training.take(np.flatnonzero(training.aligned.touched))
+
+
 def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
     antenna = make_robot() if antenna is None else antenna
