@@ -8,6 +8,15 @@ from feeler.antenna.modes import compute_modes
 from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
 from feeler.errors import InvalidInput
 
+_LINEAR = (
+    "fitted to the reconstructed targets, hinges nowhere softer than the exponential tip: error 1.57 (21.0 Hz, ζ 0.58; "
+    "deflection ratios 0.55 and 0.77 instead of 0.22 and 0.55)"
+)
+_CONSTANT = (
+    "fitted to the reconstructed targets: error 1.88 (18.4 Hz, ζ 0.55; deflection ratios 0.62 and 0.81 instead of 0.22 "
+    "and 0.55)"
+)
+
 FACTS: dict[str, Fact] = {
     "n_segments": Fact(value=140, unit="1", tag="P+A", note="rigid links, hinge n proximal to link n"),
     "length": Fact(value=42.0, unit="mm", tag="D", note="±0.5; the proximal 5 mm are held in forceps"),
@@ -16,15 +25,24 @@ FACTS: dict[str, Fact] = {
     "segment_length_slope": Fact(value=11.06, unit="1", tag="D"),
     "segment_length_centre": Fact(value=0.377, unit="1", tag="D"),
     "collision_radius": Fact(value=0.225, unit="mm", tag="D", note="constant [P]; 0.22 to 0.23 [D]"),
-    "radius_base": Fact(value=0.20, unit="mm", tag="D", note="of the mass profile; (0.15, 0.055) and (0.25, 0.049) fit too"),
+    "radius_base": Fact(
+        value=0.20, unit="mm", tag="D", note="of the mass profile; (0.15, 0.055) and (0.25, 0.049) fit too"
+    ),
     "radius_tip": Fact(value=0.052, unit="mm", tag="D", note="of the mass profile; well constrained"),
     "density": Fact(value=1.1e-3, unit="g/mm³", tag="D", note="constant [P]"),
     "stiffness_base": Fact(value=37.78, unit="N·mm/rad", tag="P", note="p1; unit [D]"),
     "stiffness_rate": Fact(value=-0.0827, unit="1/joint", tag="P", note="p3; equation [A]"),
     "damping_base": Fact(value=25.24, unit="N·mm·ms/rad", tag="P", note="p2; unit [D]"),
     "damping_rate": Fact(value=-0.0533, unit="1/joint", tag="P", note="p4; equation [A]"),
-    "n_sensors": Fact(value=56, unit="1", tag="P", note="their places are not published [C]: evenly spaced in segment number"),
-    "linear_tip_share": Fact(value=0.01, unit="1", tag="C", note="provisional: k_140/k_1 of the linear profile"),
+    "n_sensors": Fact(
+        value=56, unit="1", tag="P", note="their places are not published [C]: evenly spaced in segment number"
+    ),
+    "linear_stiffness_base": Fact(value=0.784, unit="N·mm/rad", tag="D+C", note=_LINEAR),
+    "linear_stiffness_tip": Fact(value=3.98e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
+    "linear_damping_base": Fact(value=5.50, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
+    "linear_damping_tip": Fact(value=0.0156, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
+    "constant_stiffness": Fact(value=0.430, unit="N·mm/rad", tag="D+C", note=_CONSTANT),
+    "constant_damping": Fact(value=3.38, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
 }
 
 SENSOR_PLACEMENTS = ("even", "distal", "all")
@@ -37,9 +55,9 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Parameters
     ----------
     profile
-        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and damping level, matched to
-        the exponential antenna in its first mode. ``matched``: constant stiffness with the same
-        total compliance Σ 1/k_n, so that profile and overall softness are not confounded.
+        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and damping, fitted to the
+        same targets; neither can meet the deflection ratios. ``matched``: constant stiffness with the same total compliance
+        Σ 1/k_n, so that profile and overall softness are not confounded.
     sensors
         ``even`` (56 over all hinges), ``distal`` (every second hinge of the distal 112) or ``all`` [C].
 
@@ -101,14 +119,13 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
     if profile == "matched":
         stiffness = Constant(value=n / np.sum(1 / exponential.stiffness)).sample(n)
         return _match_damping(exponential.replace(stiffness=stiffness, name=profile), exponential)
-    shape = Constant(value=1.0) if profile == "constant" else Linear(base=1.0, tip=_v("linear_tip_share"))
-    return _match_first_mode(exponential.replace(stiffness=shape.sample(n), name=profile), exponential)
+    family, names = (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
 
+    def sample(quantity: str) -> np.ndarray:
+        keys = [f"{profile}_{quantity}" if name == "value" else f"{profile}_{quantity}_{name}" for name in names]
+        return family(**{name: _v(key) for name, key in zip(names, keys, strict=True)}).sample(n)
 
-def _match_first_mode(control: Antenna, reference: Antenna) -> Antenna:
-    """Provisional: scale stiffness to the reference's first undamped frequency, then damping to its damping ratio."""
-    ratio = compute_modes(reference, 1).frequency[0] / compute_modes(control, 1).frequency[0]
-    return _match_damping(control.replace(stiffness=control.stiffness * ratio**2), reference)
+    return exponential.replace(stiffness=sample("stiffness"), damping=sample("damping"), name=profile)
 
 
 def _match_damping(control: Antenna, reference: Antenna) -> Antenna:

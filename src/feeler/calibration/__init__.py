@@ -1,1 +1,46 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
+
+from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
+from feeler.calibration.fit import Fit, fit, make_starts
+from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
+from feeler.calibration.identify import Directions, Profiles, analyse_directions, bootstrap, compute_profiles
+from feeler.calibration.optimise import METHODS, Minimum, search
+from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces, measure_trace
+from feeler.calibration.problem import Problem
+from feeler.calibration.protocol import Measured, Protocol
+from feeler.calibration.recording import Traces, load_traces, save_traces
+from feeler.calibration.targets import Target, Targets, load_targets, make_targets
+
+__all__ = [
+    "FAMILIES",
+    "METHODS",
+    "Directions",
+    "Fit",
+    "Hinges",
+    "Measured",
+    "Minimum",
+    "Problem",
+    "Profiles",
+    "Protocol",
+    "Target",
+    "Targets",
+    "TraceFit",
+    "Traces",
+    "analyse_directions",
+    "bootstrap",
+    "compute_distance",
+    "compute_profiles",
+    "compute_residuals",
+    "compute_symmetric_accuracy",
+    "fit",
+    "fit_traces",
+    "load_targets",
+    "load_traces",
+    "make_hinges",
+    "make_starts",
+    "make_synthetic_traces",
+    "make_targets",
+    "measure_trace",
+    "save_traces",
+    "search",
+]

@@ -9,6 +9,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.profile import Constant, Exponential, Linear
 from feeler.errors import InvalidInput
 
+TIP_STIFFNESS, TIP_DAMPING = 3.85e-4, 0.0153  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 K, C, RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
 
 
@@ -96,15 +97,15 @@ def make_exponential(antenna: Antenna) -> Hinges:
 
 
 def make_linear(antenna: Antenna) -> Hinges:
-    """Stiffness and damping at the base and at the tip; the tip is bounded away from 0, where a hinge would be limp."""
+    """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the cockroach's."""
     return _make(
         "linear",
         antenna,
         [
             ("stiffness_base", K, 0.6, 1e-2, 1e3, True),
-            ("stiffness_tip", K, 0.001, 1e-4, 1e3, True),
+            ("stiffness_tip", K, 0.001, TIP_STIFFNESS, 1e3, True),
             ("damping_base", C, 4.4, 1e-2, 1e4, True),
-            ("damping_tip", C, 0.01, 1e-4, 1e4, True),
+            ("damping_tip", C, 0.02, TIP_DAMPING, 1e4, True),
         ],
         lambda p, n: {
             "stiffness": Linear(base=p[0], tip=p[1]).sample(n),

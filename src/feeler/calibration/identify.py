@@ -34,8 +34,8 @@ class Directions:
         strong, weak = self.direction[0], self.direction[-1]
         width = PAPER_ERROR / max(self.sensitivity[-1], 1e-300)
         return (
-            f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together by "
-            f"about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the paper's "
+            f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together "
+            f"by about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the paper's "
             f"{PAPER_ERROR} (linear estimate): sensitivities differ {self.condition:.0f}-fold."
         )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
+from scipy.signal import savgol_filter
 from scipy.stats import t as student
 
 from feeler.antenna.antenna import Antenna
@@ -20,6 +21,7 @@ from feeler.response import measure_free_response
 
 WAYS = ("trace", "targets")
 MAX_ITERATIONS = 25
+MAX_FREQUENCY = 1.0  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -172,7 +174,7 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     """
     noise = float(np.std(np.diff(trace, 2)) / np.sqrt(6.0) / abs(trace[0]))
     try:
-        free = measure_free_response(time, trace, floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
+        free = measure_free_response(time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
     if free.overdamped:
@@ -180,7 +182,20 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
             f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped frequency to fit. Record "
             "with less noise, or leave it out."
         )
+    if free.frequency > MAX_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, not ms. "
+            "Name the column time_s."
+        )
     return free
+
+
+def _smooth(trace: np.ndarray) -> np.ndarray:
+    """The trace through a cubic Savitzky–Golay filter that spans 80 % of the time to the first zero crossing, so that
+    noise does not move the turning points."""
+    crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
+    window = 2 * int(0.4 * crossing) + 1
+    return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace
 
 
 def make_synthetic_traces(

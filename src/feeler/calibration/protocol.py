@@ -111,8 +111,8 @@ class Measured:
     """Quantities of one simulated antenna.
 
     An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in ``values`` are then 0 kHz
-    and the modal damping ratio of its first mode, at least 1: so a cost stays a number, and a search is led back towards
-    an oscillation.
+    and the modal damping ratio of its first mode, at least 1: so a cost stays a number, and a search is led back
+    towards an oscillation.
     """
 
     names: tuple[str, ...]

@@ -8,12 +8,13 @@ from feeler.errors import InvalidInput
 from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
 
+MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
 PEAK_FLOOR = 1e-3  # [C] share of the first deflection under which a turning point is taken for noise
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeResponse:
-    """What was measured on one free response. A quantity that the response does not have is ``None``, never a number."""
+    """What was measured on one free response. A quantity that it does not have is ``None``, never a number."""
 
     overdamped: bool
     """The response creeps back without crossing its rest position: it has no damped frequency."""
@@ -83,7 +84,8 @@ def measure_free_response(
     moved = tip - rest
     if abs(moved[0]) < 0.05 * np.abs(moved).max():
         raise InvalidInput(
-            f"the trace starts at its rest position ({tip[0]:g}): no step is released. Give release=<time of release> and rest."
+            f"the trace starts at its rest position ({tip[0]:g}): no step is released. "
+            "Give release=<time of release> and rest."
         )
     share = moved / moved[0]
     times, heights = _opposite_turns(time, share, floor)
@@ -93,10 +95,10 @@ def measure_free_response(
     if len(times) == 1:
         return _with_one_turn(time, share, times, heights, settle)
     half = times[1] - times[0]
-    if half < 2 * (time[1] - time[0]):
+    if half < MIN_HALF * (time[1] - time[0]):
         raise InvalidInput(
-            f"half a cycle takes {half:g} ms, less than two samples of {time[1] - time[0]:g} ms: the frequency lies beyond the "
-            "sampling rate, or the time is in the wrong unit (ms are expected; s must be multiplied by 1000)."
+            f"half a cycle takes {half:g} ms, less than {MIN_HALF} samples of {time[1] - time[0]:g} ms: the frequency lies "
+            "beyond the sampling rate, or the time is in the wrong unit (ms are expected; s must be multiplied by 1000)."
         )
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
@@ -132,8 +134,8 @@ def _opposite_turns(time: np.ndarray, share: np.ndarray, floor: float) -> tuple[
 def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | None]) -> FreeResponse:
     if settle[0] is None:
         raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its first "
-            "deflection without having turned. Record longer, or check that time is in ms and rest is right."
+            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its "
+            "first deflection without having turned. Record longer, or check that time is in ms and rest is right."
         )
     return _make_overdamped(time, share, settle, None, None)
 
@@ -142,8 +144,8 @@ def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> F
     """One opposite turn and no trough: so damped that the rest is below the floor, or cut too early."""
     if settle[1] is None or abs(share[-1]) > 0.05:
         raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its first "
-            "deflection, before the trough that follows the first opposite peak. Record longer."
+            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its "
+            "first deflection, before the trough that follows the first opposite peak. Record longer."
         )
     return _make_overdamped(time, share, settle, float(times[0] - time[0]), float(heights[0]))
 

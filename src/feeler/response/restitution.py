@@ -35,8 +35,8 @@ def measure_restitution(
         first, last = np.searchsorted(time, touch[0]), np.searchsorted(time, touch[1], side="right") - 1
     if first < n_samples or last + n_samples >= time.size:
         raise InvalidInput(
-            f"contact lasts from {time[first]:g} to {time[last]:g} ms: {n_samples} samples are needed before and after it. "
-            "Record longer, or lower n_samples."
+            f"contact lasts from {time[first]:g} to {time[last]:g} ms: {n_samples} samples are needed before and after "
+            "it. Record longer, or lower n_samples."
         )
     before = np.polyfit(time[first - n_samples : first], gap[first - n_samples : first], 1)[0]
     after = np.polyfit(time[last + 1 : last + 1 + n_samples], gap[last + 1 : last + 1 + n_samples], 1)[0]

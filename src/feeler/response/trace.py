@@ -26,8 +26,8 @@ def check_trace(time: np.ndarray, signal: np.ndarray, name: str = "trace") -> tu
     if missing.any():
         first = time[np.argmax(missing)]
         raise InvalidInput(
-            f"{name} has {missing.sum()} missing samples of {time.size}, the first at {first:g} ms. Interpolate the gaps, "
-            "or cut the trace to a part without any."
+            f"{name} has {missing.sum()} missing samples of {time.size}, the first at {first:g} ms. Interpolate the "
+            "gaps, or cut the trace to a part without any."
         )
     if np.ptp(signal) <= 1e-12 * max(1.0, np.abs(signal).max()):
         raise InvalidInput(f"{name} is constant at {signal[0]:g}: nothing moves. Give the trace of a released antenna.")
@@ -48,7 +48,8 @@ def _check_time(time: np.ndarray, name: str) -> None:
     jitter = np.abs(step - step.mean()).max() / step.mean()
     if jitter > MAX_JITTER:
         raise InvalidInput(
-            f"{name} is not evenly sampled: intervals of {step.min():g} to {step.max():g} ms. Resample it to one interval first."
+            f"{name} is not evenly sampled: intervals of {step.min():g} to {step.max():g} ms. Resample it to one "
+            "interval first."
         )
 
 

@@ -1,0 +1,112 @@
+"""Fig. 2B: tip displacement after a step and during an impulse, simulated against the digitised traces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.cockroach import cockroach
+from feeler.experiment.impulse import Impulse, hit
+from feeler.experiment.release import release
+from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.plotting.style import PALETTE
+from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
+
+# Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the largest deflection
+# (impulse), displacement relative to the largest. The animals' own step trace leaves −1 at −27 ms, the simulated one at
+# −19 ms. Bands of ±1 SD could not be read off.
+STEP_TRACE = np.array([[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]])
+STEP_ANIMALS_START = -27.0
+IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
+LEVER, LEVER_SPEED = 20.0, 0.45  # [C] mm, mm/ms: neither is published; contact then lasts about as long as in the trace
+STEP_SPAN, IMPULSE_SPAN = 100.0, 60.0  # ms
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig2BData:
+    """What Fig. 2B shows; displacements relative to the largest, time 0 at the turning point that the traces share."""
+
+    step_time: np.ndarray
+    step: np.ndarray
+    free: FreeResponse
+    impulse_time: np.ndarray
+    impulse: np.ndarray
+    slow_time: np.ndarray
+    slow: np.ndarray
+    """The slow impulse on a straight path, which calibration uses."""
+    ratios: np.ndarray
+    """Deflection ratios (protocol, point): lever, slow."""
+    step_deviation: float
+    """Root-mean-square deviation from the digitised step trace, in shares of the step."""
+    impulse_deviation: float
+    motion: Impulse
+    """The impulse with the lever, for Movie S1."""
+
+
+def compute(
+    antenna: Antenna | None = None, *, engine: str = DEFAULT_ENGINE, sample_interval: float = 0.2, **options: float
+) -> Fig2BData:
+    """Simulate both experiments on ``antenna`` (default: the cockroach's)."""
+    antenna = cockroach() if antenna is None else antenna
+    options = {"engine": engine, "sample_interval": sample_interval} | options
+    released = release(antenna, duration=2 * STEP_SPAN, **options)
+    time, tip = released["time"].values, released["tip"].values[0, :, 0]
+    free = measure_free_response(time, tip)
+    step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
+    swung = hit(antenna, lever=LEVER, speed=LEVER_SPEED, duration=2 * IMPULSE_SPAN, **options)
+    slow = hit(antenna, **options)
+    return Fig2BData(
+        step_time=step_time,
+        step=step,
+        free=free,
+        impulse_time=swung.time - _peak(swung),
+        impulse=-swung.tip / np.abs(swung.tip).max(),
+        slow_time=slow.time - _peak(slow),
+        slow=-slow.tip / np.abs(slow.tip).max(),
+        ratios=np.stack([measure_deflection_ratios(i.time, i.deflection, i.tip) for i in (swung, slow)]),
+        step_deviation=_compare(STEP_TRACE, step_time, step),
+        impulse_deviation=_compare(IMPULSE_TRACE, swung.time - _peak(swung), -swung.tip / np.abs(swung.tip).max()),
+        motion=swung,
+    )
+
+
+def _peak(impulse: Impulse) -> float:
+    return float(impulse.time[np.argmax(np.abs(impulse.tip))])
+
+
+def _compare(trace: np.ndarray, time: np.ndarray, signal: np.ndarray) -> float:
+    return float(np.sqrt(np.mean((np.interp(trace[:, 0], time, signal) - trace[:, 1]) ** 2)))
+
+
+def plot(data: Fig2BData, figure: Figure | SubFigure) -> None:
+    """Step left, impulse right."""
+    left, right = figure.subplots(1, 2)
+    plot_step(data, left)
+    plot_impulse(data, right)
+
+
+def plot_step(data: Fig2BData, ax) -> None:
+    """Free response of the tip after the step."""
+    ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
+    ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published simulation, digitised")
+    ax.plot(STEP_ANIMALS_START, -1.0, "s", color=PALETTE[0], fillstyle="none", label="animals leave −1, digitised")
+    ax.axhline(0.0, color="#888888", lw=0.6)
+    ax.set(
+        xlabel="time from the first opposite peak [ms]", ylabel="tip displacement / step", xlim=(-32, STEP_SPAN - 32)
+    )
+    ax.set_title("step")
+    ax.legend(loc="lower right")
+
+
+def plot_impulse(data: Fig2BData, ax) -> None:
+    """Tip during and after the hit."""
+    ax.plot(data.impulse_time, data.impulse, color=PALETTE[1], label=f"feeler, lever {LEVER:g} mm, {LEVER_SPEED:g} m/s")
+    ax.plot(data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s")
+    ax.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
+    ax.axhline(0.0, color="#888888", lw=0.6)
+    ax.set(
+        xlabel="time from the largest deflection [ms]", ylabel="tip displacement / largest", xlim=(-60, IMPULSE_SPAN)
+    )
+    ax.set_title("impulse")
+    ax.legend(loc="lower left")

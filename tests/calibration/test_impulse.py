@@ -1,0 +1,40 @@
+"""The impulse test: symmetric, causal, and the lever leaves the antenna."""
+
+import numpy as np
+import pytest
+from small_antenna import make_small
+
+from feeler.errors import InvalidInput
+from feeler.experiment.impulse import LEAD, hit
+
+
+def test_nothing_moves_before_contact_and_the_tip_leads():
+    result = hit(make_small(), points=(0.3, 0.71, 0.86), speed=0.3)
+    before = result.time < -1e-9
+    assert before.any() and np.abs(result.tip[before]).max() < 1e-12
+    k = int(np.argmax(result.tip))
+    assert 0 < result.deflection[0, k] < result.deflection[1, k] < result.deflection[2, k] < result.tip[k]
+    assert np.abs(result.force[-1]).max() == 0.0
+
+
+@pytest.mark.parametrize("lever", [None, 15.0])
+def test_the_cylinder_goes_where_it_is_sent(lever):
+    result = hit(make_small(), speed=0.4, lever=lever, sample_interval=0.5)
+    speed = np.linalg.norm(np.diff(result.object, axis=0), axis=1) / 0.5
+    np.testing.assert_allclose(speed, 0.4, rtol=2e-3)
+    end = result.object[-1] - result.object[0]
+    if lever is None:
+        assert end[1] == pytest.approx(0.0, abs=1e-9)
+    else:
+        rise = 0.4 * (result.time[-1] + LEAD - LEAD) - lever * np.pi / 2 + lever
+        assert end[0] == pytest.approx(0.4 * LEAD + lever, rel=1e-3)
+        assert end[1] == pytest.approx(rise, rel=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [({"points": ()}, "points"), ({"points": (1.2,)}, "points"), ({"lever": -1.0}, "lever"), ({"speed": 0.0}, "speed")],
+)
+def test_impossible_hits_are_refused(options, match):
+    with pytest.raises((InvalidInput, ZeroDivisionError), match=match):
+        hit(make_small(), **options)

@@ -1,0 +1,113 @@
+"""Own data: planted mechanics come back from noisy traces, within the stated interval; bad files say why."""
+
+import numpy as np
+import pytest
+from small_antenna import make_small
+
+from feeler.calibration import Traces, fit_traces, load_traces, make_synthetic_traces, measure_trace, save_traces
+from feeler.errors import InvalidInput
+
+PLANTED = (1.25, 0.7)
+
+
+@pytest.fixture(scope="module")
+def traces():
+    return make_synthetic_traces(
+        make_small(), np.random.default_rng(11), n_animals=4, spread=0.04, noise=0.005, planted=PLANTED
+    )
+
+
+@pytest.mark.parametrize("by", ["trace", "targets"])
+def test_planted_factors_lie_in_their_interval(traces, by):
+    result = fit_traces(traces, make_small(), by=by, confidence=0.99)
+    assert result.each.shape == (4, 2)
+    assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
+    assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
+
+
+def test_one_animal_has_an_interval_from_its_residuals():
+    one = make_synthetic_traces(
+        make_small(), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.01, planted=PLANTED
+    )
+    result = fit_traces(one, make_small(), confidence=0.99)
+    assert "white noise" in result.interval
+    assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
+    assert result.residual[0] < 0.06
+
+
+def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):
+    file = tmp_path / "trace.csv"
+    save_traces(traces, file)
+    lines = file.read_text().splitlines()
+    seconds = ["time_s,a,b,c,d"]
+    for line in lines[2:]:
+        time, *values = line.split(",")
+        seconds.append(",".join([f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)]))
+    other = tmp_path / "seconds.csv"
+    other.write_text("\n".join(seconds))
+    first, second = load_traces(file), load_traces(other)
+    assert (first.source, second.source) == ("synthetic", "recorded")
+    np.testing.assert_allclose(second.time, first.time, atol=1e-6)
+    np.testing.assert_allclose(second.displacement, 1e3 * first.displacement, rtol=1e-5)
+
+
+def test_the_example_is_named_synthetic():
+    example = load_traces("synthetic_step")
+    assert example.source == "synthetic" and example.displacement.shape[0] == 5
+    assert all("synthetic" in name for name in example.names)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("t,a\n0,1\n", "needs a column time_ms or time_s"),
+        ("time_ms\n0\n", "one named column per animal"),
+        ("", "its header is"),
+        ("time_ms,a\n0,1\n1,x\n", "'x' in row 2, column 'a' is no number"),
+        ("time_ms,a\n0,1\n1\n", "row 2 has 1 cells"),
+        ("time_ms,a\n" + "\n".join(f"{k},{'' if k == 5 else 20 - k}" for k in range(20)), "trace 'a' has 1 missing"),
+        ("time_ms,a\n" + "\n".join(f"{-k},{20 - k}" for k in range(20)), "time must rise"),
+    ],
+)
+def test_bad_tables_say_where(tmp_path, text, match):
+    file = tmp_path / "bad.csv"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match=match):
+        load_traces(file)
+
+
+def test_an_overdamped_or_short_trace_names_its_animal():
+    time = np.arange(0.0, 200.0)
+    slow = Traces(time=time, displacement=np.exp(-time / 20)[None], names=("creeper",))
+    with pytest.raises(InvalidInput, match="'creeper' is over-damped"):
+        fit_traces(slow, make_small())
+    short = Traces(time=time[:20], displacement=np.exp(-time / 20)[None, :20], names=("stub",))
+    with pytest.raises(InvalidInput, match="'stub'.*too short to hold one cycle"):
+        fit_traces(short, make_small())
+
+
+def test_white_noise_moves_frequency_and_damping_little():
+    time = np.arange(0.0, 120.0)
+    rate, omega = 2 * np.pi * 0.0175 * 0.3 / np.sqrt(1 - 0.09), 2 * np.pi * 0.0175
+    clean = np.exp(-rate * time) * (np.cos(omega * time) + rate / omega * np.sin(omega * time))
+    rng = np.random.default_rng(3)
+    found = [measure_trace(time, clean + 0.005 * rng.standard_normal(time.size)) for _ in range(20)]
+    assert np.mean([free.frequency for free in found]) == pytest.approx(0.0175, rel=0.02)
+    assert np.std([free.frequency for free in found]) < 0.04 * 0.0175
+    assert np.mean([free.damping_ratio for free in found]) == pytest.approx(0.3, rel=0.05)
+
+
+def test_seconds_taken_for_milliseconds_are_noticed():
+    time = np.arange(0.0, 0.12, 0.001)
+    trace = np.exp(-30 * time) * np.cos(2 * np.pi * 17.5 * time)
+    with pytest.raises(InvalidInput, match="Name the column time_s"):
+        measure_trace(time, trace)
+
+
+def test_unknown_ways_and_confidences(traces):
+    with pytest.raises(InvalidInput, match="valid: trace, targets"):
+        fit_traces(traces, make_small(), by="eye")
+    with pytest.raises(InvalidInput, match="between 0 and 1"):
+        fit_traces(traces, make_small(), confidence=95)
+    with pytest.raises(InvalidInput, match="no such file"):
+        load_traces("nowhere.csv")

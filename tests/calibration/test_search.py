@@ -1,0 +1,189 @@
+"""Fits on a small antenna: what is planted comes back, and a fit is resumable and never silently wrong."""
+
+import json
+
+import numpy as np
+import pytest
+from small_antenna import make_small
+
+from feeler.calibration import (
+    METHODS,
+    Problem,
+    Protocol,
+    analyse_directions,
+    bootstrap,
+    compute_profiles,
+    fit,
+    make_hinges,
+    make_starts,
+    make_targets,
+    search,
+)
+from feeler.calibration import problem as problem_module
+from feeler.errors import InvalidInput, SimulationDiverged
+
+NAMES = ("frequency", "damping_ratio")
+PLANTED = np.array([1.3, 0.8])
+
+
+@pytest.fixture(scope="module")
+def targets():
+    measured = Protocol().measure(make_small(*PLANTED), NAMES)
+    return make_targets(**{name: (value, 0.05 * value) for name, value in zip(NAMES, measured.values, strict=True)})
+
+
+def make_problem(targets, **protocol):
+    return Problem(hinges=make_hinges("scale", make_small()), targets=targets, protocol=Protocol(**protocol))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_planted_factors_come_back(targets, method):
+    minimum = search(make_problem(targets), np.ones(2), method, max_evaluations=200)
+    assert minimum.error < 1e-3
+    np.testing.assert_allclose(minimum.p, PLANTED, rtol=3e-3)
+    assert minimum.evaluations <= 200 + 5
+
+
+def test_the_published_constants_meet_the_reconstructed_targets():
+    from feeler.antenna.cockroach import cockroach
+    from feeler.calibration import load_targets
+
+    goal = load_targets("cockroach")
+    problem = Problem(hinges=make_hinges("exponential", cockroach()), targets=goal)
+    measured, error, _ = problem.score((37.78, 25.24, -0.0827, -0.0533))
+    np.testing.assert_allclose(measured.values, goal.values, rtol=0.03)
+    assert error < 0.067
+
+
+def test_engines_measure_the_same():
+    names = (*NAMES, "ratio_71", "ratio_86")
+    chain, mujoco = (Protocol(engine=engine).measure(make_small(), names).values for engine in ("chain", "mujoco"))
+    np.testing.assert_allclose(chain, mujoco, rtol=1e-6)
+
+
+def test_measuring_together_is_measuring_alone(targets):
+    antennas = [make_small(k, 1.0) for k in (0.5, 1.0, 2.0)]
+    together = Protocol().measure_many(antennas, NAMES)
+    for antenna, one in zip(antennas, together, strict=True):
+        np.testing.assert_array_equal(one.values, Protocol().measure(antenna, NAMES).values)
+
+
+def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
+    """Stiffness ×4 and damping ×2 double every rate and keep every damping ratio."""
+    slow, fast = (Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values for k in (1.0, 4.0))
+    assert fast[0] / slow[0] == pytest.approx(2.0, rel=0.01)
+    assert fast[1] == pytest.approx(slow[1], rel=0.01)
+
+
+def test_an_overdamped_antenna_costs_a_number_and_says_so(targets):
+    problem = make_problem(targets)
+    measured = problem.measure(np.array([1.0, 30.0]))
+    assert measured.overdamped and measured.values[0] == 0.0 and measured.values[1] > 1.0
+    residuals = problem.compute_residuals(np.log([1.0, 30.0]))
+    assert np.isfinite(residuals).all() and residuals[0] == 1.0
+    assert search(problem, np.array([1.0, 10.0]), "nelder-mead").error < 1e-2
+
+
+def test_a_simulation_that_fails_costs_a_large_number(targets, monkeypatch):
+    problem = make_problem(targets)
+    failed = [SimulationDiverged("step", 1.0)]
+    monkeypatch.setattr(Protocol, "measure_many", lambda self, antennas, names: failed * len(antennas))
+    assert problem.compute_residuals(np.zeros(2)).tolist() == [problem_module.FAILED] * 2
+    assert problem.failures == 1
+
+
+def test_a_fit_goes_on_from_its_checkpoint(targets, tmp_path):
+    file = tmp_path / "fit.json"
+    problem = make_problem(targets)
+    starts = make_starts(problem.hinges, 3, np.random.default_rng(0), spread=0.3)
+
+    def stop(done, total, minimum, best):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fit(problem, starts, checkpoint=file, progress=stop)
+    assert len(json.loads(file.read_text())["minima"]) == 2
+    seen = []
+    resumed = fit(problem, starts, checkpoint=file, progress=lambda *state: seen.append(state[0]))
+    assert seen == [3]
+    whole = fit(make_problem(targets), starts)
+    assert [m.p for m in resumed.minima] == [m.p for m in whole.minima]
+    assert resumed.error == whole.error == min(m.error for m in whole.minima)
+
+
+def test_a_foreign_checkpoint_is_refused(targets, tmp_path):
+    file = tmp_path / "fit.json"
+    fit(make_problem(targets), checkpoint=file, max_evaluations=10)
+    with pytest.raises(InvalidInput, match="belongs to another fit"):
+        fit(make_problem(targets, deflection=0.5), checkpoint=file, max_evaluations=10)
+    file.write_text("{")
+    with pytest.raises(InvalidInput, match="no checkpoint"):
+        fit(make_problem(targets), checkpoint=file)
+
+
+def test_bounds_that_exclude_the_start_are_refused(targets):
+    with pytest.raises(InvalidInput, match="outside the bounds"):
+        search(make_problem(targets), np.array([1e6, 1.0]))
+    hinges = make_hinges("scale", make_small())
+    with pytest.raises(InvalidInput, match="p1 starts at 1, outside its bounds 2 to 3"):
+        type(hinges)(**{**vars(hinges), "low": np.array([2.0, 0.1]), "high": np.array([3.0, 10.0])})
+
+
+@pytest.mark.parametrize(
+    "call", [lambda p: search(p, np.ones(2), "magic"), lambda p: make_hinges("cubic", make_small())]
+)
+def test_unknown_names_list_the_valid_ones(targets, call):
+    with pytest.raises(InvalidInput, match="valid: "):
+        call(make_problem(targets))
+
+
+@pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale"])
+def test_families_turn_parameters_to_logarithms_and_back(name):
+    hinges = make_hinges(name, make_small())
+    np.testing.assert_allclose(hinges.to_p(hinges.to_x(hinges.start)), hinges.start, rtol=1e-14)
+    antenna = hinges.build(hinges.start)
+    assert antenna.name == name and antenna.n_segments == 12
+    low, high = hinges.bounds
+    starts = make_starts(hinges, 20, np.random.default_rng(1), spread=5.0)
+    assert all(np.all(hinges.to_x(p) >= low - 1e-9) and np.all(hinges.to_x(p) <= high + 1e-9) for p in starts)
+
+
+def test_two_targets_cannot_determine_four_numbers():
+    """Frequency and damping alone leave two of the four exponential parameters free."""
+    family = make_hinges("exponential", make_small())
+    p = np.array([0.8, 1.2, -0.15, -0.1])
+    values = Protocol().measure(family.build(p), NAMES).values
+    goal = make_targets(frequency=values[0], damping_ratio=values[1])
+    directions = analyse_directions(Problem(hinges=family, targets=goal), p)
+    assert directions.sensitivity[:2].min() > 0.05
+    np.testing.assert_array_equal(directions.sensitivity[2:], 0.0)
+    np.testing.assert_allclose(directions.direction @ directions.direction.T, np.eye(4), atol=1e-12)
+    assert "The targets determine" in directions.describe()
+
+
+def test_profiles_have_their_minimum_at_the_optimum(targets):
+    problem = make_problem(targets)
+    profiles = compute_profiles(problem, PLANTED, span=0.3, n_places=3, refits=4)
+    assert profiles.error.shape == (2, 3)
+    assert np.all(profiles.error[:, 1] < 1e-6) and np.all(profiles.error[:, [0, 2]] > 0.02)
+    low, high = profiles.find_interval(0, 10.0)
+    assert low < PLANTED[0] < high
+    with pytest.raises(InvalidInput, match="higher level"):
+        profiles.find_interval(0, -1.0)
+    with pytest.raises(InvalidInput, match="odd"):
+        compute_profiles(problem, PLANTED, n_places=4)
+
+
+def test_bootstrap_spreads_as_the_targets_do(targets):
+    """Two factors, two targets: drawing frequency with 5 % / √n moves stiffness by twice that."""
+    draws = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=4)
+    np.testing.assert_allclose(np.median(draws, axis=0), PLANTED, rtol=0.01)
+    assert np.log(draws[:, 0]).std() > 1.5 * 0.05 / 2
+    model = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=3, n_animals=4, refits=5)
+    np.testing.assert_allclose(model, draws[:3], rtol=0.02)
+
+
+def test_bootstrap_needs_a_spread():
+    with pytest.raises(InvalidInput, match="no spread"):
+        bootstrap(make_problem(make_targets(frequency=0.02)), PLANTED, np.random.default_rng(0))

@@ -1,0 +1,83 @@
+"""Targets and costs: data at one door, numbers by hand."""
+
+import numpy as np
+import pytest
+
+from feeler.calibration import (
+    compute_distance,
+    compute_residuals,
+    compute_symmetric_accuracy,
+    load_targets,
+    make_targets,
+)
+from feeler.errors import InvalidInput
+
+
+def test_the_shipped_set_says_that_it_is_reconstructed():
+    targets = load_targets("cockroach")
+    assert targets.status == "reconstructed"
+    assert targets.names == ("frequency", "damping_ratio", "ratio_71", "ratio_86")
+    np.testing.assert_allclose(targets.values, [0.0175, 0.54, 0.22, 0.55])
+    assert {target.tag for target in targets.targets} == {"D"}
+    assert np.all(targets.spreads > 0)
+
+
+def test_costs_by_hand():
+    target, simulated = np.array([1.0, 2.0, 4.0, 8.0]), np.array([1.1, 2.0, 3.0, 8.0])
+    assert compute_distance(simulated, target) == pytest.approx(np.hypot(0.1, 0.25))
+    assert compute_symmetric_accuracy(np.array([2.0, 4.0, 8.0]), np.array([1.0, 2.0, 4.0])) == pytest.approx(1.0)
+    assert compute_symmetric_accuracy(1 / simulated, 1 / target) == pytest.approx(
+        compute_symmetric_accuracy(simulated, target)
+    )
+    assert compute_symmetric_accuracy(np.zeros(2), np.ones(2)) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("simulated", "target", "match"),
+    [
+        ([np.nan], [1.0], "no number"),
+        ([1.0], [0.0], "target of 0"),
+        ([1.0, 2.0], [1.0], "one simulated value per target"),
+    ],
+)
+def test_a_cost_is_never_silently_nan(simulated, target, match):
+    with pytest.raises(InvalidInput, match=match):
+        compute_residuals(simulated, target)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("name = 'x'", "is no set of targets"),
+        ("name = [", "is no set of targets"),
+        (
+            "name='x'\nstatus='measured'\n[targets.colour]\nvalue=1\nspread=0\nunit='1'\ntag='C'",
+            "unknown target 'colour'",
+        ),
+        (
+            "name='x'\nstatus='m'\n[targets.frequency]\nvalue=-1\nspread=0\nunit='kHz'\ntag='C'",
+            "must be a finite number > 0",
+        ),
+        ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=0\nunit='kHz'\ntag='Z'", "unknown tag 'Z'"),
+        ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=nan\nunit='kHz'\ntag='C'", "spread"),
+    ],
+)
+def test_bad_files_say_what_is_wrong(tmp_path, text, match):
+    file = tmp_path / "targets.toml"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match=match):
+        load_targets(file)
+
+
+def test_a_file_that_is_not_there_lists_the_shipped_sets():
+    with pytest.raises(InvalidInput, match="shipped: cockroach"):
+        load_targets("nowhere.toml")
+
+
+def test_own_numbers_become_targets():
+    targets = make_targets(frequency=(0.02, 0.001), damping_ratio=0.3)
+    assert targets.names == ("frequency", "damping_ratio")
+    assert targets.with_values([0.03, 0.4]).values.tolist() == [0.03, 0.4]
+    assert targets.only("frequency").names == ("frequency",)
+    with pytest.raises(InvalidInput, match="at least one"):
+        make_targets()

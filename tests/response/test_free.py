@@ -1,0 +1,115 @@
+"""Laws of free-response measures on signals whose answer is known in closed form."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from feeler.errors import InvalidInput
+from feeler.response import check_trace, fit_damped_cosine, measure_free_response
+
+
+def swing(time, frequency=0.0175, ratio=0.35):
+    """Free response of one oscillator released at rest from 1: the textbook's."""
+    damped = 2 * np.pi * frequency
+    decay = damped * ratio / np.sqrt(1 - ratio**2)
+    return np.exp(-decay * time) * (np.cos(damped * time) + decay / damped * np.sin(damped * time))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    frequency=st.floats(0.005, 0.05), ratio=st.floats(0.05, 0.7), step=st.floats(-20, 20).filter(lambda a: abs(a) > 0.1)
+)
+def test_one_oscillator_gives_back_its_frequency_and_damping(frequency, ratio, step):
+    time = np.arange(0, 3 / frequency, 0.01 / frequency)
+    free = measure_free_response(time, step * swing(time, frequency, ratio), floor=1e-5)
+    assert free.frequency == pytest.approx(frequency, rel=2e-3)
+    assert free.damping_ratio == pytest.approx(ratio, rel=5e-3)
+    assert free.fitted_frequency == pytest.approx(frequency, rel=1e-4)
+    assert free.fitted_damping_ratio == pytest.approx(ratio, rel=1e-4)
+
+
+def test_peaks_lie_between_samples():
+    """Twenty samples per cycle: the parabola keeps frequency within 1 % whatever the phase of the samples."""
+    found = []
+    for shift in np.linspace(0, 1, 11):
+        time = np.arange(-shift * 2.857, 200, 2.857)
+        time = time[time >= 0]
+        found.append(measure_free_response(time, swing(time, ratio=0.2), release=None, fit=False).frequency)
+    assert np.ptp(found) / 0.0175 < 0.01
+
+
+def test_settling_and_rejection_of_a_known_decay():
+    time = np.arange(0, 300, 0.05)
+    signal = swing(time, 0.0175, 0.2)
+    free = measure_free_response(time, signal)
+    for level, settle in ((0.10, free.settle_10), (0.05, free.settle_5)):
+        assert np.abs(signal[time > settle + 0.05]).max() <= level
+        assert np.abs(np.interp(settle, time, signal)) == pytest.approx(level, rel=1e-3)
+    after = np.abs(signal[time >= 1 / 0.0175]).max()
+    assert free.rejected == pytest.approx(1 - after, rel=1e-3)
+
+
+def test_rest_and_release_are_taken_from_where_they_are_said_to_be():
+    time = np.arange(0, 200, 0.5)
+    held = np.concatenate((np.full(40, 7.0), 3.0 + 4.0 * swing(time)))
+    late = np.arange(held.size) * 0.5
+    free = measure_free_response(late, held, rest=3.0, release=20.0)
+    assert free.frequency == pytest.approx(0.0175, rel=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.5, 4.0])
+def test_an_overdamped_response_is_said_to_be_one(ratio):
+    time, omega = np.arange(0, 600, 0.5), 2 * np.pi * 0.0175
+    if ratio == 1.0:
+        signal = (1 + omega * time) * np.exp(-omega * time)
+    else:
+        slow, fast = omega * (ratio - np.sqrt(ratio**2 - 1)), omega * (ratio + np.sqrt(ratio**2 - 1))
+        signal = (fast * np.exp(-slow * time) - slow * np.exp(-fast * time)) / (fast - slow)
+    free = measure_free_response(time, signal)
+    assert free.overdamped
+    assert (free.frequency, free.damping_ratio, free.fitted_frequency, free.rejected) == (None,) * 4
+    assert free.settle_10 < free.settle_5
+
+
+TIME = np.arange(0.0, 200.0, 1.0)
+
+
+def _uneven(values):
+    values = values.copy()
+    values[50] += 0.3
+    return values
+
+
+@pytest.mark.parametrize(
+    ("time", "signal", "match"),
+    [
+        (TIME, np.where(TIME == 40, np.nan, swing(TIME)), "1 missing samples of 200, the first at 40 ms"),
+        (TIME[::-1], swing(TIME), "must rise, but 199 is followed by 198"),
+        (_uneven(TIME), swing(TIME), "not evenly sampled"),
+        (np.where(TIME == 3, np.nan, TIME), swing(TIME), "time has 1 missing"),
+        (TIME, np.full(200, 2.0), "constant at 2"),
+        (TIME[:5], swing(TIME[:5]), "too short: 5 samples"),
+        (TIME[:12], swing(TIME[:12]), "too short to hold one cycle"),
+        (TIME[:36], swing(TIME[:36]), "before the trough"),
+        (TIME, swing(TIME[:-1]), "one length"),
+        (TIME, swing(TIME, 0.45, 0.02), "beyond the sampling rate"),
+        (TIME, swing(TIME, 0.3, 0.02), "beyond the sampling rate"),
+        (TIME, np.where(TIME < 50, 0.0, swing(np.maximum(TIME - 50, 0))), "starts at its rest position"),
+    ],
+)
+def test_unusable_traces_say_why(time, signal, match):
+    with pytest.raises(InvalidInput, match=match):
+        measure_free_response(time, signal)
+
+
+def test_a_clean_trace_passes_unchanged():
+    time, signal = check_trace(list(TIME), list(swing(TIME)))
+    np.testing.assert_array_equal(time, TIME)
+    np.testing.assert_array_equal(signal, swing(TIME))
+
+
+def test_the_cosine_says_how_badly_it_fits():
+    two = swing(TIME) + 0.5 * swing(TIME, 0.06, 0.05)
+    assert fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
+    assert fit_damped_cosine(TIME, two, 0.017).residual > 0.1

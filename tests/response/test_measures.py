@@ -1,0 +1,80 @@
+"""Deflection ratios, restitution and bending stiffness on motions with known answers."""
+
+import numpy as np
+import pytest
+
+from feeler.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.experiment.bend import bend
+from feeler.response import measure_bending_stiffness, measure_deflection_ratios, measure_restitution
+
+TIME = np.arange(0.0, 50.0, 1.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("peak", [20.0, 20.3, 20.77])
+def test_ratios_of_points_that_follow_the_tip(sign, peak):
+    tip = sign * (10 - 0.01 * (TIME - peak) ** 2)
+    ratios = measure_deflection_ratios(TIME, np.outer([0.22, 0.55], tip), tip)
+    np.testing.assert_allclose(ratios, [0.22, 0.55], rtol=1e-12)
+
+
+def test_ratios_belong_to_the_moment_between_samples():
+    tip = 10 - 0.01 * (TIME - 20.4) ** 2
+    point = 0.3 * TIME
+    assert measure_deflection_ratios(TIME, point, tip)[0] == pytest.approx(0.3 * 20.4 / 10, rel=1e-12)
+
+
+def test_a_tip_that_never_turns_is_refused():
+    with pytest.raises(InvalidInput, match="farthest out at the last sample"):
+        measure_deflection_ratios(TIME, TIME, TIME)
+
+
+def test_gaps_and_shapes_of_points_are_refused():
+    tip = 10 - 0.1 * (TIME - 20.4) ** 2
+    with pytest.raises(InvalidInput, match="missing samples"):
+        measure_deflection_ratios(TIME, np.where(TIME == 9, np.nan, tip), tip)
+    with pytest.raises(InvalidInput, match="with 50 samples"):
+        measure_deflection_ratios(TIME, tip[:-1], tip)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("touch", [None, (20.0, 24.0)])
+def test_restitution_of_a_bounce(e, touch):
+    gap = np.where(TIME < 20, 0.5 * (20 - TIME), np.where(TIME > 24, 0.5 * e * (TIME - 24), 0.0))
+    if e == 0.0 and touch is None:
+        with pytest.raises(InvalidInput, match="samples are needed before and after"):
+            measure_restitution(TIME, gap)
+        return
+    assert measure_restitution(TIME, gap, touch=touch) == pytest.approx(e, abs=1e-12)
+
+
+def test_restitution_refuses_bodies_that_part():
+    with pytest.raises(InvalidInput, match="do not approach"):
+        measure_restitution(TIME, TIME + 1.0, touch=(20.0, 24.0))
+
+
+def test_a_uniform_cantilever_gives_back_its_rigidity():
+    """n hinges of stiffness k, each half a segment from the clamp's side, approach EI = k ℓ."""
+    n, rigidity = 200, 0.5
+    length = 40.0 / n
+    antenna = Antenna(
+        segment_length=np.full(n, length), segment_mass=1e-5, radius=0.1, stiffness=rigidity / length, damping=1.0
+    )
+    force = 1e-6
+    tip = float(bend(antenna, force)["tip"].values[0, 0])
+    assert measure_bending_stiffness(force, tip, antenna.length) == pytest.approx(rigidity, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ((1.0, 0.0, 10.0), "non-zero"),
+        ((1.0, -1.0, 10.0), "sign of the force"),
+        ((1.0, 1.0, 0.0), "> 0 mm"),
+        ((np.nan, 1.0, 1.0), "force must be finite"),
+    ],
+)
+def test_bending_refuses_what_has_no_stiffness(arguments, match):
+    with pytest.raises(InvalidInput, match=match):
+        measure_bending_stiffness(*arguments)
