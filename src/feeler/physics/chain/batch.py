@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.physics.chain.compiling import announce_compiling
 from feeler.physics.chain.contact import N_ROW, ROWS, clear, make_rows, press, solve_contacts
 from feeler.physics.chain.fields import (
     KIND_NONE,
@@ -146,6 +147,7 @@ class Batch:
         Setting ``stop`` from another thread raises KeyboardInterrupt within a chunk.
         """
         self.stop = stop
+        self.warm_up()
         clock, width, n = self.clock, len(self.scenes), self.work.shape[0]
         angle, velocity = np.empty((2, width, clock.n_samples, n))
         force = np.zeros((width, clock.n_samples, 2))
@@ -164,6 +166,17 @@ class Batch:
             for i in range(width)
         ]
 
+    def warm_up(self) -> None:
+        """Compile, or load what was compiled before."""
+        with announce_compiling(step_many):
+            self._step(0, 0)
+
+    def _step(self, step: int, n_steps: int) -> None:
+        step_many(
+            step, n_steps, self.clock.timestep, self.constants, self.obj, self.shapes, self.legs, self.work,
+            self.place, self.contacts, self.loaded, self.force, self.damped, self.width,
+        )  # fmt: skip
+
     def _advance(self, k: int) -> None:
         """From sample k − 1 to sample k, with a breath between chunks."""
         step, last = (k - 1) * self.clock.steps_per_sample, k * self.clock.steps_per_sample
@@ -172,10 +185,7 @@ class Batch:
             if self.stop is not None and self.stop.is_set():
                 raise KeyboardInterrupt
             n_steps = min(chunk, last - step)
-            step_many(
-                step, n_steps, self.clock.timestep, self.constants, self.obj, self.shapes, self.legs, self.work,
-                self.place, self.contacts, self.loaded, self.force, self.damped, self.width,
-            )  # fmt: skip
+            self._step(step, n_steps)
             step += n_steps
 
     def _check(self, k: int, angle: np.ndarray, velocity: np.ndarray, failed: list[Exception | None]) -> None:
@@ -183,7 +193,8 @@ class Batch:
         for i, scene in enumerate(self.scenes):
             if failed[i] is None and self.contacts[3][i] < 0:
                 failed[i] = InvalidInput(
-                    f"'{scene.label}' makes more than {MAX_CONTACTS} contacts at once. Use an outline with fewer corners."
+                    f"'{scene.label}' makes more than {MAX_CONTACTS} contacts at once. "
+                    "Use an outline with fewer corners."
                 )
             elif failed[i] is None and not finite[i]:
                 before = max(k - 1, 0)

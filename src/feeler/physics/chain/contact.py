@@ -2,8 +2,8 @@
 
     min over q̈ of ½ (q̈ − a₀)ᵀ M (q̈ − a₀) + Σ_rows ½ D min(0, J q̈ − a_ref)²
 
-Each contact has the rows n ± μt and, from the two edges of MuJoCo's pyramid that leave the plane, n with twice the weight.
-A row touches one segment only, w = (lever, direction), J q̈ = w·(α, a), so JᵀDJ adds D w wᵀ to that segment's inertia.
+Each contact has the rows n ± μt and, from the two edges of MuJoCo's pyramid that leave the plane, n with twice the
+weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, a), so JᵀDJ adds D w wᵀ to its inertia.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
 """Lanes: several simulations in one SIMD register, as a number type that compiled code can calculate with.
 
 A table of the engine is an array (row, column, lane). ``get(table, i, j, width)`` reads all lanes of one entry as one
-number and ``put`` writes them back; ``width`` is a tuple with as many entries as there are lanes, because the lane count
-must be part of a type. Arithmetic is lane by lane and strictly IEEE: a lane's result does not depend on its neighbours nor
-on their number, and with one lane the type is a plain double.
+number and ``put`` writes them back; ``width`` is a tuple with as many entries as there are lanes, because the number of
+lanes must be part of a type. Arithmetic is lane by lane and strictly IEEE: a lane's result does not depend on its
+neighbours nor on their number, and with one lane the type is a plain double.
 """
 
 import operator

@@ -110,7 +110,7 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
 def _touch_box(table, count, px, py, ex, ey, radius, corners):
     """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
 
-    Positions on the core run from −1 at the far end to +1 at the hinge, the direction of MuJoCo's capsule; it decides ties.
+    Positions on the core run from −1 at the far end to +1 at the hinge, as MuJoCo's capsule does; it decides ties.
     """
     sx, sy = 0.5 * (corners[1, 0] - corners[2, 0]), 0.5 * (corners[1, 1] - corners[0, 1])
     mx, my = 0.5 * (corners[1, 0] + corners[2, 0]), 0.5 * (corners[1, 1] + corners[0, 1])

@@ -1,8 +1,8 @@
 """The O(n) sweeps of a planar chain: kinematics and articulated-body dynamics (Featherstone 2008, ch. 7).
 
 World-aligned axes at each hinge. A segment's acceleration is (turn α, hinge a); a point at r from the hinge moves with
-a + α·P(r), P(r) = (r_y, −r_x), because positive angles turn from +y towards +x. Velocity-product accelerations are turned
-into forces beforehand, so that every sweep solves (M + …)·q̈ = forces with no J̇v left in it.
+a + α·P(r), P(r) = (r_y, −r_x), because positive angles turn from +y towards +x. Velocity-product accelerations become
+forces beforehand, so that every sweep solves (M + …)·q̈ = forces with no J̇v left in it.
 """
 
 from numba import njit
