@@ -82,7 +82,7 @@ def test_an_overdamped_or_short_trace_names_its_animal():
     with pytest.raises(InvalidInput, match="'creeper' is over-damped"):
         fit_traces(slow, make_small())
     short = Traces(time=time[:20], displacement=np.exp(-time / 20)[None, :20], names=("stub",))
-    with pytest.raises(InvalidInput, match="'stub'.*too short to hold one cycle"):
+    with pytest.raises(InvalidInput, match=r"'stub'.*too short to hold one cycle"):
         fit_traces(short, make_small())
 
 

@@ -9,7 +9,7 @@ from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
 from feeler.errors import InvalidInput
 
 _LINEAR = (
-    "fitted to the reconstructed targets, hinges nowhere softer than the exponential tip: error 1.57 (21.0 Hz, ζ 0.58; "
+    "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.57 (21.0 Hz, ζ 0.58; "
     "deflection ratios 0.55 and 0.77 instead of 0.22 and 0.55)"
 )
 _CONSTANT = (
@@ -56,8 +56,8 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     ----------
     profile
         ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and damping, fitted to the
-        same targets; neither can meet the deflection ratios. ``matched``: constant stiffness with the same total compliance
-        Σ 1/k_n, so that profile and overall softness are not confounded.
+        same targets; neither can meet the deflection ratios. ``matched``: constant stiffness with the same total
+        compliance Σ 1/k_n, so that profile and overall softness are not confounded.
     sensors
         ``even`` (56 over all hinges), ``distal`` (every second hinge of the distal 112) or ``all`` [C].
 

@@ -35,8 +35,8 @@ class Directions:
         width = PAPER_ERROR / max(self.sensitivity[-1], 1e-300)
         return (
             f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together "
-            f"by about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the paper's "
-            f"{PAPER_ERROR} (linear estimate): sensitivities differ {self.condition:.0f}-fold."
+            f"by about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the "
+            f"paper's {PAPER_ERROR} (linear estimate): sensitivities differ {self.condition:.0f}-fold."
         )
 
 
@@ -136,9 +136,10 @@ def bootstrap(
 ) -> np.ndarray:
     """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread (parametric bootstrap).
 
-    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is one
-    Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, but it does not move along directions
-    that the targets leave loose, so that intervals are those of the determined combinations. More refits run the model.
+    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is
+    one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, but it does not move along
+    directions that the targets leave loose, so that intervals are those of the determined combinations. More refits
+    run the model.
     """
     if np.all(problem.targets.spreads == 0):
         raise InvalidInput("the targets carry no spread between animals: there is nothing to draw from. Give spreads.")

@@ -184,8 +184,8 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
         )
     if free.frequency > MAX_FREQUENCY:
         raise InvalidInput(
-            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, not ms. "
-            "Name the column time_s."
+            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, "
+            "not ms. Name the column time_s."
         )
     return free
 

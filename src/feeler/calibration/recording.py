@@ -32,7 +32,7 @@ def load_traces(path: str | Path) -> Traces:
     """Traces from a CSV table: a column ``time_ms`` or ``time_s``, and a named column of tip displacement per animal.
 
     The first sample is the release; displacement is from rest, in any unit (only its shape is used). Lines
-    that begin with ``#`` are comments. ``synthetic_step`` names the example that ships with feeler (simulated, with noise).
+    that begin with ``#`` are comments. ``synthetic_step`` names the example that ships with feeler: simulated, noisy.
 
     Raises
     ------

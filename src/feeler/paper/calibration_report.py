@@ -1,4 +1,4 @@
-"""Tables of the calibration: what the published constants give, what refits find, which optimiser, what is determined."""
+"""Tables of the calibration: what the published constants give, what refits find, what is determined."""
 
 from dataclasses import dataclass
 

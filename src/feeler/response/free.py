@@ -95,10 +95,10 @@ def measure_free_response(
     if len(times) == 1:
         return _with_one_turn(time, share, times, heights, settle)
     half = times[1] - times[0]
-    if half < MIN_HALF * (time[1] - time[0]):
+    if half < MIN_HALF * (time[1] - time[0]) or _count_crossings(time, share, times, floor) != 1:
         raise InvalidInput(
-            f"half a cycle takes {half:g} ms, less than {MIN_HALF} samples of {time[1] - time[0]:g} ms: the frequency lies "
-            "beyond the sampling rate, or the time is in the wrong unit (ms are expected; s must be multiplied by 1000)."
+            f"between peak and trough there are not {MIN_HALF} samples of {time[1] - time[0]:g} ms, or several "
+            "swings: the frequency lies beyond the sampling rate, or the time is in the wrong unit (ms are expected)."
         )
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
@@ -131,11 +131,18 @@ def _opposite_turns(time: np.ndarray, share: np.ndarray, floor: float) -> tuple[
     return times[best], heights[best]
 
 
+def _count_crossings(time: np.ndarray, share: np.ndarray, times: np.ndarray, floor: float) -> int:
+    """Sign changes between peak and trough, leaving out what is below the floor."""
+    between = share[(time >= times[0]) & (time <= times[1]) & (np.abs(share) > floor)]
+    ends = np.concatenate(([-1.0], np.sign(between), [1.0]))
+    return int(np.sum(np.diff(ends) != 0))
+
+
 def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | None]) -> FreeResponse:
     if settle[0] is None:
         raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its "
-            "first deflection without having turned. Record longer, or check that time is in ms and rest is right."
+            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of "
+            "its first deflection without having turned. Record longer, or check that time is in ms and rest is right."
         )
     return _make_overdamped(time, share, settle, None, None)
 

@@ -32,8 +32,8 @@ def measure_deflection_ratios(time: np.ndarray, deflection: np.ndarray, tip: np.
     k = int(np.argmax(np.abs(tip)))
     if k in (0, tip.size - 1):
         raise InvalidInput(
-            f"the tip is farthest out at the {'first' if k == 0 else 'last'} sample ({time[k]:g} ms): the trace does not "
-            "hold the whole deflection. Record longer."
+            f"the tip is farthest out at the {'first' if k == 0 else 'last'} sample ({time[k]:g} ms): the trace "
+            "does not hold the whole deflection. Record longer."
         )
     bend = tip[k - 1] - 2 * tip[k] + tip[k + 1]
     share = 0.0 if bend == 0 else 0.5 * (tip[k - 1] - tip[k + 1]) / bend

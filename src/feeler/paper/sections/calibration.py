@@ -20,17 +20,17 @@ def _show_traces(context: Context, section: Section) -> None:
     data = fig2b.compute(context.antenna, engine=context.engine)
     section.figure(
         "fig2b_step_impulse",
-        "Tip displacement after a step release (10 mm from the fixation) and during an impulse at 95 % of the length, against "
-        "points digitised from the first author's poster [A]. Speed and lever of the impactor are not published [C]; the ±SD "
-        "bands of the animals could not be read. (Fig. 2B)",
+        "Tip displacement after a step release (10 mm from the fixation) and during an impulse at 95 % of the "
+        "length, against points digitised from the first author's poster [A]. Speed and lever of the impactor "
+        "are not published [C]; the ±SD bands of the animals could not be read. (Fig. 2B)",
         lambda figure: fig2b.plot(data, figure),
     )
     section.numbers("fig2b_step_impulse", step_time=data.step_time, step=data.step, impulse=data.impulse)
     section.text(
-        f"The simulated step passes the digitised points of the published simulation within {data.step_deviation:.3f} of the "
-        f"step (root mean square), the impulse within {data.impulse_deviation:.3f}. ζ is {data.free.damping_ratio:.3f} by "
-        f"logarithmic decrement and {data.free.fitted_damping_ratio:.3f} by a damped cosine over the whole record: another "
-        "definition, another number."
+        "The simulated step passes the digitised points of the published simulation within "
+        f"{data.step_deviation:.3f} of the step (root mean square), the impulse within "
+        f"{data.impulse_deviation:.3f}. ζ is {data.free.damping_ratio:.3f} by logarithmic decrement and "
+        f"{data.free.fitted_damping_ratio:.3f} by a damped cosine over the whole record: another definition, another number."
     )
     section.values |= {
         "calibration.rejected": data.free.rejected,
@@ -51,8 +51,8 @@ def _show_calibration(context: Context, section: Section) -> None:
     measured, error, accuracy = result.published
     section.heading("Calibration")
     section.text(
-        "The paper's targets (Table 1) are lost. These are reconstructed from what the published optimum itself yields and "
-        "from the poster's traces, so the small error of the published constants is no evidence for them."
+        "The paper's targets (Table 1) are lost. These are reconstructed from what the published optimum itself "
+        "yields and from the poster's traces, so the small error of the published constants is no evidence for them."
     )
     rows = [
         ["paper, its own targets", *["lost"] * 4, calibration_report.PAPER_ERROR, calibration_report.PAPER_ACCURACY]
@@ -104,9 +104,9 @@ def _show_identifiability(result: calibration_report.Calibration, section: Secti
     names = result.directions.names
     intervals = "; ".join(f"{n} {a:.3g} to {b:.3g}" for n, a, b in zip(names, low, high, strict=True))
     section.text(
-        f"{result.directions.describe()} Bootstrap over the animals' spread (means of 5; 95 %; along determined directions "
-        f"only): {intervals}. Among fits at least as good as the paper's 0.067, one parameter differs by a factor of "
-        f"{result.widest_spread:.2g}."
+        f"{result.directions.describe()} Bootstrap over the animals' spread (means of 5; 95 %; along determined "
+        f"directions only): {intervals}. Among fits at least as good as the paper's 0.067, one parameter differs "
+        f"by a factor of {result.widest_spread:.2g}."
     )
     section.figure(
         "calibration_directions",
@@ -127,8 +127,8 @@ def _show_segments(context: Context, section: Section) -> None:
     data = figS1.compute(seed=context.seed)
     section.figure(
         "figS1_segments",
-        "Sigmoid through segment lengths: four synthetic antennae scattered about the default one, because the measured "
-        "lengths were not published. (Fig. S1)",
+        "Sigmoid through segment lengths: four synthetic antennae scattered about the default one, because the "
+        "measured lengths were not published. (Fig. S1)",
         lambda figure: figS1.plot(data, figure),
         width=3.5,
     )
