@@ -136,7 +136,7 @@ def stream(
     every: Annotated[int, typer.Option(help="print every so many samples after contact")] = 50,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
-    from feeler.decoding.stream import open_serial, read_samples
+    from feeler.decoding.samples import open_serial, read_samples
     from feeler.robot import load_calibration, load_recording, make_decoder
 
     lines = None if calibration is None else load_calibration(calibration)

@@ -6,7 +6,7 @@ each class is held at several lags at once and the lags are summed out. τ, the 
 neighbouring samples, whose errors go together, from counting as independent witnesses.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,21 @@ from scipy.special import logsumexp
 from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
-from feeler.errors import InvalidInput, MissingExtra
+from feeler.decoding.samples import open_serial, parse_sample, read_samples
+from feeler.errors import InvalidInput
+
+__all__ = [
+    "EarlyAccuracy",
+    "Stream",
+    "StreamDecoder",
+    "StreamState",
+    "measure_early_accuracy",
+    "open_serial",
+    "parse_sample",
+    "read_samples",
+]
 
 STATES = ("waiting", "unsure", "decided", "over")
-MAX_LINE = 4096  # characters of one sample; more is no sample
 BASELINE = 300.0  # [C] samples over which the resting level is followed while nothing touches
 FLOOR = 0.004  # [C] rad; least sd of a reading
 MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
@@ -379,56 +390,3 @@ def measure_early_accuracy(
         decided_right=decided_right,
         noticed=noticed / len(X),
     )
-
-
-def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.ndarray]:
-    """Time [ms] or None, and values (sensor,), of one line: numbers separated by commas, semicolons, tabs or blanks.
-
-    ``n_sensors`` numbers are a sample, one more in front is its time. ``nan`` marks a missing channel.
-    """
-    if isinstance(line, bytes):
-        line = line[: MAX_LINE + 1].decode("utf-8", errors="replace")
-    if len(line) > MAX_LINE:
-        raise InvalidInput(f"a line of more than {MAX_LINE} characters is no sample.")
-    cells = line.strip().replace(";", ",").replace("\t", ",").replace(" ", ",").split(",")
-    cells = [cell for cell in cells if cell]
-    if len(cells) not in (n_sensors, n_sensors + 1):
-        raise InvalidInput(
-            f"a sample is {n_sensors} numbers, or a time and {n_sensors} numbers; got {len(cells)} in {line[:80]!r}."
-        )
-    try:
-        numbers = [float(cell) for cell in cells if "_" not in cell]
-    except ValueError:
-        numbers = []
-    if len(numbers) != len(cells):
-        raise InvalidInput(f"a sample must be numbers, got {line[:80]!r}.")
-    if len(numbers) == n_sensors:
-        return None, np.array(numbers)
-    return numbers[0], np.array(numbers[1:])
-
-
-def read_samples(lines: Iterable[str | bytes], n_sensors: int) -> Iterator[tuple[float | None, np.ndarray]]:
-    """Samples from lines; blank lines, ``#`` notes and one header line are passed over."""
-    first = True
-    for line in lines:
-        text = line.decode("utf-8", errors="replace") if isinstance(line, bytes) else line
-        if not text.strip() or text.lstrip().startswith("#"):
-            continue
-        is_header, first = first and any(c.isalpha() for c in text.lower().replace("nan", "").replace("e", "")), False
-        if not is_header:
-            yield parse_sample(line, n_sensors)
-
-
-def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:
-    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra ``robot``."""
-    try:
-        import serial
-    except ImportError as error:
-        raise MissingExtra("a serial port needs pyserial: pip install 'feeler[robot]'.") from error
-    try:
-        connection = serial.Serial(port, baudrate, timeout=timeout)
-    except (serial.SerialException, ValueError, OSError) as error:
-        raise InvalidInput(f"cannot open serial port {port!r}: {error}.") from error
-    with connection:
-        while line := connection.readline(MAX_LINE):
-            yield line
