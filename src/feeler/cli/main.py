@@ -7,7 +7,20 @@ import typer
 
 from feeler.errors import FeelerError
 
-VERBS = ("reproduce", "touch", "export", "robot", "tracks")
+VERBS = (
+    "reproduce",
+    "touch",
+    "export",
+    "compare",
+    "calibrate",
+    "wall",
+    "robot",
+    "tracks",
+    "antenna",
+    "convert",
+    "info",
+    "validate",
+)
 
 app = typer.Typer(
     help="Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart. Units: g, mm, ms.",

@@ -11,7 +11,14 @@ from feeler.paper.stage import Stage, run_stage
 
 STAGES = (
     Stage(name="antenna", title="The antenna", make=sections.antenna.make),
+    Stage(
+        name="calibration",
+        title="Calibration: does the model move like the animal?",
+        make=sections.calibration.make,
+        rooms=("response", "calibration"),
+    ),
     Stage(name="tensors", title="Tactile tensors", make=sections.tensors.make),
+    Stage(name="wall", title="Wall distance", make=sections.wall.make, rooms=("wall",)),
     Stage(name="encoding", title="Encoding", make=sections.encoding.make, rooms=("encoding",)),
     Stage(
         name="reading",

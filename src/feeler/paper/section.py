@@ -38,14 +38,15 @@ class Section:
         self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
 
     def figure(self, name: str, caption: str, draw, *, width: float = DOUBLE, height: float = 3.0) -> None:
-        """Draw with ``draw(figure)`` and keep it as PNG, SVG and PDF."""
+        """Draw with ``draw(figure)`` and keep it as PNG and as PDF (vector, fonts embedded)."""
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
-            for kind in ("png", "svg", "pdf"):
-                metadata = {"Date": None} if kind == "svg" else {"CreationDate": None} if kind == "pdf" else None
-                figure.savefig(self.folder / f"{name}.{kind}", metadata=metadata)
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")  # laid out once, not once per file
+            figure.savefig(self.folder / f"{name}.png")
+            figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
         size = [round(width * 96), round(height * 96)]
         self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
 

@@ -1,0 +1,121 @@
+"""Laws of an antenna: validated, frozen, straight along +y at rest."""
+
+import numpy as np
+import pytest
+
+from feeler import Antenna, presets
+from feeler.antenna import Constant, Exponential, Linear, Sigmoid, Tabulated, compute_modes
+from feeler.antenna.cockroach import FACTS, PROFILE_NAMES
+from feeler.antenna.modes import compute_mass_matrix
+from feeler.errors import InvalidInput
+
+GOOD = {"segment_length": [1.0, 2.0], "segment_mass": 1e-3, "radius": 0.2, "stiffness": 1.0, "damping": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("segment_length", [1.0, -2.0], r"segment_length must be finite and > 0 .* -2.0 in segment 2"),
+        ("segment_mass", 0.0, "segment_mass must be finite and > 0"),
+        ("stiffness", [1.0, np.nan], "stiffness must be finite and ≥ 0 .* nan in segment 2"),
+        ("stiffness", 0.0, "nothing holds the antenna"),
+        ("damping", [1.0, 2.0, 3.0], r"one number or 2 numbers .* \(3,\)"),
+        ("rest_angle", 4.0, "within ±π"),
+        ("sensors", [2, 1], "rise from base to tip"),
+        ("sensors", [0, 1], "within 1…2"),
+        ("sensors", [1.5], "whole hinge numbers"),
+        ("segment_length", np.ones(1001), "1 to 1000 segments, got .* 1001"),
+        ("radius", "thick", "radius must be numbers"),
+    ],
+)
+def test_bad_arrays_are_named(field, value, message):
+    with pytest.raises(InvalidInput, match=message):
+        Antenna(**(GOOD | {field: value}))
+
+
+def test_arrays_are_frozen():
+    antenna = Antenna(**GOOD)
+    with pytest.raises(ValueError, match="read-only"):
+        antenna.stiffness[0] = 2.0
+
+
+@pytest.mark.parametrize("n", [1, 2, 140, 1000])
+def test_rest_shape_is_straight_along_y(n):
+    antenna = Antenna(**(GOOD | {"segment_length": np.full(n, 0.5)}))
+    points = antenna.shape()
+    np.testing.assert_allclose(points[:, 0], 0.0)
+    assert points[-1, 1] == pytest.approx(antenna.length)
+
+
+def test_positive_angles_bend_towards_plus_x():
+    assert Antenna(**GOOD).shape([0.1, 0.1])[-1, 0] > 0
+
+
+@pytest.mark.parametrize(
+    ("profile", "expected"),
+    [
+        (Exponential(base=2.0, rate=-1.0), [2.0, 2.0 / np.e, 2.0 / np.e**2]),
+        (Linear(base=3.0, tip=1.0), [3.0, 2.0, 1.0]),
+        (Constant(value=4.0), [4.0, 4.0, 4.0]),
+        (Sigmoid(low=1.0, rise=2.0, slope=0.0, centre=0.5), [2.0, 2.0, 2.0]),
+        (Tabulated(x=(0.0, 1.0), values=(0.0, 6.0)), [1.0, 3.0, 5.0]),
+    ],
+)
+def test_profiles_sample_their_formula(profile, expected):
+    np.testing.assert_allclose(profile.sample(3), expected)
+
+
+@pytest.mark.parametrize("name", PROFILE_NAMES)
+def test_cockroach_shares_everything_but_its_hinges(name):
+    reference, antenna = presets.cockroach(), presets.cockroach(name)
+    assert (antenna.n_segments, antenna.sensors.size) == (140, 56)
+    assert antenna.length == pytest.approx(42.0)
+    np.testing.assert_array_equal(antenna.segment_mass, reference.segment_mass)
+
+
+def test_cockroach_has_the_published_hinges():
+    antenna, n = presets.cockroach(), np.arange(1, 141)
+    np.testing.assert_allclose(antenna.stiffness, 37.78 * np.exp(-0.0827 * (n - 1)))
+    np.testing.assert_allclose(antenna.damping, 25.24 * np.exp(-0.0533 * (n - 1)))
+    assert 1e3 * antenna.segment_mass.sum() == pytest.approx(2.0, abs=0.05)
+
+
+def test_matched_control_has_the_same_total_compliance():
+    exponential, matched = presets.cockroach(), presets.cockroach("matched")
+    assert np.sum(1 / matched.stiffness) == pytest.approx(np.sum(1 / exponential.stiffness))
+
+
+def test_every_fact_has_a_tag_and_a_unit():
+    assert all(fact.tag and fact.unit and fact.reference for fact in FACTS.values())
+
+
+@pytest.mark.parametrize("call", [lambda: presets.cockroach("cubic"), lambda: presets.make_preset("spider")])
+def test_unknown_names_list_the_valid_ones(call):
+    with pytest.raises(InvalidInput, match="valid: .*exponential.*constant"):
+        call()
+
+
+def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
+    """Against a slow, obvious reference: the energy of every rod for random hinge rates."""
+    rng = np.random.default_rng(1)
+    antenna = Antenna(**(GOOD | {"segment_length": rng.uniform(0.5, 2.0, 6), "segment_mass": rng.uniform(1, 2, 6)}))
+    rate = rng.normal(size=6)
+    energy, velocity = 0.0, 0.0
+    for n in range(6):
+        spin, length, mass = rate[: n + 1].sum(), antenna.segment_length[n], antenna.segment_mass[n]
+        centre = velocity + spin * length / 2
+        energy += 0.5 * mass * centre**2 + 0.5 * mass * length**2 / 12 * spin**2
+        velocity += spin * length
+    assert 0.5 * rate @ compute_mass_matrix(antenna) @ rate == pytest.approx(energy)
+
+
+@pytest.mark.parametrize(("mode", "root"), [(0, 1.8751041), (1, 4.6940911)])
+def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
+    """ω = β² √(EI / m̄ L⁴); the clamped half segment makes hinge 1 twice as stiff."""
+    n, length, stiffness, density = 200, 40.0, 5.0, 1e-4
+    step = length / n
+    k = np.full(n, stiffness / step)
+    k[0] *= 2
+    antenna = Antenna(segment_length=np.full(n, step), segment_mass=density * step, radius=0.1, stiffness=k, damping=0.0)
+    expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
+    assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)

@@ -1,0 +1,49 @@
+"""The command line: one clear message and exit code 2, never a traceback."""
+
+import subprocess
+import sys
+
+import pytest
+
+FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
+
+
+def run(*arguments, cwd):
+    return subprocess.run([*FEELER, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=240)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("touch", "--location", "1.5"), "fraction of the length"),
+        (("touch", "--feature", "cube"), "ball, box, triangle, wall"),
+        (("touch", "--antenna", "spider"), "unknown antenna 'spider'"),
+        (("touch", "--engine", "ode"), "valid: chain, mujoco"),
+        (("reproduce", "--scale", "huge"), "smoke, quick, paper"),
+        (("reproduce", "--set", "colour=2"), "stiffness, damping"),
+        (("touch", "--out", "/proc/nowhere"), "check the path"),
+    ],
+)
+def test_bad_input_is_one_message(tmp_path, arguments, message):
+    result = run(*arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert message in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not list(tmp_path.rglob("*.nc"))
+
+
+def test_touch_writes_tensor_picture_and_movie(tmp_path):
+    result = run("touch", "--duration", "30", "--timestep", "0.05", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    names = {path.name for path in (tmp_path / "out/touch").iterdir()}
+    assert names == {"tensor.nc", "tensor.png", "tensor.svg", "tensor.pdf", "movie.mp4"}
+
+
+def test_export_opens_in_mujoco(tmp_path):
+    import mujoco
+
+    result = run("export", "scene.xml", "--feature", "triangle", "--size", "2", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    assert model.nq == 142
+    assert "g, mm, ms" in (tmp_path / "scene.xml").read_text()

@@ -1,0 +1,151 @@
+"""Laws and closed forms of touch, bend and release, as their users call them."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+import feeler
+from feeler import Antenna, Ball, Box, Trial, Wall, presets
+from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.tensors import validate
+
+ANTENNA = presets.cockroach()
+TRIAL = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6)
+SHORT = {"duration": 15.0, "timestep": 0.05}
+
+
+def make_beam(n, length=40.0, bending=5.0, density=1e-4):
+    """A uniform beam: the clamp's half segment makes hinge 1 twice as stiff."""
+    k = np.full(n, bending * n / length)
+    k[0] *= 2
+    return Antenna(
+        segment_length=np.full(n, length / n),
+        segment_mass=density * length / n,
+        radius=0.1,
+        stiffness=k,
+        damping=0.02 * k,  # ζ = 0.5 % and 3 % in the first two modes; stills the lattice's own fast modes
+    )
+
+
+@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+def test_mirrored_touch_gives_mirrored_tensor(engine):
+    left, right = (
+        feeler.touch(ANTENNA, Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s),
+                     engine=engine, **SHORT)
+        for s in ("left", "right")
+    )  # fmt: skip
+    assert abs(left["angle"]).max() > 1e-3
+    np.testing.assert_allclose(right["angle"], -left["angle"], atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+def test_no_contact_gives_exact_zeros(engine):
+    tensors = feeler.touch(ANTENNA, Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0), engine=engine, **SHORT)
+    assert not tensors["angle"].values.any()
+    assert not tensors["force"].values.any()
+
+
+def test_workers_do_not_change_a_bit():
+    trials = [TRIAL, Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.3)] * 6
+    one, two = (feeler.touch(ANTENNA, trials, workers=w, **SHORT) for w in (1, 2))
+    np.testing.assert_array_equal(one["angle"], two["angle"])
+    np.testing.assert_array_equal(one["seed"], two["seed"])
+
+
+def test_contact_begins_when_the_trial_says():
+    trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=0.6, lead=5.0)
+    tensors = feeler.touch(ANTENNA, trial, duration=8.0, sample_interval=0.02, timestep=0.02)
+    touching = np.abs(tensors["force"].values[0]).sum(axis=1) > 0
+    assert tensors["time"].values[np.argmax(touching)] == pytest.approx(5.0, abs=0.1)
+
+
+def test_tensors_keep_the_contract():
+    tensors = validate(feeler.touch(ANTENNA, [TRIAL], **SHORT))
+    assert tensors["angle"].dims == ("trial", "sensor", "time")
+    assert tensors["angle"].shape == (1, 56, 15)
+    np.testing.assert_allclose(
+        tensors["curvature"], tensors["angle"] / ANTENNA.segment_length[ANTENNA.sensors - 1][:, None]
+    )
+    assert feeler.touch(ANTENNA, [TRIAL], all_hinges=True, **SHORT)["angle"].sizes["sensor"] == 140
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"engine": "ode"}, "unknown engine 'ode'; valid: chain, mujoco"),
+        ({"timestep": 0.5}, "too large for the contact"),
+        ({"timestep": 0.03}, "whole number of timesteps"),
+        ({"duration": -1.0}, "duration must be finite and > 0"),
+        ({"workers": 0}, "workers"),
+        ({"seed": -1}, "seed"),
+        ({"trials": []}, "at least one Trial"),
+    ],
+)
+def test_bad_calls_are_named(options, message):
+    with pytest.raises(InvalidInput, match=message):
+        feeler.touch(**({"antenna": ANTENNA, "trials": [TRIAL]} | SHORT | options))
+
+
+def test_a_diverging_trial_is_named_and_the_others_survive():
+    """Without damping, hinges this stiff for their mass make any explicit spring unstable at this step."""
+    wild = ANTENNA.replace(stiffness=ANTENNA.stiffness * 1e6, damping=0.0)
+    trials = [Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead) for lead in (5.0, 400.0)]
+    with pytest.raises(SimulationDiverged, match="ball 1 mm at 0.5 L.* diverged at") as caught:
+        feeler.touch(wild, trials, duration=60.0, timestep=0.05)
+    assert caught.value.tensors.sizes["trial"] == 1
+
+
+@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+def test_small_force_bends_a_uniform_chain_as_a_cantilever(engine):
+    beam, force = make_beam(120), 1e-6
+    tip = feeler.bend(beam, force=[force])["tip"].values[0, 0]
+    assert tip == pytest.approx(force * 40.0**3 / (3 * 5.0), rel=2e-3)
+
+
+def test_large_force_follows_the_elastica():
+    """Against the boundary value problem EI φ″ = −F cos φ, φ(0) = 0, φ′(L) = 0 of the continuous beam."""
+    beam, force, bending, length = make_beam(200), 0.02, 5.0, 40.0
+    s = np.linspace(0, length, 400)
+    solution = solve_bvp(
+        lambda s, y: np.array([y[1], -force / bending * np.cos(y[0])]),
+        lambda a, b: np.array([a[0], b[1]]),
+        s,
+        np.array([s / length, np.full_like(s, 1 / length)]),
+        tol=1e-8,
+    )
+    phi = solution.sol(s)[0]
+    expected = np.trapezoid(np.sin(phi), s), np.trapezoid(np.cos(phi), s)
+    found = feeler.bend(beam, force=[force])["tip"].values[0]
+    assert expected[0] > 0.5 * length
+    np.testing.assert_allclose(found, expected, rtol=5e-3)
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_free_release_rings_at_euler_bernoulli_frequencies(mode):
+    """Released in the shape of one mode, a uniform beam swings at that mode's frequency."""
+    from feeler.antenna import compute_modes
+
+    beam, root = make_beam(100), (1.8751041, 4.6940911)[mode]
+    expected = root**2 * np.sqrt(5.0 / (1e-4 * 40.0**4)) / (2 * np.pi)
+    shape = compute_modes(beam, 2).angle[mode]
+    released = feeler.release(
+        beam, angle=1e-3 * shape / np.abs(shape).max(), duration=2.5 / expected, sample_interval=0.1, timestep=0.01
+    )
+    x = released["tip"].values[0, :, 0]
+    crossing = np.flatnonzero(np.diff(np.sign(x)))
+    time = released["time"].values[crossing] + 0.1 * x[crossing] / (x[crossing] - x[crossing + 1])
+    assert 0.5 / np.mean(np.diff(time)) == pytest.approx(expected, rel=1e-2)
+
+
+def test_published_constants_ring_at_17_to_18_hertz():
+    released = feeler.release(ANTENNA, duration=60.0)
+    x, time = released["tip"].values[0, :, 0], released["time"].values
+    crossing = time[np.flatnonzero(np.diff(np.sign(x)))]
+    assert 1e3 * 0.5 / (crossing[1] - crossing[0]) == pytest.approx(17.5, abs=0.6)
+
+
+def test_release_starts_where_it_was_held():
+    released = feeler.release(ANTENNA, at=10.0, deflection=1.0, duration=1.0)
+    hinges = ANTENNA.shape(released["angle"].values[0, :, 0])
+    arc = ANTENNA.hinge_position
+    assert np.interp(10.0, arc, hinges[:-1, 0]) == pytest.approx(1.0, abs=1e-6)

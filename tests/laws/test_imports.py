@@ -1,0 +1,58 @@
+"""Imports run down the layers, and nothing that analyses needs a simulator."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import feeler
+
+SOURCE = Path(feeler.__file__).parent
+LAYERS = (
+    {"errors"},
+    {"antenna"},
+    {"touch"},
+    {"execute"},
+    {"tensors"},
+    {"physics"},
+    {"experiment"},
+    {"response", "encoding", "dispersion", "tracking", "plotting"},
+    {"calibration", "decoding", "wall"},
+    {"robot"},
+    {"paper"},
+    {"cli"},
+)
+RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
+FILES = sorted(path for path in SOURCE.rglob("*.py") if path.parent != SOURCE)
+
+
+def find_rooms(path):
+    """Rooms of feeler that a file imports, in functions too."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        for name in names:
+            parts = name.split(".")
+            if parts[0] == "feeler" and len(parts) > 1:
+                yield parts[1]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_imports_run_downwards(path):
+    room = path.relative_to(SOURCE).parts[0]
+    above = {other for other in find_rooms(path) if RANK[other] > RANK[room]}
+    assert not above, f"{room} imports {above}, which lies above it"
+
+
+@pytest.mark.parametrize("room", ["tensors", "encoding", "dispersion", "decoding", "tracking", "response"])
+def test_analysis_needs_no_simulator(room):
+    code = f"import feeler.{room}, sys; sys.exit('mujoco' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_only_one_module_writes_a_model():
+    writers = {p.relative_to(SOURCE).as_posix() for p in FILES if re.search(r"^\s*import mujoco$", p.read_text(), re.M)}
+    assert writers <= {"physics/mujoco.py"}

@@ -1,0 +1,42 @@
+"""Every claim has a rule, and every rule can fail."""
+
+import pytest
+
+from feeler.paper.claims import Claim, judge, load_claims
+from feeler.paper.context import Context
+from feeler.paper.reproduce import STAGES
+
+CONTEXT = Context()
+
+
+def make_claim(**fields):
+    base = {"id": "x", "where": "", "says": "", "paper": "", "tag": "P", "kind": "value", "section": "s", "keys": ("a",)}
+    return Claim(**(base | fields))
+
+
+def test_there_are_enough_claims_and_each_names_a_section():
+    claims = load_claims()
+    assert len(claims) >= 30
+    assert len({claim.id for claim in claims}) == len(claims)
+    assert {claim.section for claim in claims} <= {stage.name for stage in STAGES}
+    assert all(claim.why for claim in claims if claim.kind == "none")
+
+
+@pytest.mark.parametrize(
+    ("claim", "values", "verdict"),
+    [
+        (make_claim(target=2.0, tolerance=0.1), {"a": 2.1}, "reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": 3.0}, "not reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": {"value": 3.0, "low": 1.0, "high": 4.0}}, "partly"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 2}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 2, "b": 1}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": {"value": 1, "low": 0, "high": 3}, "b": 2}, "partly"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 5, "c": 3}, "partly"),
+        (make_claim(kind="above", target=1.0), {"a": 0.5}, "not reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": 0.5}, "reproduced"),
+        (make_claim(kind="none", why="lost"), {"a": 0.5}, "not comparable"),
+        (make_claim(), {}, "not comparable"),
+    ],
+)
+def test_rules(claim, values, verdict):
+    assert judge(claim, values, CONTEXT).verdict == verdict

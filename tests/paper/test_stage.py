@@ -1,0 +1,54 @@
+"""Stages are kept by what matters, and a failed stage leaves nothing that looks whole."""
+
+import pytest
+
+from feeler.errors import FeelerError
+from feeler.paper.context import Context
+from feeler.paper.stage import Stage, run_stage
+
+
+def make_stage(make):
+    return Stage(name="antenna", title="t", make=make)
+
+
+def test_second_run_comes_from_the_cache(tmp_path):
+    calls = []
+    stage = make_stage(lambda context, section: (calls.append(1), section.values.update(a=1.0)))
+    first, second = (run_stage(stage, Context(out=tmp_path)) for _ in range(2))
+    assert len(calls) == 1
+    assert second.cached
+    assert second.values == first.values == {"a": 1.0}
+
+
+def test_fresh_ignores_the_cache(tmp_path):
+    calls = []
+    stage = make_stage(lambda context, section: calls.append(1))
+    run_stage(stage, Context(out=tmp_path))
+    run_stage(stage, Context(out=tmp_path, fresh=True))
+    assert len(calls) == 2
+
+
+@pytest.mark.parametrize("change", [{"seed": 1}, {"scale": "smoke"}, {"timestep": 0.01}, {"engine": "mujoco"}])
+def test_the_key_holds_everything_that_matters(change):
+    stage = make_stage(lambda context, section: None)
+    assert stage.key(Context(**change)) != stage.key(Context())
+    assert stage.key(Context(workers=2)) == stage.key(Context())
+
+
+def test_a_failed_stage_is_told_and_not_kept(tmp_path):
+    def fail(context, section):
+        raise FeelerError("no such thing")
+
+    section = run_stage(make_stage(fail), Context(out=tmp_path))
+    assert "no such thing" in section.blocks[0]["text"]
+    assert not list(tmp_path.rglob("section.json"))
+
+
+def test_an_interrupted_stage_leaves_nothing(tmp_path):
+    def stop(context, section):
+        (section.folder / "half.png").write_bytes(b"x")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_stage(make_stage(stop), Context(out=tmp_path))
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
