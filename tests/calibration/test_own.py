@@ -4,22 +4,31 @@ import numpy as np
 import pytest
 from small_antenna import make_small
 
-from feeler.calibration import Traces, fit_traces, load_traces, make_synthetic_traces, measure_trace, save_traces
+from feeler.calibration import (
+    Protocol,
+    Traces,
+    fit_traces,
+    load_traces,
+    make_synthetic_traces,
+    measure_trace,
+    save_traces,
+)
 from feeler.errors import InvalidInput
 
 PLANTED = (1.25, 0.7)
+QUICK = Protocol(timestep=0.05)
 
 
 @pytest.fixture(scope="module")
 def traces():
     return make_synthetic_traces(
-        make_small(), np.random.default_rng(11), n_animals=4, spread=0.04, noise=0.005, planted=PLANTED
+        make_small(), np.random.default_rng(11), n_animals=4, spread=0.04, noise=0.005, planted=PLANTED, protocol=QUICK
     )
 
 
 @pytest.mark.parametrize("by", ["trace", "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
-    result = fit_traces(traces, make_small(), by=by, confidence=0.99)
+    result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
     assert result.each.shape == (4, 2)
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
@@ -27,9 +36,9 @@ def test_planted_factors_lie_in_their_interval(traces, by):
 
 def test_one_animal_has_an_interval_from_its_residuals():
     one = make_synthetic_traces(
-        make_small(), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.01, planted=PLANTED
+        make_small(), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.01, planted=PLANTED, protocol=QUICK
     )
-    result = fit_traces(one, make_small(), confidence=0.99)
+    result = fit_traces(one, make_small(), confidence=0.99, protocol=QUICK)
     assert "white noise" in result.interval
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert result.residual[0] < 0.06

@@ -28,12 +28,14 @@ PLANTED = np.array([1.3, 0.8])
 
 @pytest.fixture(scope="module")
 def targets():
-    measured = Protocol().measure(make_small(*PLANTED), NAMES)
+    measured = Protocol(timestep=0.05).measure(make_small(*PLANTED), NAMES)
     return make_targets(**{name: (value, 0.05 * value) for name, value in zip(NAMES, measured.values, strict=True)})
 
 
 def make_problem(targets, **protocol):
-    return Problem(hinges=make_hinges("scale", make_small()), targets=targets, protocol=Protocol(**protocol))
+    return Problem(
+        hinges=make_hinges("scale", make_small()), targets=targets, protocol=Protocol(**({"timestep": 0.05} | protocol))
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)

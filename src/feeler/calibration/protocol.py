@@ -16,6 +16,8 @@ from feeler.physics.scene import Motion, Scene
 from feeler.response import measure_deflection_ratios, measure_free_response
 
 STEP_QUANTITIES = ("frequency", "damping_ratio")
+SHORT_STEP = 80.0  # ms; enough for peak and trough of a cockroach's antenna, others are run for longer
+IMPULSE_TRAVEL = (0.35, 0.6)  # shares of the length that the cylinder travels: enough for most, enough for all
 IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the length
 
 
@@ -49,34 +51,43 @@ class Protocol:
         names = tuple(names)
         outcomes = [dict() for _ in antennas]
         if any(name in STEP_QUANTITIES for name in names):
-            self._add(outcomes, antennas, self._step_scene, self.step_duration, self._read_step)
+            durations = sorted({min(SHORT_STEP, self.step_duration), self.step_duration})
+            self._add(outcomes, antennas, self._step_scene, durations, self._read_step)
         if any(name in IMPULSE_POINTS for name in names):
-            duration = 0.5 * max(antenna.length for antenna in antennas) / self.speed + 20.0 + LEAD
-            self._add(outcomes, antennas, self._impulse_scene, duration, self._read_impulse)
+            length = max(antenna.length for antenna in antennas)
+            durations = [LEAD + share * length / self.speed + 5.0 for share in IMPULSE_TRAVEL]
+            self._add(outcomes, antennas, self._impulse_scene, durations, self._read_impulse)
         return [_collect(outcome, names) for outcome in outcomes]
 
     def simulate_steps(self, antennas: Sequence[Antenna]) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
         """Time [ms] from release and tip displacement (sample,) [mm] of each antenna after a step."""
         outcomes: list[dict] = [{} for _ in antennas]
-        self._add(outcomes, antennas, self._step_scene, self.step_duration, lambda *found: {"tip": _follow_tip(*found)})
+
+        def read(antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, object]:
+            return {"tip": _follow_tip(antenna, scene, motion)}
+
+        self._add(outcomes, antennas, self._step_scene, [self.step_duration], read)
         return [outcome.get("error") or outcome["tip"] for outcome in outcomes]
 
-    def _add(self, outcomes: list[dict], antennas: Sequence[Antenna], make, duration: float, read) -> None:
-        """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``."""
+    def _add(self, outcomes: list[dict], antennas: Sequence[Antenna], make, durations: list[float], read) -> None:
+        """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``.
+
+        Those that tell nothing within the first of ``durations`` (``read`` gives None) are run for the next one.
+        """
         scenes: dict[int, Scene] = {}
         for k, antenna in enumerate(antennas):
             try:
                 scenes[k] = make(antenna)
             except FeelerError as error:
                 outcomes[k]["error"] = error
-        for k, motion in zip(scenes, self._run(list(scenes.values()), duration), strict=True):
-            if isinstance(motion, Exception):
-                outcomes[k]["error"] = motion
-                continue
-            try:
-                outcomes[k] |= read(antennas[k], scenes[k], motion)
-            except InvalidInput as error:
-                outcomes[k]["error"] = error
+        for duration in durations:
+            last = duration == durations[-1]
+            motions = self._run(list(scenes.values()), duration)
+            for k, motion in zip(list(scenes), motions, strict=True):
+                found = _read(read, antennas[k], scenes[k], motion, last)
+                if found is not None:
+                    outcomes[k] |= found
+                    del scenes[k]
 
     def _run(self, scenes: list[Scene], duration: float) -> list[Motion | SimulationDiverged]:
         engine = get_engine(self.engine)
@@ -93,17 +104,31 @@ class Protocol:
     def _impulse_scene(self, antenna: Antenna) -> Scene:
         return make_impulse_scene(antenna, speed=self.speed, lever=self.lever)
 
-    def _read_step(self, antenna: Antenna, scene: Scene, motion: Motion) -> dict[str, object]:
+    def _read_step(self, antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, object] | None:
         free = measure_free_response(*_follow_tip(antenna, scene, motion), floor=1e-6, fit=False)
-        if free.overdamped:
-            ratio = float(compute_modes(antenna, 1).damping_ratio[0])
-            return {"overdamped": True, "frequency": 0.0, "damping_ratio": max(1.0, ratio)}
-        return {"overdamped": False, "frequency": free.frequency, "damping_ratio": free.damping_ratio}
+        if not free.overdamped:
+            return {"overdamped": False, "frequency": free.frequency, "damping_ratio": free.damping_ratio}
+        if not last:
+            return None
+        ratio = float(compute_modes(antenna, 1).damping_ratio[0])
+        return {"overdamped": True, "frequency": 0.0, "damping_ratio": max(1.0, ratio)}
 
-    def _read_impulse(self, antenna: Antenna, scene: Scene, motion: Motion) -> dict[str, float]:
+    def _read_impulse(self, antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, float] | None:
         impulse: Impulse = measure_impulse(scene, motion, tuple(IMPULSE_POINTS.values()))
+        if not last and np.any(impulse.force[-1] != 0):
+            return None  # the cylinder still pushes: the tip may go on
         ratios = measure_deflection_ratios(impulse.time, impulse.deflection, impulse.tip)
         return dict(zip(IMPULSE_POINTS, map(float, ratios), strict=True))
+
+
+def _read(read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDiverged", last: bool) -> dict | None:
+    """What ``read`` finds; an error where there is nothing to find even in the longest run."""
+    if isinstance(motion, Exception):
+        return {"error": motion}
+    try:
+        return read(antenna, scene, motion, last)
+    except InvalidInput as error:
+        return {"error": error} if last else None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
