@@ -53,7 +53,7 @@ def test_a_drive_that_goes_nowhere_is_refused(options, message):
 def test_distance_from_a_course_by_hand():
     towards, away = make_turn(45.0, (100.0, 100.0)), make_turn(-45.0, (100.0, 100.0))
     np.testing.assert_allclose(towards.measure([[-5.0, 50.0], [3.0, 50.0]]), [5.0, -3.0])
-    np.testing.assert_allclose(away.measure([[-3.0, 104.0]]), [5.0])  # from the corner itself
+    np.testing.assert_allclose(away.measure([[-4.0, 103.0]]), [5.0])  # from the corner itself
     direction = np.array([-np.sin(np.pi / 4), np.cos(np.pi / 4)])
     on_second = np.array([0.0, 100.0]) + 50 * direction + 7 * np.array([-direction[1], direction[0]])
     np.testing.assert_allclose(towards.measure([on_second]), [7.0])

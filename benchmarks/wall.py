@@ -1,0 +1,122 @@
+"""Wall room: cost of a quasi-static sweep, of following, agreement with the simulated antenna, and following by profile.
+
+Run: python benchmarks/wall.py
+"""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from feeler.antenna.presets import PROFILE_NAMES, cockroach
+from feeler.errors import FeelerError
+from feeler.physics.clock import Clock
+from feeler.physics.engine import get_engine
+from feeler.physics.scene import Scene
+from feeler.touch.feature import Wall
+from feeler.wall import FOLLOWING, Posture, approach, calibrate, follow, make_turn, map_distance
+from feeler.wall import sweep as sweeping
+
+RESULTS = Path(__file__).parent / "results" / "wall.json"
+TURNS = (30.0, 45.0, -30.0, -45.0)
+SPEEDS = (0.3, 0.45, 0.6)
+
+
+def time_sweeps() -> list[dict]:
+    """CPU seconds of a sweep over 20 distances, warm."""
+    rows = []
+    for label, posture in {"default": Posture(), "frictionless": Posture(friction=0.0), "straight": FOLLOWING}.items():
+        for name in PROFILE_NAMES:
+            antenna = cockroach(name)
+            start = time.process_time()
+            found = map_distance(approach(antenna, posture))
+            rows.append({"posture": label, "antenna": name, "cpu_s": time.process_time() - start, "r2": found.r2})
+    return rows
+
+
+def compare_with_simulation() -> list[dict]:
+    """How far the simulated antenna moves from the static answer in 150 ms [degrees of heading]."""
+    rows = []
+    for engine, duration in (("chain", 150.0), ("mujoco", 60.0)):
+        for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
+            sweep = approach(cockroach(), posture, [12.0])
+            scene = Scene(
+                antenna=sweep.antenna,
+                feature=Wall(),
+                origin=(12.0, 0.0),
+                forward=(-1.0, 0.0),
+                friction=0.0,
+                base_angle=posture.base_angle,
+                angle=sweep.angle[0],
+            )
+            angle = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.05))[0].angle[-1]
+            moved = np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max())
+            rows.append({"engine": engine, "posture": label, "moved_deg": float(moved)})
+    return rows
+
+
+def refine() -> list[dict]:
+    """R² of the exponential antenna against the length of the wall's steps: what friction leaves undetermined."""
+    rows, usual = [], sweeping.SUBSTEP
+    for friction in (0.0, 0.3):
+        for substep in (1.0, 0.5, 0.25, 0.1):
+            sweeping.SUBSTEP = substep
+            r2 = map_distance(approach(cockroach(), Posture(friction=friction))).r2
+            rows.append({"friction": friction, "substep_mm": substep, "r2": r2})
+    sweeping.SUBSTEP = usual
+    return rows
+
+
+def run_courses() -> list[dict]:
+    """Tracking error by profile, speed and turn."""
+    follow(cockroach(), make_turn(30.0), oracle=True)  # compile
+    rows = []
+    for name in PROFILE_NAMES:
+        for speed in SPEEDS:
+            found = calibrate(cockroach(name), FOLLOWING, speed=speed)
+            for turn in TURNS:
+                rows.append({"antenna": name, "speed": speed, "turn": turn, **_run(name, speed, turn, found)})
+    for speed in SPEEDS:
+        for turn in TURNS:
+            rows.append({"antenna": "(true distance)", "speed": speed, "turn": turn, **_run(None, speed, turn, None)})
+    return rows
+
+
+def _run(name, speed, turn, found) -> dict:
+    start = time.process_time()
+    try:
+        run = follow(cockroach(name or "exponential"), make_turn(turn), speed=speed, distance_map=found, oracle=name is None)
+    except FeelerError as error:
+        return {"failed": str(error)}
+    taken = time.process_time() - start
+    return {
+        "error_mm": run.error,
+        "estimate_error_mm": run.estimate_error if name else None,
+        "nearest_mm": run.nearest,
+        "collided": run.collided,
+        "map_r2": found.r2 if name else None,
+        "times_real_time": run.time[-1] / 1e3 / taken,
+    }
+
+
+def main() -> None:
+    """Print the tables and keep them."""
+    approach(cockroach(), Posture(), [20.0])  # compile
+    tables = {
+        "sweeps": time_sweeps(),
+        "static_against_simulated": compare_with_simulation(),
+        "substep": refine(),
+        "following": run_courses(),
+    }
+    for title, rows in tables.items():
+        print(f"\n{title}")
+        for row in rows:
+            print("  " + "  ".join(f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))
+    RESULTS.parent.mkdir(exist_ok=True)
+    text = json.dumps(tables, indent=1).replace("NaN", "null")
+    RESULTS.write_text(text + "\n")
+
+
+if __name__ == "__main__":
+    main()
