@@ -330,3 +330,13 @@ def test_one_trial_of_one_sample_survives_every_format(tmp_path):
         save(tiny, tmp_path / f"tiny{suffix}", **OPTIONS.get(suffix, {}))
         expected = tiny if suffix == ".zarr" else complete(tiny)
         xr.testing.assert_identical(load(tmp_path / f"tiny{suffix}"), expected)
+
+
+@pytest.mark.parametrize("kind", ["(2,", "f8,(3", "O", "V8", "<f16", "{'a': 1}", 8, None, ["a"]])
+def test_a_type_is_one_of_few_words_and_never_parsed(tmp_path, whole, kind):
+    from feeler.tensors.plain import describe, restore
+
+    content = json.loads(describe(whole))
+    content["variables"]["angle"]["type"] = kind
+    with pytest.raises(InvalidInput, match=r"variable 'angle' has the type"):
+        restore(content, {name: item.values for name, item in whole.variables.items()}, "file")

@@ -18,6 +18,7 @@ from feeler.errors import InvalidInput, StoreError
 from feeler.tensors.configuration import make_plain
 from feeler.tensors.limits import NAME, Limits, parse_json, read_bytes
 from feeler.tensors.zarr3 import (
+    NUMBERS,
     ArrayInfo,
     decode_chunk,
     describe_array,
@@ -179,7 +180,7 @@ def read_layout(path: Path, limits: Limits) -> Layout | None:
             for name in schema["fixed"]
         }
         for kind in schema["recorded"].values():
-            if kind != "str" and np.dtype(kind).kind not in "biuf":
+            if kind != "str" and kind not in NUMBERS:
                 raise InvalidInput(f"{file}: unknown type {kind!r}.")
         attributes = {str(name): dict(attrs) for name, attrs in schema["attributes"].items()}
         attributes.setdefault("", {})
