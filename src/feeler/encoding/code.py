@@ -11,6 +11,7 @@ from feeler.encoding.least_squares import MOST_PIVOTS, polish_nonnegative, solve
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 
 BLOCK = 8  # trials per task [C]
+APPROACH = 150  # steps towards the ridge code [C]: then exact pivoting ends after two or three
 POLISH = 300  # steps of the code without a ridge [C]: the residual then moves by less than 1e-4 of itself
 
 
@@ -32,10 +33,11 @@ def encode(
     code : which code.
         "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖², ‖W‖² the mean squared length of a basis, so that
         ridge has no unit. Strictly convex: one answer, solved exactly, and one that moves little when the tensor does.
-        "nonnegative": towards the least ‖V − V̂‖ over h ≥ 0, by 300 accelerated gradient steps from the ridge code.
+        "nonnegative": towards the least ‖V − V̂‖ over h ≥ 0, by 300 accelerated gradient steps from near the ridge
+        code.
         Where bases are smooth, very different h do almost as well; the fixed start and number of steps make it one.
         "sparse": the least ½‖V − V̂‖² among activations whose every row has exactly this sparseness, or is zero; by
-        projected gradient from the projected ridge code. Not convex: the fixed start makes it one answer, not the best.
+        projected gradient from the projected, nearly solved ridge code. Not convex: the fixed start makes it one answer, not the best.
     max_sweeps, tol : the sparse code ends after this many sweeps, or when one lowers the loss by less than tol times
         what the code explains.
 
@@ -55,11 +57,12 @@ def encode(
     def encode_block(block: slice) -> bool:
         rows = activations[block]
         seen = np.concatenate([_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]])
-        solved = solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
+        polish_nonnegative(seen, *ridged, rows, APPROACH)
         if code == "nonnegative":
             polish_nonnegative(seen, kernel, edge, rows, POLISH)
-        if code != "sparse":
-            return solved
+            return True
+        if code == "ridge":
+            return solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
         for trial in rows:
             for row in trial:
                 project_row(row.copy(), l1, row)

@@ -5,7 +5,7 @@ from numba import njit
 
 from feeler.encoding.activations import apply_gram
 
-MOST_PIVOTS = 500  # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
+MOST_PIVOTS = 300  # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -33,10 +33,10 @@ def _pivot(seen, kernel, edge, h, slope):
     """One trial of solve_nonnegative."""
     n_components, n_times = h.shape
     top = max(seen.max(), 0.0)
-    h[:] = 0.0
     if top == 0.0:
+        h[:] = 0.0
         return 0
-    active = seen > 0.3 * top  # a start; any would do
+    active = h > 0.0
     fewest, patience = n_components * n_times + 1, 3
     for pivot in range(MOST_PIVOTS):
         _solve_active(seen, kernel, edge, active, h)
