@@ -1,4 +1,4 @@
-"""Wall room: cost of a quasi-static sweep, of following, agreement with the simulated antenna, and following by profile.
+"""Wall room: cost of a sweep and of following, agreement with the simulated antenna, and following by profile.
 
 Run: python benchmarks/wall.py
 """
@@ -36,9 +36,12 @@ def time_sweeps() -> list[dict]:
 
 
 def compare_with_simulation() -> list[dict]:
-    """How far the simulated antenna moves from the static answer in 150 ms [degrees of heading]."""
+    """An antenna bent a tenth too much is let go: heading difference from the static answer at start and end [degrees].
+
+    MuJoCo gets a little friction: at its smallest its solver diverges against this wall.
+    """
     rows = []
-    for engine, duration in (("chain", 150.0), ("mujoco", 60.0)):
+    for engine, duration, friction in (("chain", 120.0, 0.0), ("mujoco", 60.0, 0.05)):
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
             sweep = approach(cockroach(), posture, [12.0])
             scene = Scene(
@@ -46,13 +49,13 @@ def compare_with_simulation() -> list[dict]:
                 feature=Wall(),
                 origin=(12.0, 0.0),
                 forward=(-1.0, 0.0),
-                friction=0.0,
+                friction=friction,
                 base_angle=posture.base_angle,
-                angle=sweep.angle[0],
+                angle=sweep.antenna.rest_angle + 1.1 * sweep.bend[0],
             )
-            angle = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.05))[0].angle[-1]
-            moved = np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max())
-            rows.append({"engine": engine, "posture": label, "moved_deg": float(moved)})
+            motion = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.02))[0]
+            gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
+            rows.append({"engine": engine, "posture": label, "start_deg": float(gap[0]), "end_deg": float(gap[-1])})
     return rows
 
 
@@ -75,18 +78,22 @@ def run_courses() -> list[dict]:
     for name in PROFILE_NAMES:
         for speed in SPEEDS:
             found = calibrate(cockroach(name), FOLLOWING, speed=speed)
-            for turn in TURNS:
-                rows.append({"antenna": name, "speed": speed, "turn": turn, **_run(name, speed, turn, found)})
+            rows += [
+                {"antenna": name, "speed": speed, "turn": turn, **_run(name, speed, turn, found)} for turn in TURNS
+            ]
     for speed in SPEEDS:
-        for turn in TURNS:
-            rows.append({"antenna": "(true distance)", "speed": speed, "turn": turn, **_run(None, speed, turn, None)})
+        rows += [
+            {"antenna": "(truth)", "speed": speed, "turn": turn, **_run(None, speed, turn, None)} for turn in TURNS
+        ]
     return rows
 
 
 def _run(name, speed, turn, found) -> dict:
     start = time.process_time()
     try:
-        run = follow(cockroach(name or "exponential"), make_turn(turn), speed=speed, distance_map=found, oracle=name is None)
+        run = follow(
+            cockroach(name or "exponential"), make_turn(turn), speed=speed, distance_map=found, oracle=name is None
+        )
     except FeelerError as error:
         return {"failed": str(error)}
     taken = time.process_time() - start

@@ -19,7 +19,9 @@ def test_the_j_slides_and_stays(profile):
 
 
 def test_a_wall_sliding_on_the_left_is_the_mirror_image():
-    right, left = (slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1) for side in ("right", "left"))
+    right, left = (
+        slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1) for side in ("right", "left")
+    )
     np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
 
 

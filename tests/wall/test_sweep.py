@@ -17,7 +17,9 @@ FEW = (22.0, 16.0, 10.0, 6.0)
 
 @pytest.fixture(scope="module")
 def uniform() -> Antenna:
-    return Antenna(segment_length=np.full(40, 1.0), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2, sensors=None)
+    return Antenna(
+        segment_length=np.full(40, 1.0), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2, sensors=None
+    )
 
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
@@ -92,34 +94,44 @@ def test_beyond_reach_nothing_is_touched_and_nothing_bends():
     np.testing.assert_allclose(sweep.bend, 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("posture", [Posture(friction=0.0), Posture(prebend="none", friction=0.0)], ids=["hook", "straight"])
-def test_static_answer_is_where_the_simulated_antenna_stays(posture):
-    """The chain engine (MuJoCo's equations) starts at the equilibrium and moves only by the softness of its contact."""
-    sweep = approach(cockroach(), posture, [12.0])
-    angle = _simulate(sweep, "chain", 150.0)
-    move = np.abs(angle[-1].cumsum() - sweep.angle[0].cumsum()).max()
-    assert move < np.radians(2.0)
-    assert np.abs(angle[-1] - angle[-20]).max() < 1e-3  # and it has come to rest
+POSTURES = [Posture(friction=0.0), Posture(prebend="none", friction=0.0)]
+
+
+@pytest.mark.parametrize("posture", POSTURES, ids=["hook", "straight"])
+def test_simulated_antenna_comes_to_rest_at_the_static_answer(posture):
+    """The chain engine (MuJoCo's equations) starts bent a tenth too much, 3° to 14° away, and ends there."""
+    start, end = _simulate(posture, "chain", 120.0, 0.05)
+    assert start > 2.5
+    assert end < 0.5
 
 
 @pytest.mark.slow
-def test_static_answer_is_where_mujoco_ends_up():
-    sweep = approach(cockroach(), Posture(prebend="none", friction=0.0), [12.0])
-    angle = _simulate(sweep, "mujoco", 100.0)
-    assert np.abs(angle[-1].cumsum() - sweep.angle[0].cumsum()).max() < np.radians(2.0)
+@pytest.mark.parametrize("posture", POSTURES, ids=["hook", "straight"])
+def test_mujoco_comes_to_rest_at_the_static_answer(posture):
+    """With a little friction: at MuJoCo's smallest its solver diverges against this wall."""
+    start, end = _simulate(posture, "mujoco", 60.0, 0.02, friction=0.05)
+    assert start > 2.5
+    assert end < 1.0
 
 
-def _simulate(sweep, engine: str, duration: float) -> np.ndarray:
+def _simulate(
+    posture: Posture, engine: str, duration: float, timestep: float, friction: float = 0.0
+) -> tuple[float, float]:
+    """Greatest heading difference from the static answer at the start and at the end [degrees]."""
+    sweep = approach(cockroach(), posture, [12.0])
+    start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
     scene = Scene(
         antenna=sweep.antenna,
         feature=Wall(),
-        origin=(float(sweep.distance[0]), 0.0),
+        origin=(12.0, 0.0),
         forward=(-1.0, 0.0),
-        friction=0.0,
-        base_angle=sweep.posture.base_angle,
-        angle=sweep.angle[0],
+        friction=friction,
+        base_angle=posture.base_angle,
+        angle=start,
     )
-    return get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.05))[0].angle
+    end = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=timestep))[0].angle[-1]
+    first, last = (np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end))
+    return float(first), float(last)
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,9 @@ def compute(
     options = {"engine": engine} | ({} if timestep is None else {"timestep": timestep})
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
-    axes = {"smoke": None, "quick": (READINGS, FRICTIONS[:2], QUICK_BENDS), "paper": (READINGS, FRICTIONS, BENDS)}[scale]
+    axes = {"smoke": None, "quick": (READINGS, FRICTIONS[:2], QUICK_BENDS), "paper": (READINGS, FRICTIONS, BENDS)}[
+        scale
+    ]
     cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads) if axes else []
     return Fig3Data(
         sweeps=sweeps,
@@ -111,7 +113,9 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
         if not found.undefined:
             ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
-    ax.set(xlabel="point of greatest curvature (mm from base)", ylabel="wall distance (mm)", ylim=(3, 27), xlim=(-1, 43))
+    ax.set(
+        xlabel="point of greatest curvature (mm from base)", ylabel="wall distance (mm)", ylim=(3, 27), xlim=(-1, 43)
+    )
     ax.legend(fontsize="x-small", frameon=False)
 
 

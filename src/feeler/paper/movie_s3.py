@@ -17,7 +17,9 @@ FRAMES = 84
 SPEED = 0.06  # mm/ms; [P] the slow exploration speed
 
 
-def compute(antennas: Mapping[str, Antenna], *, posture: Posture | None = None, **options: object) -> dict[str, WallTouch]:
+def compute(
+    antennas: Mapping[str, Antenna], *, posture: Posture | None = None, **options: object
+) -> dict[str, WallTouch]:
     """The continuous approach of every antenna; ``options`` go to :func:`feeler.wall.drive`."""
     return {name: drive(antenna, posture, **({"speed": SPEED} | options)) for name, antenna in antennas.items()}
 

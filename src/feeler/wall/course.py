@@ -29,7 +29,8 @@ class Course:
     def __post_init__(self) -> None:
         if len(self.lengths) < 1 or len(self.turns) != len(self.lengths) - 1:
             raise InvalidInput(
-                f"a Course needs one turn fewer than it has faces, got {len(self.lengths)} lengths and {len(self.turns)} turns."
+                f"a Course needs one turn fewer than it has faces, got {len(self.lengths)} lengths and "
+                f"{len(self.turns)} turns."
             )
         if not all(np.isfinite(length) and length > 10 for length in self.lengths):
             raise InvalidInput(f"Course.lengths must be finite and > 10 mm, got {self.lengths}.")

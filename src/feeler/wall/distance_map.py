@@ -128,7 +128,7 @@ def map_distance(
 def bootstrap_median(
     values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
 ) -> tuple[float, float, float]:
-    """Median and its percentile bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
+    """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size == 0:

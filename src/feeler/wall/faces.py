@@ -1,4 +1,4 @@
-"""Contact of an antenna's nodes with straight faces: pressure, friction with a stored place of sticking, and their stiffness."""
+"""Contact of an antenna's nodes with straight faces: pressure, and friction with a stored place of sticking."""
 
 import numpy as np
 from numba import njit
@@ -45,10 +45,11 @@ def _touch(face, faces, k, x, y, radius):
 
 @njit(**COMPILE)
 def add_contacts(table, faces, friction, points, anchor, pressed, force, stiffness):
-    """Contact force (segment, 2) and its stiffness (segment, 3: xx, xy, yy) at every node; returns (energy, touching nodes).
+    """Force (segment, 2) and stiffness (segment, 3: xx, xy, yy) at every node; returns (energy, touching nodes).
 
-    ``anchor`` (segment, 2 slots) is where a node sticks along a face, NaN where it has just come; friction is limited by
-    ``pressed`` (segment, 2 slots), the normal force at the end of the step before, so that a step has a potential energy.
+    ``anchor`` (segment, 2 slots) is where a node sticks along a face, NaN where it has just come; friction is
+    limited by ``pressed`` (segment, 2 slots), the normal force at the end of the step before, so that a step has a
+    potential energy.
     """
     energy, count = 0.0, 0
     for i in range(table.shape[0]):

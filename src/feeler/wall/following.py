@@ -14,12 +14,12 @@ from feeler.wall.runner import BODY_LOST, run_loop
 from feeler.wall.sweep import approach
 from feeler.wall.table import make_half_plane, make_table
 
-SOFT = 20.0  # [C] 1/mm²; contact in the loop, softer than at rest: nodes sink in by some 0.02 mm, and steps stay long
+SOFT = 20.0  # [C] 1/mm²; contact in the loop, softer than at rest: nodes sink in by some 0.02 mm
 GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
 SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
 
-# [C] the posture in which bodies follow by default: of those tried, the one whose map is nearly straight (docs/guide/wall.md)
+# [C] the posture in which bodies follow by default: of those tried, the one with a usable map
 FOLLOWING = Posture(prebend="none", friction=0.0)
 
 
@@ -100,7 +100,9 @@ def calibrate(
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
     sweep = approach(antenna, posture.replace(side="right"), distances)
     runs = [
-        _drive(antenna, posture, make_half_plane(d, 0.0, (-1.0, 0.0)), (0.0, 0.0, 0.0), angle, speed, SETTLING + LISTENING)
+        _drive(
+            antenna, posture, make_half_plane(d, 0.0, (-1.0, 0.0)), (0.0, 0.0, 0.0), angle, speed, SETTLING + LISTENING
+        )
         for d, angle in zip(sweep.distance, sweep.angle, strict=True)
     ]
     listened = [position[round(SETTLING) :] for _, _, position, _ in runs]
@@ -123,8 +125,9 @@ def follow(
 ) -> Run:
     """Run a body along a wall with turns, steering by the point of greatest curvature of its antenna.
 
-    The body is a point with a heading that runs at constant ``speed``; its antenna moves by the implicit chain with inertia
-    against the course's faces. Without contact there is no estimate, and the body steers as at the farthest calibrated distance.
+    The body is a point with a heading that runs at constant ``speed``; its antenna moves by the implicit chain with
+    inertia against the course's faces. Without contact there is no estimate, and the body steers as at the farthest
+    calibrated distance.
 
     Parameters
     ----------
@@ -171,14 +174,28 @@ def follow(
     )
 
 
-def _drive(antenna, posture, faces, start, angle, speed, duration, controller=None, distance_map=None, oracle=False, timestep=1.0):
+def _drive(
+    antenna,
+    posture,
+    faces,
+    start,
+    angle,
+    speed,
+    duration,
+    controller=None,
+    distance_map=None,
+    oracle=False,
+    timestep=1.0,
+):
     """Body (sample, 3), true distance, peak position and estimate (sample,) of one run."""
     bent = posture.bend(antenna)
     place = np.arange(0.0, antenna.hinge_position[-1], GRID)
     weight = np.exp(-0.5 * ((place[:, None] - antenna.hinge_position) / SMOOTHING) ** 2)
     weight /= (weight @ antenna.segment_length)[:, None]
     c = controller or Controller()
-    steer = np.array([c.target, c.frequency**2 / speed, 2 * c.damping_ratio * c.frequency / speed, c.max_turn, c.smoothing])
+    steer = np.array(
+        [c.target, c.frequency**2 / speed, 2 * c.damping_ratio * c.frequency / speed, c.max_turn, c.smoothing]
+    )
     line = np.array([0.0, 0.0, 0.0, 0.0])
     if distance_map is not None and not oracle:
         known = distance_map.distance[distance_map.used]

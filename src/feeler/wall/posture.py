@@ -30,9 +30,9 @@ class Posture:
     reading: str = "midline"
     """``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``: half of it each."""
     prebend: str = "rest"
-    """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and released; ``rotation``: a
-    straight antenna that points backward is turned forward along the wall by its base (both need friction); ``none``: no J, a
-    straight antenna whose tip bends forward along the wall [C]."""
+    """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and released;
+    ``rotation``: a straight antenna that points backward is turned forward along the wall by its base; ``none``: no
+    J, a straight antenna whose tip bends forward along the wall [C]."""
     hook_share: float = 0.25
     """Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is straight [C]."""
     tip_heading: float = 180.0
@@ -96,7 +96,7 @@ class Posture:
         return float(np.max(x + np.append(antenna.radius, antenna.radius[-1])))
 
     def lay(self, antenna: Antenna, distance: float) -> np.ndarray:
-        """Headings (segment,) of a fold at a wall: straight to the wall, an arc of ``fold_radius``, straight back along it."""
+        """Headings (segment,) of a fold: straight to the wall, an arc of ``fold_radius``, straight back along it."""
         near = distance - float(antenna.radius.max()) - self.fold_radius * (1 + np.cos(self.base_angle))
         start = max(near, 0.0) / np.sin(self.base_angle)
         middle = antenna.hinge_position + antenna.segment_length / 2

@@ -1,14 +1,14 @@
 """One implicit step of an antenna against walls: Newton's method with O(n) sweeps.
 
-The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin φ_i, cos φ_i), whose nodes
-carry the contact forces f_i. A step of length h solves, for every segment,
+The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin φ_i, cos φ_i),
+whose nodes carry the contact forces f_i. A step of length h solves, for every segment,
 
     T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i = ∂p_i/∂φ_i,
 
-backward Euler without inertia: h → ∞ gives an equilibrium, and the antenna's own damping says along which path it is reached.
+backward Euler without inertia: h → ∞ gives an equilibrium, reached along the antenna's own damping.
 With inertia, m_i (p_i − p_i⁻ − h v_i⁻) / h² is taken from f_i (mass lumped at the nodes). The linear system of a
-Newton iteration is solved like an articulated body: one sweep from the tip that condenses everything distal into a 3 × 3
-response of the segment's near end, one sweep outwards. Where a pivot is not
+Newton iteration is solved like an articulated body: one sweep from the tip that condenses everything distal into a
+3 × 3 response of the segment's near end, one sweep outwards. Where a pivot is not
 positive the turning of the levers is left out, so that every step descends.
 """
 
@@ -220,7 +220,19 @@ def settle(table, faces, friction, base, heading, points, anchor, pressed, toler
     timestep, time, static, count = FIRST_STEP, 0.0, np.inf, 0
     for k in range(max_steps):
         done, trial, touching, moved = step(
-            table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, False, False, 0.1 * tolerance
+            table,
+            faces,
+            friction,
+            base,
+            heading,
+            points,
+            velocity,
+            anchor,
+            pressed,
+            timestep,
+            False,
+            False,
+            0.1 * tolerance,
         )
         if not done:
             timestep *= 0.25

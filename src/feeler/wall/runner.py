@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from feeler.wall.rod import place_nodes, step
-from feeler.wall.table import COMPILE, F_LENGTH, F_NX, F_NY, F_X, F_Y, R_LENGTH, R_REST
+from feeler.wall.table import COMPILE, F_LENGTH, F_NX, F_NY, F_X, F_Y, R_REST
 
 TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
@@ -53,7 +53,7 @@ def find_bend(table, base, heading, place, weight):
 
 @njit(**COMPILE)
 def _advance(table, faces, friction, start, end, alpha, heading, points, velocity, anchor, pressed, timestep):
-    """Carry the base from ``start`` to ``end`` (x, y, heading) in one step, or in more if it fails; touching nodes or −1."""
+    """Carry the base from ``start`` to ``end`` (x, y, heading) in one step, or more if it fails; touching nodes or −1."""
     base, parts = np.empty(4), 1
     for split in range(MAX_SPLITS):
         bold = split < MAX_SPLITS - 1
@@ -64,7 +64,19 @@ def _advance(table, faces, friction, start, end, alpha, heading, points, velocit
             base[0], base[1] = start[0] + b * (end[0] - start[0]), start[1] + b * (end[1] - start[1])
             base[2], base[3] = alpha + start[2] + b * (end[2] - start[2]), alpha + start[2] + a * (end[2] - start[2])
             done, _, count, _ = step(
-                table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep / parts, True, bold, TOLERANCE
+                table,
+                faces,
+                friction,
+                base,
+                heading,
+                points,
+                velocity,
+                anchor,
+                pressed,
+                timestep / parts,
+                True,
+                bold,
+                TOLERANCE,
             )
             if not done:
                 break
@@ -80,7 +92,7 @@ def _advance(table, faces, friction, start, end, alpha, heading, points, velocit
 def run_loop(
     table, faces, friction, start, alpha, angle, speed, timestep, n_steps, place, weight, steer, delay, line, mode
 ):
-    """Body (step + 1, 3), peak position and estimate (step + 1,), and how many samples are valid (minus that: diverged)."""
+    """Body (step + 1, 3), peak position and estimate (step + 1,), number of valid samples (negative: diverged)."""
     n = table.shape[0]
     body = np.zeros((n_steps + 1, 3))
     position, estimate = np.full(n_steps + 1, np.nan), np.full(n_steps + 1, np.nan)

@@ -91,7 +91,7 @@ def compare(
 
 
 def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:
-    """Per antenna: number of set-ups, of undefined R², median R² with its interval over the set-ups, least and greatest."""
+    """Per antenna: number of set-ups, of undefined R², median R² with its interval, least and greatest."""
     table: dict[str, dict[str, float]] = {}
     cases = list(cases)
     for name in dict.fromkeys(case.antenna for case in cases):
@@ -113,7 +113,7 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
 def count_orderings(
     cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "constant")
 ) -> dict[tuple, dict[str, int]]:
-    """Per value of each choice: in how many set-ups R² falls in ``order``, in how many not, and where it is undefined."""
+    """Per value of each choice: in how many set-ups R² falls in ``order``, does not, or is undefined."""
     groups: dict[tuple, dict[str, float]] = {}
     for case in cases:
         groups.setdefault(case.choice, {})[case.antenna] = case.map.r2

@@ -47,8 +47,8 @@ class WallTouch:
     def make_dataset(self, *, relative: bool = True) -> xr.Dataset:
         """The tactile tensors by the data contract; ``relative``: hinge angles beyond the slack shape.
 
-        ``size`` is infinite (a wall), ``location`` the share of the length at which a straight antenna would meet the wall,
-        the extra coordinate ``distance`` the wall's first distance [mm].
+        ``size`` is infinite (a wall), ``location`` the share of the length at which a straight antenna would meet the
+        wall, the extra coordinate ``distance`` the wall's first distance [mm].
         """
         antenna = self.antenna
         hinge = antenna.sensors - 1
@@ -119,7 +119,9 @@ def drive(
     """
     posture = posture or Posture()
     if not 0 < near < far:
-        raise InvalidInput(f"the wall must come from far to near with 0 < near < far, got far={far:g}, near={near:g} mm.")
+        raise InvalidInput(
+            f"the wall must come from far to near with 0 < near < far, got far={far:g}, near={near:g} mm."
+        )
     duration = (far - near) / speed if speed > 0 else 0.0
     _check(speed, duration)
     sweep = approach(antenna, posture, [far])
@@ -134,7 +136,9 @@ def _check(speed: float, duration: float) -> None:
             raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
 
 
-def _scene(antenna: Antenna, posture: Posture, distance: float, velocity: tuple[float, float], angle: np.ndarray) -> Scene:
+def _scene(
+    antenna: Antenna, posture: Posture, distance: float, velocity: tuple[float, float], angle: np.ndarray
+) -> Scene:
     return Scene(
         antenna=antenna,
         feature=Wall(),

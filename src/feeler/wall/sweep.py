@@ -82,7 +82,8 @@ def approach(antenna: Antenna, posture: Posture | None = None, distances: np.nda
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig. 3A, B).
 
     Each equilibrium is the minimum of Σ ½ k_i (θ_i − rest_i)² with all nodes in front of the wall, reached from the one
-    before along the antenna's own damping; with friction, a node slips where its tangential force exceeds friction · normal force.
+    before along the antenna's own damping; with friction, a node slips where its tangential force exceeds
+    friction · normal force.
 
     Parameters
     ----------
@@ -140,8 +141,8 @@ def _check_distances(distances: np.ndarray, antenna: Antenna) -> np.ndarray:
         )
     if values.min() <= antenna.radius[0]:
         raise InvalidInput(
-            f"the pre-bend starts inside the wall: at {values.min():g} mm the wall cuts the antenna's base, whose radius is "
-            f"{antenna.radius[0]:g} mm. Use larger distances."
+            f"the pre-bend starts inside the wall: at {values.min():g} mm the wall cuts the antenna's base, whose "
+            f"radius is {antenna.radius[0]:g} mm. Use larger distances."
         )
     return np.unique(values)[::-1]
 
@@ -155,8 +156,8 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[_Holder, f
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(posture.base_angle))
     if wall < room:
         raise InvalidInput(
-            f"the pre-bend starts inside the wall: it needs {room:.3g} mm, the wall stands at {wall:.3g} mm. Begin farther "
-            "away, or use a wider inter_antennal_angle, a smaller fold_radius, or prebend='rest'."
+            f"the pre-bend starts inside the wall: it needs {room:.3g} mm, the wall stands at {wall:.3g} mm. Begin "
+            "farther away, or use a wider inter_antennal_angle, a smaller fold_radius, or prebend='rest'."
         )
     if posture.prebend == "placed":
         holder.lay(posture.lay(antenna, wall))

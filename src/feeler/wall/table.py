@@ -8,8 +8,8 @@ COMPILE = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 # columns of the antenna's table, one row per segment
 R_LENGTH, R_STIFFNESS, R_DAMPING, R_REST, R_RADIUS, R_MASS, R_FIRMNESS = range(7)
-# columns of the walls' table: a straight face, its first point, the unit normal of its free side, its length, and whether the
-# wall turns away from the body at its two ends (1) or towards it (0)
+# columns of the walls' table: a straight face, its first point, the unit normal of its free side, its length, and
+# whether the wall turns away from the body at its two ends (1) or towards it (0)
 F_X, F_Y, F_NX, F_NY, F_LENGTH, F_START, F_END = range(7)
 
 FIRMNESS = 1e3  # [C] 1/mm²; contact stiffness over that of the node's hinge per rad: nodes sink in by some 1e-3 mm
