@@ -116,6 +116,8 @@ def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
     step = length / n
     k = np.full(n, stiffness / step)
     k[0] *= 2
-    antenna = Antenna(segment_length=np.full(n, step), segment_mass=density * step, radius=0.1, stiffness=k, damping=0.0)
+    antenna = Antenna(
+        segment_length=np.full(n, step), segment_mass=density * step, radius=0.1, stiffness=k, damping=0.0
+    )
     expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
     assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)

@@ -10,7 +10,16 @@ CONTEXT = Context()
 
 
 def make_claim(**fields):
-    base = {"id": "x", "where": "", "says": "", "paper": "", "tag": "P", "kind": "value", "section": "s", "keys": ("a",)}
+    base = {
+        "id": "x",
+        "where": "",
+        "says": "",
+        "paper": "",
+        "tag": "P",
+        "kind": "value",
+        "section": "s",
+        "keys": ("a",),
+    }
     return Claim(**(base | fields))
 
 
@@ -36,6 +45,9 @@ def test_there_are_enough_claims_and_each_names_a_section():
         (make_claim(kind="below", target=1.0), {"a": 0.5}, "reproduced"),
         (make_claim(kind="none", why="lost"), {"a": 0.5}, "not comparable"),
         (make_claim(), {}, "not comparable"),
+        (make_claim(target=1.0), {"a": {"undefined": "no peak"}}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b"), null="n"), {"a": 1, "b": 2, "n": 1.5}, "partly"),
+        (make_claim(kind="order", keys=("a", "b"), null="n"), {"a": 1, "b": 2, "n": 0.5}, "reproduced"),
     ],
 )
 def test_rules(claim, values, verdict):

@@ -44,7 +44,8 @@ def test_ball_meets_the_surface_at_the_location():
 
 def test_right_side_is_the_mirror_image():
     left, right = (
-        place(ANTENNA, Trial(feature=FEATURES[3], location=0.6, speed=0.3, approach=70, side=s)) for s in ("left", "right")
+        place(ANTENNA, Trial(feature=FEATURES[3], location=0.6, speed=0.3, approach=70, side=s))
+        for s in ("left", "right")
     )
     np.testing.assert_allclose(right.origin, left.origin * [-1, 1], atol=1e-9)
     np.testing.assert_allclose(right.velocity, left.velocity * [-1, 1], atol=1e-15)

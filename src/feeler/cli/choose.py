@@ -36,5 +36,7 @@ def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
         except ValueError:
             raise InvalidInput(f"--set {change!r}: give a factor, as in --set {quantity}=1.5.") from None
         field = fields.get(quantity, quantity)
-        antenna = antenna.replace(**{field: getattr(antenna, field) * factor}, name=f"{antenna.name} {quantity}×{factor:g}")
+        antenna = antenna.replace(
+            **{field: getattr(antenna, field) * factor}, name=f"{antenna.name} {quantity}×{factor:g}"
+        )
     return antenna

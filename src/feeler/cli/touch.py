@@ -47,7 +47,9 @@ def touch(
     if movie:
         movie_s2.write(chosen, trial, everything, out / "movie.mp4")
     peak = tensors["angle"].max().item() * 57.29578
-    typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {tensors['curvature'].max().item():.3g} /mm")
+    typer.echo(
+        f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {tensors['curvature'].max().item():.3g} /mm"
+    )
     typer.echo(f"wrote {out}/tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
 
 

@@ -23,11 +23,13 @@ from feeler.calibration import (
     make_hinges,
     make_starts,
     search,
+    walk_loose,
 )
 from feeler.plotting.style import PALETTE
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR, PAPER_ACCURACY = 0.067, 0.0035  # [P]
+WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])  # [C] typical changes along the loosest direction
 FAMILIES = ("exponential", "linear", "constant")
 
 
@@ -51,7 +53,7 @@ class Effort:
 
 EFFORTS = {
     "smoke": Effort(refits=0, control_starts=0, compared=(), places=0, draws=50, speeds=(), levers=()),
-    "quick": Effort(refits=1, control_starts=0, compared=(), places=0, draws=500, speeds=(0.4,), levers=(None,)),
+    "quick": Effort(refits=0, control_starts=0, compared=(), places=0, draws=500, speeds=(), levers=()),
     "paper": Effort(
         refits=3,
         control_starts=2,
@@ -76,6 +78,8 @@ class Calibration:
     controls: dict[str, Fit]
     compared: tuple[Minimum, ...]
     directions: Directions
+    walked: tuple[np.ndarray, np.ndarray]
+    """Parameters (step, parameter) and errors (step,) along the loosest direction from the published constants."""
     profiles: Profiles | None
     draws: np.ndarray
     """Bootstrapped parameters (draw, parameter)."""
@@ -85,7 +89,7 @@ class Calibration:
     @property
     def widest_spread(self) -> float:
         """Largest factor by which one base parameter differs among fits at least as good as the paper's 0.067."""
-        found = [PAPER_P]
+        found = [PAPER_P, *self.walked[0][self.walked[1] <= PAPER_ERROR]]
         if self.refits is not None:
             found += [m.p for m in self.refits.minima if m.error <= PAPER_ERROR]
         if self.profiles is not None:
@@ -110,13 +114,15 @@ def compute(
     starts = make_starts(problem.hinges, effort.refits + 1, rng)[1:]
     refits = fit(problem, starts, max_evaluations=80) if effort.refits else None
     best = np.array(PAPER_P) if refits is None else refits.p
+    directions = analyse_directions(problem, np.array(PAPER_P))
     return Calibration(
         published=problem.score(PAPER_P),
         presets={name: _score_preset(name, make("scale")) for name in FAMILIES},
         refits=refits,
         controls=_fit_controls(make, effort.control_starts, rng),
         compared=_compare(make, effort.compared, starts),
-        directions=analyse_directions(problem, np.array(PAPER_P)),
+        directions=directions,
+        walked=walk_loose(problem, directions, WALK),
         profiles=compute_profiles(problem, best, n_places=effort.places, refits=2) if effort.places else None,
         draws=bootstrap(problem, np.array(PAPER_P), rng, n_draws=effort.draws),
         ratios=_sweep(make, effort),

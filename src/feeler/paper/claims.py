@@ -29,6 +29,8 @@ class Claim:
     keys: tuple[str, ...] = ()
     target: float = 0.0
     tolerance: float = 0.0
+    null: str = ""
+    """Key of what the same pipeline reaches where there is nothing to find; a claim that it matches has no evidence."""
     why: str = ""
 
 
@@ -66,20 +68,38 @@ def judge(claim: Claim, values: dict[str, object], context: Context) -> Judged:
     if missing:
         why = f"not computed in this run (scale {context.scale}): {', '.join(missing)}"
         return Judged(claim=claim, ours="–", verdict="not comparable", why=why)
+    if undefined := [values[key] for key in claim.keys if isinstance(values[key], dict) and "undefined" in values[key]]:
+        verdict = "not reproduced" if claim.kind == "value" else "not comparable"
+        return Judged(claim=claim, ours="undefined", verdict=verdict, why=undefined[0]["undefined"])
     numbers = [_number(values[key]) for key in claim.keys]
     rule = {"value": _judge_value, "order": _judge_order, "above": _judge_above, "below": _judge_below}[claim.kind]
     verdict, why = rule(claim, numbers)
+    if claim.null and values.get(claim.null) is not None and verdict != "not reproduced":
+        verdict, why = _judge_null(verdict, why, numbers, _number(values[claim.null]))
     return Judged(claim=claim, ours="; ".join(_show(values[key]) for key in claim.keys), verdict=verdict, why=why)
 
 
 Interval = tuple[float, float, float]
 
 
+def _judge_null(verdict: str, why: str, numbers: list[Interval], null: Interval) -> tuple[str, str]:
+    if null[0] < min(number[0] for number in numbers):
+        return verdict, why
+    return (
+        "partly",
+        f"{why}, but the null reaches {null[0]:.2g}: such numbers arise where there is nothing to tell apart",
+    )
+
+
 def _number(value: object) -> Interval:
     """(value, low, high); a plain number has no spread."""
     if isinstance(value, dict):
         low, high = value.get("low"), value.get("high")
-        return float(value["value"]), float(value["value"] if low is None else low), float(value["value"] if high is None else high)
+        return (
+            float(value["value"]),
+            float(value["value"] if low is None else low),
+            float(value["value"] if high is None else high),
+        )
     return (float(value),) * 3
 
 
@@ -97,7 +117,11 @@ def _judge_order(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
     rising = [b > a for a, b in zip(points, points[1:], strict=False)]
     apart = numbers[-1][1] > numbers[0][2] or numbers[0][1:] == numbers[0][:1] * 2
     if all(rising):
-        return ("reproduced", "in the claimed order") if apart else ("partly", "in the claimed order, but the spreads of the ends overlap")
+        return (
+            ("reproduced", "in the claimed order")
+            if apart
+            else ("partly", "in the claimed order, but the spreads of the ends overlap")
+        )
     if points[-1] > points[0]:
         return "partly", "the ends are in the claimed order, the middle is not"
     return "not reproduced", "the ends are not in the claimed order"
@@ -107,14 +131,22 @@ def _judge_above(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
     value, low, _ = numbers[0]
     if low > claim.target:
         return "reproduced", f"above {claim.target:g} with its whole spread"
-    return ("partly", f"above {claim.target:g}, its spread is not") if value > claim.target else ("not reproduced", f"not above {claim.target:g}")
+    return (
+        ("partly", f"above {claim.target:g}, its spread is not")
+        if value > claim.target
+        else ("not reproduced", f"not above {claim.target:g}")
+    )
 
 
 def _judge_below(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
     value, _, high = numbers[0]
     if high < claim.target:
         return "reproduced", f"below {claim.target:g} with its whole spread"
-    return ("partly", f"below {claim.target:g}, its spread is not") if value < claim.target else ("not reproduced", f"not below {claim.target:g}")
+    return (
+        ("partly", f"below {claim.target:g}, its spread is not")
+        if value < claim.target
+        else ("not reproduced", f"not below {claim.target:g}")
+    )
 
 
 def _show(value: object) -> str:

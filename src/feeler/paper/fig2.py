@@ -20,7 +20,9 @@ def plot_antenna(antenna: Antenna, figure: Figure) -> None:
     plot_posture(points, ax, linewidth=1)
     ax.plot(points[antenna.sensors - 1, 0], points[antenna.sensors - 1, 1], ".", color="#D55E00", markersize=3)
     ax.set(xlabel="arc length from the base [mm]", yticks=[], aspect="equal")
-    ax.set_title(f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots), {antenna.length:.3g} mm")
+    ax.set_title(
+        f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots), {antenna.length:.3g} mm"
+    )
     ax.spines.left.set_visible(False)
     plot_profiles(antenna, np.array([figure.add_subplot(grid[1, i]) for i in range(4)]))
 
@@ -35,13 +37,17 @@ def plot_stimuli(antenna: Antenna, figure: Figure) -> None:
         right.add_patch(make_patch(feature, np.array([8.0 * i, 0.0]), np.array([1.0, 0.0])))
         right.text(8.0 * i - feature.size, -5.5, f"{feature.kind}\n{feature.size:g} mm", ha="center", fontsize=6)
     right.annotate("motion", (46, 5), (38, 5), arrowprops={"arrowstyle": "->"}, va="center", fontsize=7)
-    right.set(xlabel="x [mm]", ylabel="y [mm]", xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)")
+    right.set(
+        xlabel="x [mm]", ylabel="y [mm]", xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)"
+    )
 
 
 def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     """Curvature [1/mm] of one speed as rows of locations (middle to tip) and columns of features."""
     at_speed = tensors["curvature"].sel(trial=np.isclose(tensors["speed"], speed))
-    columns = sorted({(str(f), float(s)) for f, s in zip(at_speed["feature"].values, at_speed["size"].values, strict=True)})
+    columns = sorted(
+        {(str(f), float(s)) for f, s in zip(at_speed["feature"].values, at_speed["size"].values, strict=True)}
+    )
     rows = sorted(set(at_speed["location"].values.tolist()))
     return [
         [

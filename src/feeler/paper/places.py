@@ -20,11 +20,18 @@ def _place(name: str, shows: str, prefix: str = "", note: str = "") -> Place:
 PLACES = (
     _place("Fig. 1", "the idea, in drawings", note="a drawing; nothing to compute"),
     _place("Fig. 2A, C", "the model antenna", "fig2c"),
-    _place("Fig. 2B", "step and impulse response", "fig2b", "against digitised mean traces; the animals' raw data were not published"),
+    _place(
+        "Fig. 2B",
+        "step and impulse response",
+        "fig2b",
+        "against digitised mean traces; the animals' raw data were not published",
+    ),
     _place("Fig. 2D", "features and locations", "fig2d"),
     _place("Fig. 2E", "tactile tensors", "fig2e"),
     _place("Fig. 3A–D", "wall distance", "fig3", "simulation only; the animal's curvature points were not published"),
-    _place("Fig. 4A", "the pipeline, as a drawing", note="a drawing; the guide page on encoding shows each step on data"),
+    _place(
+        "Fig. 4A", "the pipeline, as a drawing", note="a drawing; the guide page on encoding shows each step on data"
+    ),
     _place("Fig. 4B–D", "encoding by rank, bases, activations", "fig4"),
     _place("Fig. 5A–E", "dispersion and classification", "fig5"),
     _place("Fig. 5F–G", "bases and entropies by profile", "fig5f"),

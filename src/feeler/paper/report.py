@@ -32,13 +32,20 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     path = context.out / "report.html"
     parts = [("claims", "What holds", _render_claims(claims))]
     parts += [(section.name, section.title, _render_section(section)) for section in sections]
-    parts += [("places", "Every figure and movie", _render_places(sections)), ("methods", "Methods and conditions", _render_methods(context, sections))]
+    parts += [
+        ("places", "Every figure and movie", _render_places(sections)),
+        ("methods", "Methods and conditions", _render_methods(context, sections)),
+    ]
     page = PAGE.format(
-        title="Soft antennae, touched" if context.is_cockroach else f"The antenna '{html.escape(context.antenna.name)}', touched",
+        title="Soft antennae, touched"
+        if context.is_cockroach
+        else f"The antenna '{html.escape(context.antenna.name)}', touched",
         lead=_lead(context),
         css=files("feeler.paper").joinpath("report.css").read_text(),
         contents="".join(f'<li><a href="#{name}">{html.escape(title)}</a></li>' for name, title, _ in parts),
-        body="".join(f'<section id="{name}"><h2>{html.escape(title)}</h2>{text}</section>' for name, title, text in parts),
+        body="".join(
+            f'<section id="{name}"><h2>{html.escape(title)}</h2>{text}</section>' for name, title, text in parts
+        ),
         version=list_versions()["feeler"],
     )
     partial = path.with_suffix(".part")
@@ -120,7 +127,9 @@ def _render_places(sections: list[Section]) -> str:
     for place in PLACES:
         found = sorted(name for name in made if name.startswith(place.prefix)) if place.prefix else []
         where = ", ".join(f"<a href='#{made[name]}'>{name}</a>" for name in found) or "not in this run"
-        rows.append(f"<tr><td>{place.name}</td><td>{html.escape(place.shows)}</td><td>{where}</td><td>{html.escape(place.note)}</td></tr>")
+        rows.append(
+            f"<tr><td>{place.name}</td><td>{html.escape(place.shows)}</td><td>{where}</td><td>{html.escape(place.note)}</td></tr>"
+        )
     return (
         "<div class='scroll'><table><thead><tr><th>in the paper</th><th>shows</th><th>here</th><th>note</th></tr></thead>"
         f"<tbody>{''.join(rows)}</tbody></table></div>"
@@ -137,12 +146,21 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
         f"one sample per ms at {antenna.sensors.size} hinges. Tensors hold curvature (hinge angle over segment length), "
         "rectified and scaled by one common factor on the way to the encoder. Physics: the "
         f"{context.engine} engine"
-        + (", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the tests." if context.engine == "chain" else ".")
+        + (
+            ", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the tests."
+            if context.engine == "chain"
+            else "."
+        )
     )
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     versions = ", ".join(f"{name} {version}" for name, version in list_versions().items())
-    rows = [[section.title, f"{section.seconds:.1f}", "kept from an earlier run" if section.cached else ""] for section in sections]
-    table = _render_table({"header": ["stage", "seconds", ""], "rows": rows, "caption": "Time each stage took when it was made."})
+    rows = [
+        [section.title, f"{section.seconds:.1f}", "kept from an earlier run" if section.cached else ""]
+        for section in sections
+    ]
+    table = _render_table(
+        {"header": ["stage", "seconds", ""], "rows": rows, "caption": "Time each stage took when it was made."}
+    )
     return f"<p>{html.escape(words)}</p><p class='small'>Versions: {versions}. Machine: {machine}. Seed: {context.seed}.</p>{table}"
 
 

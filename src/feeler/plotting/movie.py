@@ -11,9 +11,7 @@ from matplotlib.figure import Figure
 DPI = 110
 
 
-def write_movie(
-    path: Path, figure: Figure, draw_frame: Callable[[int], object], n_frames: int, fps: int = 25
-) -> Path:
+def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object], n_frames: int, fps: int = 25) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging rest, which is

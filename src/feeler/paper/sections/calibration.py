@@ -19,7 +19,13 @@ def make(context: Context, section: Section) -> None:
         lambda figure: fig2b.plot(data, figure),
         height=3.0,
     )
-    section.numbers("fig2b_responses", step=data.step, step_time=data.step_time, impulse=data.impulse, impulse_time=data.impulse_time)
+    section.numbers(
+        "fig2b_responses",
+        step=data.step,
+        step_time=data.step_time,
+        impulse=data.impulse,
+        impulse_time=data.impulse_time,
+    )
     frames = context.pick(smoke=20, quick=60, paper=movie_s1.FRAMES)
     movie = movie_s1.write(context.antenna, data, section.folder / "movieS1_impulse.mp4", frames)
     section.movie(movie, "The impulse test in simulation, slowed down. (Movie S1)")
@@ -46,11 +52,25 @@ def _show_fit(context: Context, section: Section) -> None:
     measured, error, accuracy = found.published
     names = measured.names
     section.heading("Targets, and what the published constants score")
-    rows = [_row("published p1…p4", found.published)] + [_row(f"preset {name}", score) for name, score in found.presets.items()]
-    rows += [_row("refitted", (found.refits.measured, found.refits.error, found.refits.symmetric_accuracy))] if found.refits else []
-    rows += [_row(f"refitted {name}", (fit.measured, fit.error, fit.symmetric_accuracy)) for name, fit in found.controls.items()]
+    rows = [_row("published p1…p4", found.published)] + [
+        _row(f"preset {name}", score) for name, score in found.presets.items()
+    ]
+    rows += (
+        [_row("refitted", (found.refits.measured, found.refits.error, found.refits.symmetric_accuracy))]
+        if found.refits
+        else []
+    )
+    rows += [
+        _row(f"refitted {name}", (fit.measured, fit.error, fit.symmetric_accuracy))
+        for name, fit in found.controls.items()
+    ]
     section.table(
-        ["antenna", *(f"{name} [Hz]" if name in UNITS else name for name in names), "error", "median symmetric accuracy"],
+        [
+            "antenna",
+            *(f"{name} [Hz]" if name in UNITS else name for name in names),
+            "error",
+            "median symmetric accuracy",
+        ],
         rows,
         "Reconstructed targets [D]: 17.5 Hz, 0.54, 0.22, 0.55. The paper reports a least error of 0.067 and 0.0035 against its "
         "own targets, which are lost.",

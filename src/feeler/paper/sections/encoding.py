@@ -33,7 +33,9 @@ def _show_ranks(section: Section, main: fig4.Fig4Data) -> None:
         lambda figure: fig4.plot(main, figure),
         height=7.0,
     )
-    section.numbers("fig4_encoding", ranks=main.ranks, residual=main.residual, entropy=main.entropy, stability=main.stability)
+    section.numbers(
+        "fig4_encoding", ranks=main.ranks, residual=main.residual, entropy=main.entropy, stability=main.stability
+    )
     entropy = main.entropy["histogram"]
     for i, rank in enumerate(main.ranks):
         section.values[f"encoding.residual.M{rank}"] = _spread(main.residual[i])
@@ -56,9 +58,25 @@ def _show_codes(section: Section, main: fig4.Fig4Data) -> None:
         "sparseness constraint; 'sparse' keeps it."
     )
     section.table(
-        ["code", "residual", "Hoyer sparseness", "information on location [bits]", "of at most", "under permutation", "p"],
         [
-            [code, main.residual_by_code[code], main.sparseness_by_code[code], m.information, m.ceiling, m.information_null, m.p_information]
+            "code",
+            "residual",
+            "Hoyer sparseness",
+            "information on location [bits]",
+            "of at most",
+            "under permutation",
+            "p",
+        ],
+        [
+            [
+                code,
+                main.residual_by_code[code],
+                main.sparseness_by_code[code],
+                m.information,
+                m.ceiling,
+                m.information_null,
+                m.p_information,
+            ]
             for code, m in main.mapping.items()
         ],
         "How well the dominant component tells the contact location: mutual information against a permutation null.",
@@ -95,7 +113,9 @@ def _show_durations(context: Context, section: Section, tensors, main: fig4.Fig4
         lambda figure: figS5.plot(data, figure),
         height=7.0,
     )
-    section.numbers("figS5_durations", profile=data.profile_similarity, basis=data.basis_similarity, residual=data.residual)
+    section.numbers(
+        "figS5_durations", profile=data.profile_similarity, basis=data.basis_similarity, residual=data.residual
+    )
     section.values["encoding.duration_similarity"] = float(np.min(data.profile_similarity))
     section.text(
         f"Along the antenna the bases of all durations resemble those of 40 ms with a cosine of at least "

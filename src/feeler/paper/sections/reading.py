@@ -2,11 +2,15 @@
 
 import numpy as np
 
+from feeler.decoding.sensitivity import compute_sensitivity, write_table
+from feeler.decoding.splits import jitter_trials
+from feeler.experiment.touch import DURATION, touch
 from feeler.paper import fig5, figS6
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, list_speeds, load_tensors
+from feeler.paper.data import list_profiles, list_speeds, load_tensors, select_speed
 from feeler.paper.encoder import make_encoder
 from feeler.paper.section import Section
+from feeler.paper.trials import SPEEDS, trials
 
 KINDS = {"raw": "tensor", "joint": "activation"}  # the paper's two data sets
 
@@ -16,11 +20,41 @@ def make(context: Context, section: Section) -> None:
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets))
     data = fig5.compute(
-        sets, make_encoder(context.scale), scale=context.scale, reference=first, random_state=context.seed
+        sets,
+        make_encoder(context.scale),
+        scale=context.scale,
+        reference=first,
+        random_state=context.seed,
+        jitter=_make_jitter(context) if context.scale == "paper" else None,
     )
     speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     _show_dispersion(section, data, speeds)
     _show_accuracy(section, data, speeds)
+    if context.scale == "paper":
+        _show_sensitivity(context, section, sets)
+
+
+def _make_jitter(context: Context):
+    """Slow touches again, each a little off its place or speed: touches that a classifier never saw."""
+    rng, order = np.random.default_rng(context.seed), trials((SPEEDS["slow"],))
+
+    def jitter(name: str, location: float, speed: float):
+        moved = jitter_trials(order, rng, location=location, speed=speed)
+        options = {"timestep": context.timestep, "engine": context.engine, "workers": context.workers}
+        return touch(context.profiles[name], moved, duration=DURATION, **options)
+
+    return jitter
+
+
+def _show_sensitivity(context: Context, section: Section, sets: dict) -> None:
+    """How many of the unstated choices agree with the paper's orders."""
+    first = next(iter(sets))
+    by_speed = {name: select_speed(sets[first], SPEEDS[name]) for name in ("slow", "medium", "fast")}
+    by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in fig5.PROFILES if name in sets}
+    rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
+    section.heading("What depends on unstated choices")
+    for line in write_table(rows).splitlines():
+        section.text(line)
 
 
 def _show_dispersion(section: Section, data: fig5.Fig5Data, speeds: dict[str, str]) -> None:
@@ -56,12 +90,11 @@ def _show_accuracy(section: Section, data: fig5.Fig5Data, speeds: dict[str, str]
         lambda figure: fig5.plot(data, figure),
         height=9.0,
     )
-    for curves in data.curves.values():
+    for comparison, curves in data.curves.items():
         for group, sweep in curves.find("joint").items():
             section.values[f"classification.lda.{speeds.get(group, group)}"] = _spread(sweep)
-        null = curves.find_null("joint")
-    section.values["classification.null"] = _spread(null)
-    sweep = next(iter(data.curves["speed"].find("joint").values()))
+        section.values[f"classification.null.{comparison}"] = _spread(curves.find_null("joint"))
+    sweep = next(iter(next(iter(data.curves.values())).find("joint").values()))
     section.values["classification.pca_variance"] = float(np.nanmean(sweep.kept_clean[np.argmin(sweep.ratios)]))
     _list_verdicts(section, data.verdicts, "The order of accuracies for each kind of code and noise.")
     section.heading("Copies, variance kept, confusions")

@@ -54,8 +54,15 @@ def _write_movie(context: Context, section: Section, data: fig6.Fig6Data) -> Non
 
 def _list_scores(section: Section, data: fig6.Fig6Data) -> None:
     parts = list(data.score.correct)
-    rows = [[f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total] for size, score in zip(data.sizes, data.by_size, strict=True)]
-    section.table(["reality gap", *parts, "contacts"], rows, "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.")
+    rows = [
+        [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
+        for size, score in zip(data.sizes, data.by_size, strict=True)
+    ]
+    section.table(
+        ["reality gap", *parts, "contacts"],
+        rows,
+        "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.",
+    )
     value, low, high = data.score.share("all")
     speed_location = np.mean([t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)])
     section.values |= {
@@ -64,6 +71,9 @@ def _list_scores(section: Section, data: fig6.Fig6Data) -> None:
         "robot.p1": data.fit.stiffness_factor,
         "robot.p2": data.fit.damping_factor,
         "robot.fit_error": data.fit.error,
+        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution)))
+        if hasattr(data, "calibration")
+        else None,
     }
     section.numbers(
         "fig6_robot",

@@ -4,7 +4,7 @@ import numpy as np
 
 from feeler.paper import fig2, movie_s2
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, list_speeds, load_tensors, select_speed
+from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
 from feeler.touch.feature import Ball
@@ -17,7 +17,9 @@ def make(context: Context, section: Section) -> None:
     """Figs. 2D, 2E and S3, Movie S2, and how long each touch lasts."""
     names, first = list_profiles(context), next(iter(context.profiles))
     sets = {name: load_tensors(context, name) for name in names}
-    section.figure("fig2d_stimuli", "What touches, and where. (Fig. 2D)", lambda f: fig2.plot_stimuli(context.antenna, f))
+    section.figure(
+        "fig2d_stimuli", "What touches, and where. (Fig. 2D)", lambda f: fig2.plot_stimuli(context.antenna, f)
+    )
     _draw_sets(context, section, sets)
     _write_movies(context, section)
     _tabulate(section, sets)
@@ -53,7 +55,9 @@ def _write_movies(context: Context, section: Section) -> None:
             context.antenna, trial, MOVIE_MS[speed], timestep=context.timestep, engine=context.engine
         )
         path = movie_s2.write(context.antenna, trial, tensors, section.folder / f"movieS2_{speed}.mp4")
-        section.movie(path, f"A ball of 1.53 mm at the middle, {SPEEDS[speed]:g} m/s ({speed}), slowed down. (Movie S2)")
+        section.movie(
+            path, f"A ball of 1.53 mm at the middle, {SPEEDS[speed]:g} m/s ({speed}), slowed down. (Movie S2)"
+        )
 
 
 def _tabulate(section: Section, sets: dict) -> None:
@@ -63,9 +67,19 @@ def _tabulate(section: Section, sets: dict) -> None:
             chosen = select_speed(tensors, speed)
             peak = np.degrees(chosen["angle"].max(("sensor", "time")).values)
             lasting = (abs(chosen["force"]).sum("axis") > 0).isel(time=-1).values
-            rows.append([name, speed, peak.min(), peak.max(), chosen["curvature"].max().item(), int(lasting.sum()), peak.size])
+            rows.append(
+                [name, speed, peak.min(), peak.max(), chosen["curvature"].max().item(), int(lasting.sum()), peak.size]
+            )
     section.table(
-        ["profile", "speed [m/s]", "peak angle, least [°]", "largest [°]", "peak curvature [1/mm]", "in contact at the end", "trials"],
+        [
+            "profile",
+            "speed [m/s]",
+            "peak angle, least [°]",
+            "largest [°]",
+            "peak curvature [1/mm]",
+            "in contact at the end",
+            "trials",
+        ],
         rows,
         "Peaks over sensors and time. A touch that is still in contact at the end is cut by the window.",
     )

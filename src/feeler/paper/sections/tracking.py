@@ -23,4 +23,7 @@ def make(context: Context, section: Section) -> None:
         height=3.0,
     )
     section.numbers("figS2_tracking", mean_peak=data.exploration.mean_peak, planted=data.planted)
-    section.values |= {"tracking.mean": mean, "tracking.lateral": float(data.exploration.lateral_speed * 100)}
+    section.values |= {
+        "tracking.mean": mean,
+        "tracking.lateral": float(figS2.PAPER_MEAN * context.antenna.length * 100),
+    }

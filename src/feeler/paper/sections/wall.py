@@ -35,7 +35,8 @@ def make(context: Context, section: Section) -> None:
     touches = movie_s3.compute(context.profiles)
     frames = context.pick(smoke=12, quick=50, paper=movie_s3.FRAMES)
     section.movie(
-        movie_s3.write(touches, section.folder / "movieS3_wall.mp4", frames), "A wall comes nearer, every profile. (Movie S3)"
+        movie_s3.write(touches, section.folder / "movieS3_wall.mp4", frames),
+        "A wall comes nearer, every profile. (Movie S3)",
     )
     if context.scale != "smoke":
         _follow(context, section)
@@ -46,12 +47,36 @@ def _list_maps(section: Section, data) -> None:
     for name, found in data.maps.items():
         spread = [case.map.r2 for case in data.cases if case.antenna == name and np.isfinite(case.map.r2)]
         apart = "none" if np.isnan(found.told_apart[0]) else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
-        rows.append([name, found.r2, found.slope, found.intercept, found.error, found.monotone, apart, int(found.used.sum()), int(found.at_base.sum())])
+        rows.append(
+            [
+                name,
+                found.r2,
+                found.slope,
+                found.intercept,
+                found.error,
+                found.monotone,
+                apart,
+                int(found.used.sum()),
+                int(found.at_base.sum()),
+            ]
+        )
         if np.isfinite(found.r2):
             low, high = (min(spread), max(spread)) if spread else (None, None)
             section.values[f"wall.r2.{name}"] = {"value": found.r2, "low": low, "high": high}
+        else:
+            section.values[f"wall.r2.{name}"] = {"undefined": f"{name}: {found.undefined}"}
     section.table(
-        ["profile", "R²", "slope", "intercept [mm]", "error [mm]", "monotone", "told apart [mm]", "distances used", "peak at base"],
+        [
+            "profile",
+            "R²",
+            "slope",
+            "intercept [mm]",
+            "error [mm]",
+            "monotone",
+            "told apart [mm]",
+            "distances used",
+            "peak at base",
+        ],
         rows,
         "Default posture. Error: predicted distance, each distance left out of its own fit.",
     )
@@ -68,7 +93,19 @@ def _list_cases(section: Section, data) -> None:
         return
     section.heading("What R² depends on")
     section.text(_count_orders(data.cases))
-    shown = ("antenna", "reading", "friction", "prebend", "hook_share", "quantity", "method", "used", "at_base", "r2", "error_mm")
+    shown = (
+        "antenna",
+        "reading",
+        "friction",
+        "prebend",
+        "hook_share",
+        "quantity",
+        "method",
+        "used",
+        "at_base",
+        "r2",
+        "error_mm",
+    )
     section.table(shown, [["undefined" if row.get(key) is None else row[key] for key in shown] for row in rows])
 
 
