@@ -18,6 +18,7 @@ from feeler.calibration import (
     make_starts,
     make_targets,
     search,
+    walk_loose,
 )
 from feeler.calibration import problem as problem_module
 from feeler.errors import InvalidInput, SimulationDiverged
@@ -162,6 +163,16 @@ def test_two_targets_cannot_determine_four_numbers():
     np.testing.assert_array_equal(directions.sensitivity[2:], 0.0)
     np.testing.assert_allclose(directions.direction @ directions.direction.T, np.eye(4), atol=1e-12)
     assert "The targets determine" in directions.describe()
+
+
+def test_the_loosest_direction_changes_the_error_least(targets):
+    problem = make_problem(targets)
+    directions = analyse_directions(problem, PLANTED)
+    p, error = walk_loose(problem, directions, np.array([-0.1, 0.0, 0.1]))
+    np.testing.assert_allclose(p[1], PLANTED)
+    assert error[1] < 1e-6
+    np.testing.assert_allclose(error[[0, 2]], 0.1 * directions.sensitivity[-1], rtol=0.15)
+    assert directions.sensitivity[0] > directions.sensitivity[-1]
 
 
 def test_profiles_have_their_minimum_at_the_optimum(targets):

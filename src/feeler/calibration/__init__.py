@@ -3,7 +3,14 @@
 from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.fit import Fit, fit, make_starts
 from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
-from feeler.calibration.identify import Directions, Profiles, analyse_directions, bootstrap, compute_profiles
+from feeler.calibration.identify import (
+    Directions,
+    Profiles,
+    analyse_directions,
+    bootstrap,
+    compute_profiles,
+    walk_loose,
+)
 from feeler.calibration.optimise import METHODS, Minimum, search
 from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces, measure_trace
 from feeler.calibration.problem import Problem
@@ -43,4 +50,5 @@ __all__ = [
     "measure_trace",
     "save_traces",
     "search",
+    "walk_loose",
 ]

@@ -8,8 +8,6 @@ from scipy.optimize import least_squares
 from feeler.calibration.problem import Problem
 from feeler.errors import InvalidInput
 
-PAPER_ERROR = 0.067  # [P] "different combinations of p1 to p4 can lead to similar errors"
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
@@ -32,11 +30,9 @@ class Directions:
     def describe(self) -> str:
         """A plain sentence for a report."""
         strong, weak = self.direction[0], self.direction[-1]
-        width = PAPER_ERROR / max(self.sensitivity[-1], 1e-300)
         return (
-            f"The targets determine {_words(self.names, strong)} best; {_words(self.names, weak)} can change together "
-            f"by about ±{width:.2g} typical changes (a factor e, or 0.02 per joint) before the error reaches the "
-            f"paper's {PAPER_ERROR} (linear estimate): sensitivities differ {self.condition:.0f}-fold."
+            f"The targets determine the combination {_words(self.names, strong)} best and {_words(self.names, weak)} "
+            f"least (per factor e, or 0.02 per joint): how strongly they move the error differs {self.condition:.0f}-fold."
         )
 
 
@@ -55,6 +51,18 @@ def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> D
     return Directions(
         names=problem.hinges.names, p=np.asarray(p, float), jacobian=jacobian, sensitivity=padded, direction=direction
     )
+
+
+def walk_loose(problem: Problem, directions: Directions, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (step, parameter) and errors (step,) of the model itself along the loosest direction.
+
+    ``steps`` are typical changes (a factor e, or 0.02 per joint) away from where the directions were taken; points are
+    cut at the bounds.
+    """
+    (low, high), scale = problem.hinges.bounds, problem.hinges.scale
+    way = directions.direction[-1] * scale
+    xs = np.clip(problem.hinges.to_x(directions.p) + np.asarray(steps)[:, None] * way, low, high)
+    return problem.hinges.to_p(xs), np.linalg.norm(problem.compute_many(xs), axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -137,9 +145,9 @@ def bootstrap(
     """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread (parametric bootstrap).
 
     Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is
-    one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, but it does not move along
-    directions that the targets leave loose, so that intervals are those of the determined combinations. More refits
-    run the model.
+    one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, and along loose directions only
+    an indication, because the model is not linear that far; directions a thousand times looser than the stiffest are
+    not moved at all. More refits run the model.
     """
     if np.all(problem.targets.spreads == 0):
         raise InvalidInput("the targets carry no spread between animals: there is nothing to draw from. Give spreads.")
