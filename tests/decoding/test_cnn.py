@@ -80,7 +80,6 @@ def test_normalisation_does_not_see_the_validation_part():
 
 def test_weights_survive_the_disk(tmp_path):
     pytest.importorskip("torch")
-    pytest.importorskip("safetensors")
     X, y = make_touches()
     model = TouchNetwork(**QUICK).fit(X, y)
     model.save(tmp_path / "touch.safetensors")
@@ -103,3 +102,20 @@ def test_bad_input_is_refused(model, labels, message):
     pytest.importorskip("torch")
     with pytest.raises(InvalidInput, match=message):
         model.fit(make_touches()[0], labels)
+
+
+def test_another_version_or_a_damaged_file_says_so(tmp_path):
+    pytest.importorskip("torch")
+    from feeler.tensors.model import Model, read_model, save_model
+
+    X, y = make_touches()
+    TouchNetwork(**QUICK).fit(X, y).save(tmp_path / "good")
+    good = read_model(tmp_path / "good")
+    later = Model(kind=good.kind, version=good.version + 1, arrays=good.arrays, settings=good.settings)
+    arrays = {name: values for name, values in good.arrays.items() if "bias" not in name}
+    save_model(later, tmp_path / "later")
+    save_model(Model(kind=good.kind, version=good.version, arrays=arrays, settings=good.settings), tmp_path / "part")
+    save_model(Model(kind="lda", version=1), tmp_path / "lda")
+    for name, words in {"later": "holds version 2", "part": "no complete TouchNetwork", "lda": "of kind 'lda'"}.items():
+        with pytest.raises(InvalidInput, match=words):
+            TouchNetwork.load(tmp_path / name, device="cpu")

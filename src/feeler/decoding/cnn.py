@@ -1,6 +1,5 @@
 """The paper's convolutional network on tactile tensors (Fig. S4). PyTorch is imported only when a network is used."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,9 @@ from sklearn.model_selection import train_test_split
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.tensors.model import Model, load_model, save_model
 
+MODEL_KIND, MODEL_VERSION = "TouchNetwork", 1
 INSTALL = "pip install 'feeler[cnn]'"
 KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25  # [P] supplement, CNN layers
 
@@ -105,32 +106,42 @@ class TouchNetwork(ClassifierMixin, BaseEstimator):
         return self.classes_[self.predict_proba(X).argmax(axis=1)]
 
     def save(self, path: str | Path) -> None:
-        """Weights and settings as safetensors; never pickle."""
+        """Weights and settings as a versioned safetensors file; never pickle."""
         check_is_fitted(self, "network_")
-        safetensors = import_safetensors()
-        settings = {k: v for k, v in self.get_params().items() if k != "device"}
-        extra = {"classes": self.classes_.tolist(), "scale": self.scale_, "settings": settings}
-        state = {k: v.cpu().contiguous() for k, v in self.network_.state_dict().items()}
-        state["input_mean"] = import_torch().from_numpy(self.mean_.copy())
-        safetensors.save_file(state, str(path), metadata={"feeler": json.dumps(extra)})
+        arrays = {key: values.cpu().numpy() for key, values in self.network_.state_dict().items()}
+        parameters = {key: value for key, value in self.get_params().items() if key != "device"}
+        settings = {"classes": self.classes_.tolist(), "scale": float(self.scale_), "parameters": parameters}
+        arrays["input_mean"] = np.asarray(self.mean_)
+        save_model(Model(kind=MODEL_KIND, version=MODEL_VERSION, arrays=arrays, settings=settings), path)
 
     @classmethod
     def load(cls, path: str | Path, *, device: str = "auto") -> "TouchNetwork":
-        """A trained network from a file that ``save`` wrote."""
-        torch, safetensors = import_torch(), import_safetensors()
-        with safetensors.safe_open(str(path), framework="pt") as file:
-            metadata = (file.metadata() or {}).get("feeler")
-            if metadata is None:
-                raise InvalidInput(f"{path} was not written by TouchNetwork.save: it holds no feeler metadata.")
-            extra = json.loads(metadata)
-            state = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118 (not a dict)
-        extra["settings"]["shape"] = tuple(extra["settings"]["shape"])
-        model = cls(**extra["settings"], device=device)
-        model.classes_, model.scale_ = np.array(extra["classes"]), extra["scale"]
-        model.mean_ = state.pop("input_mean").numpy()
+        """A trained network from a file that ``save`` wrote.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, damaged, or of another kind or version.
+        """
+        torch, file = import_torch(), load_model(path, kind=MODEL_KIND, version=MODEL_VERSION)
+        try:
+            return cls._rebuild(torch, file, device)
+        except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+            raise InvalidInput(f"{path} is no complete TouchNetwork ({str(error)[:150]}). Save it again.") from error
+
+    @classmethod
+    def _rebuild(cls, torch: Any, file: Model, device: str) -> "TouchNetwork":
+        parameters = dict(file.settings["parameters"])
+        shape = parameters["shape"] = tuple(int(n) for n in parameters["shape"])
+        state = dict(file.arrays)
+        mean = state.pop("input_mean")
+        if len(shape) != 2 or min(shape) < 1 or mean.shape != (shape[0] * shape[1],):  # before memory is taken for it
+            raise ValueError(f"the shape {shape} does not fit a mean of {mean.size} values")
+        model = cls(**parameters, device=device)
+        model.classes_, model.scale_, model.mean_ = np.array(file.settings["classes"]), file.settings["scale"], mean
         model.device_ = choose_device(torch, device)
         model.network_ = make_network(torch, model.shape, model.classes_.size).to(model.device_)
-        model.network_.load_state_dict(state)
+        model.network_.load_state_dict({key: torch.from_numpy(values) for key, values in state.items()})
         return model
 
     def _read(self, X) -> np.ndarray:
@@ -213,21 +224,6 @@ def import_torch() -> Any:
     except ImportError:
         raise MissingExtra(f"the network needs PyTorch, which is not installed. Install it with: {INSTALL}") from None
     return torch
-
-
-def import_safetensors() -> Any:
-    """safetensors' PyTorch half, or a message that says how to get it."""
-    import_torch()
-    try:
-        import safetensors
-        import safetensors.torch
-    except ImportError:
-        raise MissingExtra(
-            f"saving weights needs safetensors, which is not installed. Install it with: {INSTALL}"
-        ) from None
-    from types import SimpleNamespace
-
-    return SimpleNamespace(save_file=safetensors.torch.save_file, safe_open=safetensors.safe_open)
 
 
 def choose_device(torch: Any, device: str) -> Any:
