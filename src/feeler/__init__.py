@@ -6,7 +6,8 @@ An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code
 
 from importlib import import_module
 
-from feeler.antenna import Antenna, presets
+from feeler import presets
+from feeler.antenna import Antenna
 from feeler.experiment.bend import bend
 from feeler.experiment.release import release
 from feeler.experiment.touch import touch  # the verb takes the room's name here; the room stays importable

@@ -18,7 +18,7 @@ def run(*arguments, cwd):
         (("touch", "--location", "1.5"), "fraction of the length"),
         (("touch", "--feature", "cube"), "ball, box, triangle, wall"),
         (("touch", "--antenna", "spider"), "unknown antenna 'spider'"),
-        (("touch", "--engine", "ode"), "valid: chain, mujoco"),
+        (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
         (("reproduce", "--scale", "huge"), "smoke, quick, paper"),
         (("reproduce", "--set", "colour=2"), "stiffness, damping"),
         (("touch", "--out", "/proc/nowhere"), "check the path"),

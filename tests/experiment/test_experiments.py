@@ -27,7 +27,7 @@ def make_beam(n, length=40.0, bending=5.0, density=1e-4):
     )
 
 
-@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+@pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_mirrored_touch_gives_mirrored_tensor(engine):
     left, right = (
         feeler.touch(ANTENNA, Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s),
@@ -38,7 +38,7 @@ def test_mirrored_touch_gives_mirrored_tensor(engine):
     np.testing.assert_allclose(right["angle"], -left["angle"], atol=1e-9)
 
 
-@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+@pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_no_contact_gives_exact_zeros(engine):
     tensors = feeler.touch(ANTENNA, Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0), engine=engine, **SHORT)
     assert not tensors["angle"].values.any()
@@ -72,7 +72,7 @@ def test_tensors_keep_the_contract():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"engine": "ode"}, "unknown engine 'ode'; valid: chain, mujoco"),
+        ({"engine": "ode"}, "unknown engine 'ode'; valid: chain-consistent, chain, mujoco"),
         ({"timestep": 0.5}, "too large for the contact"),
         ({"timestep": 0.03}, "whole number of timesteps"),
         ({"duration": -1.0}, "duration must be finite and > 0"),
@@ -95,8 +95,7 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
     assert caught.value.tensors.sizes["trial"] == 1
 
 
-@pytest.mark.parametrize("engine", ["chain", "mujoco"])
-def test_small_force_bends_a_uniform_chain_as_a_cantilever(engine):
+def test_small_force_bends_a_uniform_chain_as_a_cantilever():
     beam, force = make_beam(120), 1e-6
     tip = feeler.bend(beam, force=[force])["tip"].values[0, 0]
     assert tip == pytest.approx(force * 40.0**3 / (3 * 5.0), rel=2e-3)

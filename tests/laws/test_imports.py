@@ -22,6 +22,7 @@ LAYERS = (
     {"response", "encoding", "dispersion", "tracking", "plotting"},
     {"calibration", "decoding", "wall"},
     {"robot"},
+    {"presets"},
     {"paper"},
     {"cli"},
 )

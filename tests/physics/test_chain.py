@@ -8,7 +8,7 @@ import pytest
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
-from feeler.antenna.presets import make_preset
+from feeler.presets import make_preset
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.physics import chain
 from feeler.physics.chain.model import compute_invweight

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.presets import make_preset
+from feeler.presets import make_preset
 from feeler.physics import chain, mujoco
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Path, Scene, make_scene

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from feeler.antenna.presets import cockroach
+from feeler.presets import cockroach
 from feeler.errors import InvalidInput
 from feeler.wall import FOLLOWING, Controller, Course, Posture, calibrate, drive, follow, make_turn, slide
 from feeler.wall.course import measure_distance

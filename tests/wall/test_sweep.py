@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Antenna
-from feeler.antenna.presets import cockroach
+from feeler.presets import cockroach
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine

@@ -1,6 +1,5 @@
 """What an antenna is: profiles, morphology, sensors, presets. No simulator in here."""
 
-from feeler.antenna import presets
 from feeler.antenna.antenna import Antenna, make_even_sensors
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.profile import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
@@ -15,5 +14,5 @@ __all__ = [
     "Tabulated",
     "compute_modes",
     "make_even_sensors",
-    "presets",
+
 ]

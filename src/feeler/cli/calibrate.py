@@ -41,8 +41,8 @@ def calibrate(
 
 
 def _fit_data(data: str, by: str, profile: str, engine: str) -> None:
-    from feeler.antenna.presets import cockroach
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
+    from feeler.presets import cockroach
 
     traces, antenna = load_traces(data), cockroach()
     result = fit_traces(traces, antenna, by=by, hinges=make_hinges(profile, antenna), protocol=Protocol(engine=engine))
@@ -54,8 +54,8 @@ def _fit_data(data: str, by: str, profile: str, engine: str) -> None:
 
 
 def _fit_targets(targets, profile, method, starts, spread, seed, evaluations, checkpoint, engine) -> None:
-    from feeler.antenna.presets import cockroach
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
+    from feeler.presets import cockroach
 
     goal = load_targets(targets)
     problem = Problem(hinges=make_hinges(profile, cockroach()), targets=goal, protocol=Protocol(engine=engine))

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.presets import PRESETS, make_preset
 from feeler.errors import InvalidInput
+from feeler.presets import PRESETS, make_preset
 
 SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
 

@@ -21,7 +21,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="folder for the report, the figures and the cache")] = Path("out"),
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     change: Annotated[list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")] = [],  # noqa: B006
-    engine: Annotated[str, typer.Option(help="chain (fast) or mujoco (reference)")] = "chain",
+    engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
     workers: Annotated[int | None, typer.Option(help="threads; default one per core")] = None,

@@ -31,7 +31,7 @@ def wall(
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
     import numpy as np
 
-    from feeler.antenna.presets import make_preset
+    from feeler.presets import make_preset
     from feeler.wall import Posture, approach, map_distance
 
     posture = Posture(inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction)
@@ -56,7 +56,7 @@ def follow(
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
 ) -> None:
     """Run a body along a wall with one turn, steered by its antenna."""
-    from feeler.antenna.presets import make_preset
+    from feeler.presets import make_preset
     from feeler.wall import FOLLOWING, Controller, follow, make_turn
 
     run = follow(

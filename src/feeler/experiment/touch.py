@@ -49,7 +49,8 @@ def touch(
     duration, sample_interval, timestep
         Recorded time, time between samples, and integration step [ms]; samples at 0, sample_interval, … < duration.
     engine
-        ``chain`` (fast) or ``mujoco`` (reference).
+        ``chain-consistent`` (fast and accurate at the default timestep), ``chain`` (fast, MuJoCo's equations step for
+        step) or ``mujoco`` (reference).
     contact
         Softness of contact; it does not depend on the timestep.
     all_hinges

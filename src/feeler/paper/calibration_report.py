@@ -25,6 +25,7 @@ from feeler.calibration import (
     search,
     walk_loose,
 )
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.style import PALETTE
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
@@ -100,7 +101,7 @@ class Calibration:
 
 
 def compute(
-    scale: str = "quick", *, antenna: Antenna | None = None, seed: int = 0, engine: str = "chain"
+    scale: str = "quick", *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
 ) -> Calibration:
     """Score, refit and analyse with the effort that belongs to ``scale``."""
     effort, rng = EFFORTS[scale], np.random.default_rng(seed)

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.presets import cockroach
 from feeler.errors import InvalidInput
 from feeler.experiment.configuration import describe_antenna
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.presets import cockroach
 
 SCALES = ("smoke", "quick", "paper")
 

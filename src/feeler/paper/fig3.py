@@ -8,6 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.antenna import Antenna
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.plotting.tensor import plot_tensor
 from feeler.wall.distance_map import DistanceMap, map_distance
@@ -45,7 +46,7 @@ def compute(
     *,
     scale: str = "quick",
     posture: Posture | None = None,
-    engine: str = "chain",
+    engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
     n_threads: int = 2,
 ) -> Fig3Data:

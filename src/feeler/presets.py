@@ -1,14 +1,23 @@
-"""Ready antennas by name."""
+"""Ready antennas: ``cockroach(profile)`` and ``robot()``; every number with its source in ``FACTS`` of its room."""
 
 from collections.abc import Callable
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
+from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach
 from feeler.errors import InvalidInput
+
+
+def robot(**changes: object) -> Antenna:
+    """The eight-hinge robotic antenna; see :func:`feeler.robot.make_robot` for what can be changed."""
+    from feeler.robot import make_robot
+
+    return make_robot(**changes)
+
 
 PRESETS: dict[str, Callable[[], Antenna]] = {
     **{name: (lambda name=name: cockroach(name)) for name in PROFILE_NAMES},
     "cockroach": cockroach,
+    "robot": robot,
 }
 
 
@@ -19,4 +28,4 @@ def make_preset(name: str) -> Antenna:
     return PRESETS[name]()
 
 
-__all__ = ["PRESETS", "cockroach", "make_preset"]
+__all__ = ["FACTS", "PRESETS", "cockroach", "make_preset", "robot"]
