@@ -32,7 +32,7 @@ class Directions:
         strong, weak = self.direction[0], self.direction[-1]
         return (
             f"The targets determine the combination {_words(self.names, strong)} best and {_words(self.names, weak)} "
-            f"least (per factor e, or 0.02 per joint): how strongly they move the error differs {self.condition:.0f}-fold."
+            f"least (per factor e, or 0.02 per joint): their effect on the error differs {self.condition:.0f}-fold."
         )
 
 

@@ -99,6 +99,17 @@ class Calibration:
         base = np.abs(np.array(found))
         return float((base.max(axis=0) / base.min(axis=0)).max())
 
+    def describe(self) -> str:
+        """A plain sentence on what the targets determine."""
+        p, error = self.walked
+        good = np.vstack([PAPER_P, p[error <= PAPER_ERROR]])
+        pairs = zip(self.directions.names, good.min(axis=0), good.max(axis=0), strict=True)
+        ranges = ", ".join(f"{name} {low:.3g} to {high:.3g}" for name, low, high in pairs)
+        return (
+            f"{self.directions.describe()} Along that least determined line the model stays at or below the paper's error "
+            f"of {PAPER_ERROR} over {ranges}."
+        )
+
 
 def compute(
     scale: str = "quick", *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
