@@ -55,7 +55,7 @@ def step_many(
                 touched = touched or count[lane] > 0
         if touched:
             _push(constants, work, obj, place, contacts, loaded, force, timestep, damped, width)
-        advance(constants, work, loaded, timestep, width)
+        advance(constants, work, obj, loaded, timestep, width)
         if touched:
             loaded[:] = False
             for lane in range(count.shape[0]):
@@ -110,7 +110,7 @@ def _push(constants, work, obj, place, contacts, loaded, force, timestep, damped
     for lane in range(count.shape[0]):
         if count[lane] > 0:
             make_rows(constants, work, obj, table[lane], count[lane], place, rows[lane], lane)
-    solve_contacts(constants, work, rows, count, loaded, memory, still_open, timestep, damped, width)
+    solve_contacts(constants, work, obj, rows, count, loaded, memory, still_open, timestep, damped, width)
     loaded[:] = False
     for lane in range(count.shape[0]):
         if count[lane] > 0:

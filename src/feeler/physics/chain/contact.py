@@ -107,7 +107,7 @@ def make_rows(constants, work, obj, table, count, place, rows, lane):
 
 
 @njit(**COMPILE)
-def solve_contacts(constants, work, rows, count, loaded, memory, open_, timestep, damped, width):
+def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, timestep, damped, width):
     """Forces of each lane's rows in ``R_FORCE`` at its minimum; the number of sweeps it took.
 
     ``memory`` (lane, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
@@ -125,9 +125,9 @@ def solve_contacts(constants, work, rows, count, loaded, memory, open_, timestep
             if open_[lane]:
                 _load(work, rows[lane], ROWS * count[lane], loaded, lane)
         if damped:
-            solve_damped(constants, work, loaded, timestep, width)
+            solve_damped(constants, work, obj, loaded, timestep, width)
         else:
-            solve_with_contacts(constants, work, loaded, last, width)
+            solve_with_contacts(constants, work, obj, loaded, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False

@@ -31,8 +31,12 @@ N_CONSTANTS = 8
     O_WIDTH,
     O_MIDPOINT,
     O_POWER,
-) = range(16)
-N_OBJECT = 16
+    O_GRAVITY_X,  # of everything [mm/ms²]; scenes have none, other users of the sweeps may
+    O_GRAVITY_Y,
+    O_PULL_X,  # constant force at the tip [N], likewise
+    O_PULL_Y,
+) = range(20)
+N_OBJECT = 20
 
 # the object's place and velocity, and what is near it
 (

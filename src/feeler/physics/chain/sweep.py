@@ -18,10 +18,14 @@ from feeler.physics.chain.fields import (
     O_BASE,
     O_FORWARD_X,
     O_FORWARD_Y,
+    O_GRAVITY_X,
+    O_GRAVITY_Y,
     O_HIGH_X,
     O_HIGH_Y,
     O_LOW_X,
     O_LOW_Y,
+    O_PULL_X,
+    O_PULL_Y,
     P_FIRST,
     P_LAST,
     P_X,
@@ -75,7 +79,8 @@ def move(constants, work, obj, place, width):
     px, py = -get(place, 0, P_X, width), -get(place, 0, P_Y, width)
     at_x, at_y = fma(cx, px, cy * py), fma(cx, py, -(cy * px))
     first, last = spread(1e9, width), spread(-1.0, width)
-    ax = ay = omega = zero
+    omega = zero
+    ax, ay = -get(obj, 0, O_GRAVITY_X, width), -get(obj, 0, O_GRAVITY_Y, width)
     for i in range(constants.shape[0]):
         angle, rate = get(work, i, W_ANGLE, width), get(work, i, W_RATE, width)
         heading, omega = heading + angle, omega + rate
@@ -118,13 +123,14 @@ def locate(constants, work, last, width):
 
 
 @njit(**COMPILE)
-def solve_with_contacts(constants, work, loaded, last, width):
+def solve_with_contacts(constants, work, obj, loaded, last, width):
     """Accelerations of segments 0…``last`` under (M + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref.
 
     ``loaded`` marks the segments whose columns K.. and B.. hold a contact's Σ D w wᵀ and −Σ D a_ref w in some lane.
     """
     zero = spread(0.0, width)
-    a = b = c = fx = fy = torque = zero
+    a = b = c = torque = zero
+    fx, fy = -get(obj, 0, O_PULL_X, width), -get(obj, 0, O_PULL_Y, width)
     for i in range(constants.shape[0] - 1, -1, -1):
         ex, ey = get(work, i, W_EX, width), get(work, i, W_EY, width)
         own_x, own_y = get(work, i, W_FX, width), get(work, i, W_FY, width)
@@ -159,13 +165,14 @@ def solve_with_contacts(constants, work, loaded, last, width):
 
 
 @njit(**COMPILE)
-def solve_damped(constants, work, loaded, timestep, width):
+def solve_damped(constants, work, obj, loaded, timestep, width):
     """Accelerations of every segment under (M + hC + JᵀDJ) q̈ = forces + JᵀD a_ref, columns as in solve_with_contacts.
 
     Each hinge's own acceleration is left in column D.
     """
     zero = spread(0.0, width)
-    d = ux = uy = a = b = c = torque = fx = fy = zero  # what the distal part shows at its own hinge
+    d = ux = uy = a = b = c = torque = zero  # what the distal part shows at its own hinge
+    fx, fy = -get(obj, 0, O_PULL_X, width), -get(obj, 0, O_PULL_Y, width)
     for i in range(constants.shape[0] - 1, -1, -1):
         ex, ey = get(work, i, W_EX, width), get(work, i, W_EY, width)
         own_x, own_y = get(work, i, W_FX, width), get(work, i, W_FY, width)
@@ -208,13 +215,14 @@ def solve_damped(constants, work, loaded, timestep, width):
 
 
 @njit(**COMPILE)
-def advance(constants, work, loaded, timestep, width):
+def advance(constants, work, obj, loaded, timestep, width):
     """One Euler step, implicit in the joint damping C: v += h (M + hC)⁻¹ (forces), q += h v.
 
     ``loaded`` marks the segments whose columns B.. hold minus the contact's wrench about the hinge in some lane.
     """
     zero = spread(0.0, width)
-    d = ux = uy = a = b = c = torque = fx = fy = zero  # what the distal part shows at its own hinge
+    d = ux = uy = a = b = c = torque = zero  # what the distal part shows at its own hinge
+    fx, fy = -get(obj, 0, O_PULL_X, width), -get(obj, 0, O_PULL_Y, width)
     for i in range(constants.shape[0] - 1, -1, -1):
         ex, ey = get(work, i, W_EX, width), get(work, i, W_EY, width)
         own_x, own_y = get(work, i, W_FX, width), get(work, i, W_FY, width)

@@ -1,0 +1,128 @@
+"""Time per step of a free chain of n segments: chain engine, Pinocchio's ABA, PyElastica. Processor time, one thread.
+
+What is compared: one step of a chain of rigid links (chain engine: kinematics, dynamics, integration in compiled code;
+Pinocchio: `aba` alone, called from Python, without integration, damping or contact) and one position–Verlet step of a
+Cosserat rod with as many elements (PyElastica: stretch, shear, twist and bending in three dimensions).
+
+    python benchmarks/peers/speed.py
+"""
+
+import json
+import time
+from pathlib import Path
+
+import elastica as ea
+import numpy as np
+import pinocchio as pin
+
+from feeler.antenna.antenna import Antenna
+from feeler.physics.chain.batch import Batch, step_many
+from feeler.physics.chain.engine import LANES
+from feeler.physics.chain.model import make_model
+from feeler.physics.clock import Clock
+from feeler.physics.scene import Scene
+
+SEGMENTS = (10, 50, 140, 500, 1000)
+TURNS = 5
+LENGTH, MASS, RADIUS = 42.0, 2e-3, 0.1  # mm, g, mm: a uniform rod of the antenna's size
+TIMESTEP = 0.02  # ms
+
+
+def time_best(step, n_steps: int) -> float:
+    """Best processor time per step [µs]."""
+    best = np.inf
+    for _ in range(TURNS):
+        start = time.process_time()
+        step(n_steps)
+        best = min(best, (time.process_time() - start) / n_steps * 1e6)
+    return best
+
+
+def make_chain(n: int, lanes: int):
+    """Steps of ``lanes`` chains."""
+    antenna = Antenna(
+        segment_length=np.full(n, LENGTH / n), segment_mass=MASS / n, radius=RADIUS, stiffness=1.0, damping=1.0
+    )
+    scene = Scene(antenna=antenna, angle=np.random.default_rng(0).normal(0, 1e-3, n))
+    clock = Clock(duration=1.0, timestep=TIMESTEP)
+    b = Batch([scene] * lanes, [make_model(scene, TIMESTEP)] * lanes, clock)
+
+    def step(n_steps: int) -> None:
+        step_many(
+            0, n_steps, TIMESTEP, b.constants, b.obj, b.shapes, b.legs, b.work, b.place, b.contacts, b.loaded, b.force,
+            b.damped, b.width,
+        )  # fmt: skip
+
+    return step
+
+
+def make_pinocchio(n: int):
+    """Forward dynamics of the same chain of revolute joints."""
+    model, parent = pin.Model(), 0
+    length, mass = LENGTH / n, MASS / n
+    for i in range(n):
+        place = pin.SE3(np.eye(3), np.array([0.0, length if i else 0.0, 0.0]))
+        parent = model.addJoint(parent, pin.JointModelRZ(), place, f"hinge{i}")
+        rod = np.diag([mass * length**2 / 12, 1e-12, mass * length**2 / 12])
+        model.appendBodyToJoint(parent, pin.Inertia(mass, np.array([0, length / 2, 0]), rod), pin.SE3.Identity())
+    model.gravity = pin.Motion.Zero()
+    data, rng = model.createData(), np.random.default_rng(0)
+    q, v, torque = rng.normal(0, 1e-3, n), np.zeros(n), rng.normal(0, 1e-3, n)
+
+    def step(n_steps: int) -> None:
+        for _ in range(n_steps):
+            pin.aba(model, data, q, v, torque)
+
+    return step
+
+
+def make_elastica(n: int):
+    """Position–Verlet steps of a rod clamped at its base, in SI units."""
+
+    class Simulator(ea.BaseSystemCollection, ea.Constraints):
+        pass
+
+    simulator = Simulator()
+    length, radius = LENGTH * 1e-3, RADIUS * 1e-3
+    rod = ea.CosseratRod.straight_rod(
+        n, np.zeros(3), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), length, radius,
+        MASS * 1e-3 / (np.pi * radius**2 * length), youngs_modulus=1e9, shear_modulus=4e8,
+    )  # fmt: skip
+    simulator.append(rod)
+    simulator.constrain(rod).using(ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,))
+    simulator.finalize()
+    stepper = ea.PositionVerlet()
+    dt = 1e-9
+
+    def step(n_steps: int) -> None:
+        now = 0.0
+        for _ in range(n_steps):
+            now = stepper.step(simulator, np.float64(now), np.float64(dt))
+
+    return step
+
+
+def main() -> None:
+    results = {}
+    for n in SEGMENTS:
+        found = {
+            "chain": time_best(warm(make_chain(n, 1)), 300),
+            f"chain, {LANES} lanes": time_best(warm(make_chain(n, LANES)), 300) / LANES,
+            "Pinocchio aba": time_best(warm(make_pinocchio(n)), 100),
+            "PyElastica step": time_best(warm(make_elastica(n)), 100),
+        }
+        results[str(n)] = found
+        print(n, {name: round(value, 2) for name, value in found.items()}, flush=True)
+    path = Path(__file__).parents[1] / "results" / "peers.json"
+    rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.3g}"))
+    path.write_text(json.dumps(rounded, indent=1) + "\n")
+
+
+def warm(step):
+    """The same steps, after a first one that compiles."""
+    step(1)
+    return step
+
+
+if __name__ == "__main__":
+    main()
