@@ -54,7 +54,7 @@ def test_equilibrium_minimises_energy_among_shapes_in_front_of_the_wall(uniform)
 
 
 def test_tip_load_of_a_straight_antenna_matches_the_small_bend_of_a_cantilever(uniform):
-    """Only the tip touches: θ_n is the tip force times its lever over k, so θ_n is linear in the distance along the tip."""
+    """Only the tip touches: θ_n is the tip force times its lever over k, so that force is one number."""
     reach = uniform.length * np.sin(np.radians(30))
     sweep = approach(uniform, Posture(prebend="none", friction=0.0), [reach - 0.2])
     points = sweep.points[0]

@@ -27,8 +27,8 @@ FOLLOWING = Posture(prebend="none", friction=0.0)
 class Controller:
     """Proportional and derivative steering on the estimated distance, as turn rate = K_p e + K_d de/dt.
 
-    On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow from a natural frequency and
-    a damping ratio at any speed v (the plant of Cowan, Lee & Full 2006, J Exp Biol 209:1617, with a pure delay).
+    On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow from a natural
+    frequency and a damping ratio at any speed v (the plant of Cowan, Lee & Full 2006, J Exp Biol 209:1617, with a delay).
     """
 
     target: float = 12.0
@@ -154,8 +154,8 @@ def follow(
         distance_map = distance_map or calibrate(antenna, posture, speed=speed)
         if distance_map.undefined:
             raise InvalidInput(
-                f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}. Use another antenna or "
-                "posture, or oracle=True."
+                f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}. Use another antenna "
+                "or posture, or oracle=True."
             )
     start = (-controller.target, 0.0, 0.0)
     angle = approach(antenna, posture.replace(side="right"), [controller.target]).angle[0]

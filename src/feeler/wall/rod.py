@@ -177,9 +177,9 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
     """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
 
     ``base`` (x, y, heading, heading before) is where the base is at the end of the step. The step is the minimum of
-    elastic energy + contact energy + dissipation / h (+ inertia), found boldly or not. Returns (converged, imbalance without damping [rad],
-    touching nodes, largest change of a heading [rad]); where it did not converge to ``tolerance`` [rad], everything is
-    left as it was.
+    elastic energy + contact energy + dissipation / h (+ inertia), searched boldly or not. Returns (converged, imbalance
+    without damping [rad], touching nodes, largest change of a heading [rad]); where it did not converge to
+    ``tolerance`` [rad], everything is left as it was.
     """
     n, rate = table.shape[0], 1.0 / timestep
     scene, state = (table, faces, friction), (anchor, pressed)

@@ -53,7 +53,7 @@ def find_bend(table, base, heading, place, weight):
 
 @njit(**COMPILE)
 def _advance(table, faces, friction, start, end, alpha, heading, points, velocity, anchor, pressed, timestep):
-    """Carry the base from ``start`` to ``end`` (x, y, heading) in one step, or more if it fails; touching nodes or −1."""
+    """Carry the base from ``start`` to ``end`` (x, y, heading) in one step, or more; touching nodes or −1."""
     base, parts = np.empty(4), 1
     for split in range(MAX_SPLITS):
         bold = split < MAX_SPLITS - 1

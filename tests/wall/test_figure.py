@@ -1,0 +1,27 @@
+"""Fig. 3 and its table from one small run."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from feeler.presets import cockroach
+from feeler.paper import fig3
+from feeler.wall import Posture, compare
+
+
+def test_figure_3_draws_what_was_computed():
+    data = fig3.compute({"exponential": cockroach()}, scale="smoke", timestep=0.1)
+    figure = Figure(figsize=(7, 8))
+    fig3.plot(data, figure)
+    assert data.slides.make_dataset()["distance"].values.tolist() == sorted(fig3.SLIDE_DISTANCES, reverse=True)
+    assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
+    assert len(figure.subfigs) == 3 and data.cases == []
+
+
+def test_table_rows_say_undefined_and_never_zero():
+    posture = Posture(prebend="none", friction=0.0)
+    cases = compare({"constant": cockroach("constant")}, [posture], distances=(12.0, 9.0, 6.0))
+    rows = fig3.tabulate(cases)
+    assert len(rows) == 3
+    for row in rows:
+        assert (row["r2"] is None) == bool(row["undefined"])
+    assert any(row["r2"] is None for row in rows)
