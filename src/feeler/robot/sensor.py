@@ -116,6 +116,9 @@ class SensorCalibration:
         return "\n".join(rows)
 
 
+MAX_READING = 1e15  # [C] in any unit; squares of it are still finite
+
+
 def fit_sensors(
     hinge: np.ndarray,
     angle: np.ndarray,
@@ -147,6 +150,8 @@ def fit_sensors(
         raise InvalidInput("hinge, angle, capacitance and time must be lists of one length.")
     if not all(np.all(np.isfinite(v)) for v in (hinge, angle, capacitance)):
         raise InvalidInput("a calibration table must be complete: hinge, angle and capacitance in every row.")
+    if any(np.nanmax(np.abs(v), initial=0.0) > MAX_READING for v in (angle, capacitance, time)):
+        raise InvalidInput(f"angles, readings and times beyond ±{MAX_READING:g} are no measurements. Check the table.")
     n = _count_hinges(hinge)
     lines = [_fit_one(k, angle[hinge == k], capacitance[hinge == k], time[hinge == k]) for k in range(1, n + 1)]
     arrays = {key: np.array([line[key] for line in lines]) for key in lines[0]}
