@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.antenna.presets import PROFILE_NAMES, cockroach
 from feeler.errors import FeelerError
 from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
+from feeler.presets import PROFILE_NAMES, cockroach
 from feeler.touch.feature import Wall
 from feeler.wall import FOLLOWING, Posture, approach, calibrate, follow, make_turn, map_distance
 from feeler.wall import sweep as sweeping

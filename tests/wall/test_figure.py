@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.presets import cockroach
 from feeler.paper import fig3
+from feeler.presets import cockroach
 from feeler.wall import Posture, compare
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Antenna
-from feeler.presets import cockroach
 from feeler.errors import InvalidInput
+from feeler.presets import cockroach
 from feeler.wall import (
     Posture,
     approach,

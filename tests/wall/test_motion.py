@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from feeler.presets import cockroach
 from feeler.errors import InvalidInput
+from feeler.presets import cockroach
 from feeler.wall import FOLLOWING, Controller, Course, Posture, calibrate, drive, follow, make_turn, slide
 from feeler.wall.course import measure_distance
 from feeler.wall.runner import find_distance

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from feeler.antenna import Antenna
-from feeler.presets import cockroach
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
+from feeler.presets import cockroach
 from feeler.touch.feature import Wall
 from feeler.wall import DISTANCES, Posture, approach
 
