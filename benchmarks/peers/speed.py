@@ -22,8 +22,8 @@ from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene
 
-SEGMENTS = (10, 50, 140, 500, 1000)
-TURNS = 5
+SEGMENTS = (10, 140, 1000)
+TURNS = 3
 LENGTH, MASS, RADIUS = 42.0, 2e-3, 0.1  # mm, g, mm: a uniform rod of the antenna's size
 TIMESTEP = 0.02  # ms
 
@@ -77,22 +77,21 @@ def make_pinocchio(n: int):
 
 
 def make_elastica(n: int):
-    """Position–Verlet steps of a rod clamped at its base, in SI units."""
+    """Position–Verlet steps of a rod clamped at its base, in g, mm, ms."""
 
     class Simulator(ea.BaseSystemCollection, ea.Constraints):
         pass
 
     simulator = Simulator()
-    length, radius = LENGTH * 1e-3, RADIUS * 1e-3
     rod = ea.CosseratRod.straight_rod(
-        n, np.zeros(3), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), length, radius,
-        MASS * 1e-3 / (np.pi * radius**2 * length), youngs_modulus=1e9, shear_modulus=4e8,
+        n, np.zeros(3), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), LENGTH, RADIUS,
+        MASS / (np.pi * RADIUS**2 * LENGTH), youngs_modulus=1e3, shear_modulus=4e2,
     )  # fmt: skip
     simulator.append(rod)
     simulator.constrain(rod).using(ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,))
     simulator.finalize()
     stepper = ea.PositionVerlet()
-    dt = 1e-9
+    dt = 1e-6
 
     def step(n_steps: int) -> None:
         now = 0.0

@@ -1,8 +1,8 @@
 """feeler's chain engine as a solver of cosseratbench: a planar, inextensible chain of rigid elements.
 
-What it takes part in: one rod whose start is clamped or pinned and whose other end is free, bent in one plane by
-gravity and a constant force at its end. What a planar hinge chain cannot do, and says so: stretch, shear, twist, bending
-out of a plane, a second held end, driven ends, other rods, and contact with obstacles other than feeler's own features.
+What it takes part in: one rod whose start is clamped or pinned and whose other end is free, bent in one plane by gravity
+and a constant force at its end. What a planar hinge chain cannot do, and says so: stretch, shear, twist, bending out of
+a plane, a second held end, driven ends, other rods, and contact with obstacles other than feeler's own features.
 """
 
 import numpy as np
