@@ -28,7 +28,7 @@ class Controller:
     """Proportional and derivative steering on the estimated distance, as turn rate = K_p e + K_d de/dt.
 
     On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow from a natural
-    frequency and a damping ratio at any speed v (plant: Cowan, Lee & Full 2006, J Exp Biol 209:1617, here with a delay).
+    frequency and a damping ratio at any speed v (Cowan, Lee & Full 2006, J Exp Biol 209:1617, but with a delay).
     """
 
     target: float = 12.0
