@@ -106,8 +106,8 @@ class Calibration:
         pairs = zip(self.directions.names, good.min(axis=0), good.max(axis=0), strict=True)
         ranges = ", ".join(f"{name} {low:.3g} to {high:.3g}" for name, low, high in pairs)
         return (
-            f"{self.directions.describe()} Along that least determined line the model stays at or below the paper's error "
-            f"of {PAPER_ERROR} over {ranges}."
+            f"{self.directions.describe()} Along that least determined line the model stays at or below the paper's "
+            f"error of {PAPER_ERROR} over {ranges}."
         )
 
 
