@@ -34,10 +34,10 @@ def encode(
         "ridge": h ≥ 0 with the least ½‖V − V̂‖² + ½·ridge·‖W‖²·‖h‖², ‖W‖² the mean squared length of a basis, so that
         ridge has no unit. Strictly convex: one answer, solved exactly, and one that moves little when the tensor does.
         "nonnegative": towards the least ‖V − V̂‖ over h ≥ 0, by 300 accelerated gradient steps from near the ridge
-        code.
-        Where bases are smooth, very different h do almost as well; the fixed start and number of steps make it one.
+        code. Where bases are smooth, very different h do almost as well; fixed start and steps make it one answer.
         "sparse": the least ½‖V − V̂‖² among activations whose every row has exactly this sparseness, or is zero; by
-        projected gradient from the projected, nearly solved ridge code. Not convex: the fixed start makes it one answer, not the best.
+        projected gradient from the projected, nearly solved ridge code. Not convex: the fixed start makes it one
+        answer, not the best.
     max_sweeps, tol : the sparse code ends after this many sweeps, or when one lowers the loss by less than tol times
         what the code explains.
 

@@ -149,13 +149,13 @@ def plot_bases(data: Fig4Data, axes: np.ndarray) -> None:
             lag = data.sampling * np.arange(basis.shape[1])
             plot_tensor(basis, lag, ax, Normalize(0, basis.max() or 1), labels=False)
             if column == 0:
-                ax.set_ylabel(f"M = {len(encoder.components_)}\nsensor (base → tip)")
+                ax.set_ylabel(f"M = {len(encoder.components_)}")
             if row is axes[-1]:
                 ax.set_xlabel("lag [ms]")
 
 
 def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
-    """Fig. 4D: activations of ball and box at each location, on fixed bases."""
+    """Fig. 4D: activations of ball and box at each location, on fixed bases, as shares of the greatest."""
     names = sorted({name.split()[0] for name in data.examples})
     top = max((code.max() for code in data.examples.values()), default=1)
     for column, name in zip(axes.T, names, strict=False):
@@ -168,8 +168,8 @@ def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
             ax.set_ylim(0, 1)
             ax.set_title(f"{name} at {key.split()[1]} L", pad=2)
         column[-1].set_xlabel("time [ms]")
-    axes[0, 0].set_ylabel("activation (common scale)")
-    axes[0, -1].legend(loc="upper right")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("activation")
 
 
 def plot(data: Fig4Data, figure: Figure) -> None:
@@ -179,7 +179,10 @@ def plot(data: Fig4Data, figure: Figure) -> None:
     plot_ranks(data, top.subplots())
     top.suptitle("B", x=0.02, ha="left", weight="bold")
     plot_bases(data, bottom.subplots(len(data.ranks), max(data.ranks), sharex=True, sharey=True, squeeze=False))
+    bottom.supylabel("sensor (base → tip); colours by basis", fontsize=8)
     bottom.suptitle("C", x=0.02, ha="left", weight="bold")
     n_rows = max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
-    plot_examples(data, right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False))
+    axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
+    plot_examples(data, axes)
+    right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     right.suptitle("D", x=0.02, ha="left", weight="bold")

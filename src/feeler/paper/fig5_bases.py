@@ -97,7 +97,7 @@ def plot_bases(data: Fig5BasesData, axes: np.ndarray) -> None:
         for ax, basis in zip(row, encoder.components_, strict=True):
             lag = data.sampling * np.arange(basis.shape[1])
             plot_tensor(basis, lag, ax, Normalize(0, basis.max() or 1), labels=False)
-        row[0].set_ylabel(f"{name}\nsensor (base → tip)")
+        row[0].set_ylabel(name)
     for ax in axes[-1]:
         ax.set_xlabel("lag [ms]")
 
@@ -116,7 +116,8 @@ def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
     ax.plot([names.index(n) for n in known], [PAPER[n] for n in known], "kx", label="paper (definition not stated)")
     ax.set_xticks(range(len(names)), names, rotation=20)
     ax.set_ylabel("mean entropy of the bases [bits]")
-    ax.legend()
+    ax.set_ylim(top=1.45 * max(np.nanmax(values) for by in data.entropy.values() for values in by.values()))
+    ax.legend(loc="upper left")
 
 
 def plot(data: Fig5BasesData, figure: Figure) -> None:
@@ -124,6 +125,7 @@ def plot(data: Fig5BasesData, figure: Figure) -> None:
     left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1))
     n_components = max(len(encoder.components_) for encoder in data.encoders.values())
     plot_bases(data, left.subplots(len(data.encoders), n_components, sharex=True, sharey=True, squeeze=False))
+    left.supylabel("sensor (base → tip); colours by basis", fontsize=8)
     left.suptitle("F", x=0.02, ha="left", weight="bold")
     plot_entropy(data, right.subplots())
     right.suptitle("G", x=0.02, ha="left", weight="bold")

@@ -72,6 +72,7 @@ def plot(data: FigS5Data, figure: Figure) -> None:
     for row, (n_lags, encoder) in zip(axes, data.encoders.items(), strict=True):
         for ax, basis in zip(row, encoder.components_, strict=True):
             plot_tensor(basis, data.sampling * np.arange(n_lags), ax, Normalize(0, basis.max() or 1), labels=False)
-        row[0].set_ylabel(f"T = {data.sampling * n_lags:g} ms\nsensor")
+        row[0].set_ylabel(f"T = {data.sampling * n_lags:g} ms")
+    figure.supylabel("sensor (base → tip); colours by basis", fontsize=8)
     for ax in axes[-1]:
         ax.set_xlabel("lag [ms]")

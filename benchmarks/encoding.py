@@ -1,0 +1,169 @@
+"""Speed of the encoder against torchnmf and seqnmf, in one run on the same tensors.
+
+    pip install "feeler[bench]" && python benchmarks/encoding.py
+
+torchnmf's NMFD.sparse_fit constrains each component over all trials, so it is compared with constraint="all"; the
+default, constraint="trial", is timed beside it. Ours and theirs take turns, the best of each counts. seqnmf has no
+such constraint; it gets the trials in one row with silent gaps between them.
+"""
+
+import argparse
+import json
+import time
+import tracemalloc
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from feeler.encoding import ConvolutiveNMF
+from feeler.encoding.factorise import Data, Settings, factorise, open_pool
+
+N_COMPONENTS, N_LAGS, SPARSENESS = 3, 40, 0.8
+
+
+read_clock = time.perf_counter
+
+
+def make_tensors(n_trials: int, n_sensors: int = 56, n_times: int = 380, seed: int = 0) -> np.ndarray:
+    """Bumps that travel and swell along the sensors for 35, 65 or 310 ms, then ring out: (trial, sensor, time)."""
+    rng = np.random.default_rng(seed)
+    place, time_ms = np.linspace(0, 1, n_sensors)[:, None], np.arange(n_times)[None, :]
+    tensors = np.empty((n_trials, n_sensors, n_times))
+    for trial, tensor in enumerate(tensors):
+        lasting = (35, 65, 310)[trial % 3] * rng.uniform(1, 1.25)
+        phase = np.clip((time_ms - rng.uniform(10, 13)) / lasting, 0, None)
+        ringing = np.exp(-(phase - 1) * lasting / 6) * np.cos((phase - 1) * lasting / 9)
+        envelope = np.where(phase < 1, phase**1.2, ringing)
+        centre = rng.choice((0.5, 0.6, 0.7, 0.8, 0.9)) - 0.25 * np.minimum(phase, 1)
+        tensor[:] = envelope * (np.exp(-0.5 * ((place - centre) / rng.uniform(0.05, 0.09)) ** 2))
+        tensor += 0.2 * envelope * np.exp(-0.5 * ((place - 0.1) / 0.1) ** 2)
+    return np.maximum(0.15 * tensors, 0)
+
+
+def run_ours(tensors: np.ndarray, constraint: str, n_iterations: int, threads: int) -> np.ndarray:
+    """(iteration, 2): seconds since the start, and the relative residual, after each iteration."""
+    rng, curve = np.random.default_rng(1), []
+    settings = Settings(
+        n_components=N_COMPONENTS,
+        n_lags=N_LAGS,
+        sparseness=SPARSENESS,
+        joint=constraint == "all",
+        max_iter=n_iterations,
+        tol=0,
+        inner_steps=3,
+    )
+    with open_pool(threads) as run:
+        start = read_clock()
+        data = Data(tensors, N_LAGS)
+        bases = rng.random((N_COMPONENTS, tensors.shape[1], N_LAGS)) * tensors.mean()
+        activations = rng.random((len(tensors), N_COMPONENTS, tensors.shape[2]))
+        factorise(
+            data,
+            bases,
+            activations,
+            settings,
+            run,
+            lambda iteration, residual: curve.append((read_clock() - start, residual)),
+        )
+    return np.array(curve)
+
+
+def run_torchnmf(tensors: np.ndarray, n_iterations: int, threads: int) -> tuple[float, float]:
+    """Seconds, and the relative residual reached."""
+    import torch
+    from torchnmf.nmf import NMFD
+
+    torch.set_num_threads(threads)
+    torch.manual_seed(1)
+    target = torch.tensor(tensors, dtype=torch.float32)
+    net = NMFD(target.shape, rank=N_COMPONENTS, T=N_LAGS)
+    start = read_clock()
+    net.sparse_fit(target, beta=2, max_iter=n_iterations, sH=SPARSENESS)
+    seconds = read_clock() - start
+    with torch.no_grad():
+        rest = net() - target
+    return seconds, float(rest.norm() / target.norm())
+
+
+def run_seqnmf(tensors: np.ndarray, n_iterations: int) -> float:
+    """Seconds for n_iterations."""
+    import seqnmf
+
+    row = np.concatenate([np.pad(tensor, ((0, 0), (0, N_LAGS - 1))) for tensor in tensors], axis=1)
+    start = read_clock()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        seqnmf.seqnmf(row, K=N_COMPONENTS, L=N_LAGS, Lambda=0, max_iter=n_iterations, tol=-1, plot_it=False)
+    return read_clock() - start
+
+
+def compare(n_trials: int, n_iterations: int, rounds: int, threads: int, with_seqnmf: bool) -> dict[str, float]:
+    """One row of the table."""
+    tensors = make_tensors(n_trials)
+    run_ours(tensors[:3], "all", 2, threads), run_ours(tensors[:3], "trial", 2, threads)  # compile
+    ours, trial, theirs = [], [], []
+    for _ in range(rounds):
+        ours.append(run_ours(tensors, "all", n_iterations, threads))
+        theirs.append(run_torchnmf(tensors, n_iterations, threads))
+        trial.append(run_ours(tensors, "trial", n_iterations, threads))
+    seconds, residual = min(theirs)
+    reached = [curve[np.argmax(curve[:, 1] <= residual), 0] for curve in ours if curve[-1, 1] <= residual]
+    row = {
+        "trials": n_trials,
+        "torchnmf ms/iteration": 1e3 * seconds / n_iterations,
+        "ours (all) ms/iteration": 1e3 * min(np.diff(curve[:, 0]).mean() for curve in ours),
+        "ours (trial) ms/iteration": 1e3 * min(np.diff(curve[:, 0]).mean() for curve in trial),
+        "residual of torchnmf": residual,
+        "residual of ours (all)": ours[0][-1, 1],
+        "residual of ours (trial)": trial[0][-1, 1],
+        "speed-up to torchnmf's residual": seconds / min(reached) if reached else float("nan"),
+    }
+    if with_seqnmf:
+        row["seqnmf ms/iteration"] = 1e3 * run_seqnmf(tensors, 3) / 3
+    return row
+
+
+def measure_memory(n_trials: int = 90) -> float:
+    """Most memory a fit of one restart takes beyond its input, in units of the input."""
+    tensors = make_tensors(n_trials)
+    model = ConvolutiveNMF(n_restarts=1, max_iter=2, warn=False)
+    model.fit(tensors[:2])  # compile
+    tracemalloc.start()
+    model.fit(tensors)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak / tensors.nbytes
+
+
+def main() -> None:
+    """Print the table and write it down."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--iterations", type=int, default=60)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--no-seqnmf", action="store_true")
+    parser.add_argument("--cpu", action="store_true", help="count processor time, on one thread: for a busy machine")
+    given = parser.parse_args()
+    if given.cpu:
+        global read_clock
+        given.threads, read_clock = 1, time.process_time
+    rows = [compare(n, given.iterations, given.rounds, given.threads, not given.no_seqnmf) for n in (30, 90)]
+    memory = measure_memory()
+    for name in rows[0]:
+        print(f"{name:34s}" + "".join(f"{row[name]:12.4g}" for row in rows))
+    print(f"{'memory beside the input, × input':34s}{memory:24.3g}")
+    result = {
+        "clock": "processor" if given.cpu else "wall",
+        "threads": given.threads,
+        "iterations": given.iterations,
+        "rows": rows,
+        "memory": memory,
+    }
+    path = Path(__file__).parent / "results" / "encoding.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
