@@ -8,12 +8,14 @@ import pytest
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
-from feeler.presets import make_preset
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.physics import chain
-from feeler.physics.chain.model import compute_invweight
+from feeler.physics.chain.batch import Batch
+from feeler.physics.chain.fields import O_GRAVITY_X, O_PULL_X
+from feeler.physics.chain.model import compute_invweight, make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
+from feeler.presets import make_preset
 from feeler.touch import Trial, Wall, make_feature
 
 
@@ -220,6 +222,16 @@ def test_invweight_is_the_dense_inverse():
     jacobian = np.maximum(s[:, None] + half[:, None] - s[None, :], 0.0) * np.tri(9)
     dense = np.einsum("ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian) / 3
     np.testing.assert_allclose(compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8)
+
+
+def test_tip_force_and_gravity_find_their_balance():
+    """For callers of the sweeps: k q = (F + m g / 2) ℓ cos q for one segment pulled along +x."""
+    antenna, clock = uniform(1, stiffness=1e-3, damping=0.02), Clock(duration=900, sample_interval=100, timestep=0.02)
+    scene = Scene(antenna=antenna)
+    model = make_model(scene, clock.timestep)
+    model.object[O_PULL_X], model.object[O_GRAVITY_X] = 1e-3, 500.0
+    q = Batch([scene], [model], clock).run()[0].angle[-1, 0]
+    assert q == pytest.approx((1e-3 + 1e-6 * 500.0 / 2) * 0.3 * np.cos(q) / 1e-3, rel=1e-9)
 
 
 @pytest.mark.parametrize("n", [1, 2, 1000])

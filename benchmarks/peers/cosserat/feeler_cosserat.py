@@ -1,6 +1,6 @@
 """feeler's chain engine as a solver of cosseratbench: a planar, inextensible chain of rigid elements.
 
-What it takes part in: one rod whose start is clamped or pinned and whose other end is free, bent in one plane by gravity
+It takes part with one rod whose start is clamped or pinned and whose other end is free, bent in one plane by gravity
 and a constant force at its end. What a planar hinge chain cannot do, and says so: stretch, shear, twist, bending out of
 a plane, a second held end, driven ends, other rods, and contact with obstacles other than feeler's own features.
 """
@@ -65,12 +65,12 @@ class ChainSolver:
 
 def _check(scenario: Scenario) -> Rod:
     if len(scenario.rods) != 1 or scenario.obstacles:
-        raise NotImplementedError("one rod and no obstacles")
+        raise NotImplementedError("one rod alone, without obstacles")
     rod = scenario.rods[0]
     if rod.start is EndCondition.FREE or rod.end is not EndCondition.FREE:
-        raise NotImplementedError("a chain hangs on its start; the other end is free")
+        raise NotImplementedError("the end that is not held to be free: a chain hangs on its start")
     if rod.start_motion is not None or any(load.at is End.START for load in rod.loads):
-        raise NotImplementedError("the start is held still")
+        raise NotImplementedError("the start to be held still")
     return rod
 
 
@@ -87,7 +87,7 @@ def _find_plane(scenario: Scenario, rod: Rod, nodes: np.ndarray) -> np.ndarray:
         best = np.cross(along, rod.normal)
     best = best / np.linalg.norm(best)
     if np.abs(across @ np.cross(along, best)).max() > 1e-9:
-        raise NotImplementedError("the rod must bend in one plane")
+        raise NotImplementedError("bending in one plane")
     return np.stack([best, along])
 
 

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# The chain engine beside its peers, in an environment of its own: PEERS_VENV, default .venv-peers.
+set -euo pipefail
+here="$(cd "$(dirname "$0")" && pwd)"
+venv="${PEERS_VENV:-$here/../../.venv-peers}"
+results="${PEERS_RESULTS:-$here/../results/cosseratbench}"
+if [ ! -x "$venv/bin/python" ]; then
+  python3 -m venv "$venv"
+  "$venv/bin/pip" install -q -e "$here/../.." -r "$here/requirements.txt"
+  "$venv/bin/pip" install -q -e "$here/cosserat"
+fi
+export OMP_NUM_THREADS=1
+"$venv/bin/python" "$here/speed.py"
+"$venv/bin/cosseratbench" run cantilever pendulum catenary -s feeler -s pyelastica -o "$results"
