@@ -20,6 +20,7 @@ from feeler.antenna.cockroach import cockroach
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulate import simulate
 from feeler.touch.feature import make_feature
@@ -197,6 +198,7 @@ def main() -> None:
     arguments = parser.parse_args()
     file = Path(__file__).parent / "results" / "numerics.json"
     results = json.loads(file.read_text()) if file.exists() else {}
+    results["engine"] = DEFAULT_ENGINE
     if not arguments.skip_extremes:
         results["extremes"] = {}
         for name, (antenna, trial) in make_extremes().items():
