@@ -4,6 +4,8 @@ The scenes are free of ties (a face exactly along a straight chain, a gap of a w
 is decided by the last bit of either engine and means nothing.
 """
 
+from dataclasses import replace
+
 import mujoco as engine
 import numpy as np
 import pytest
@@ -11,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.antenna.antenna import Antenna
-from feeler.presets import make_preset
 from feeler.physics import chain, mujoco
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Path, Scene, make_scene
+from feeler.presets import make_preset
 from feeler.touch import Outline, Trial, Wall, make_feature
 
 PROFILES = ("exponential", "linear", "constant")
@@ -61,13 +63,21 @@ def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
 @pytest.mark.parametrize("speed", [0.6, 0.3, 0.06])
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"])
 def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
+    """1e-6 rad, or, where the scene is chaotic, no more than the chain's own answer to a start 1e-9 mm later.
+
+    Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. There the two engines
+    agree only as long as they start from the same bits, which single-precision mesh corners (triangle, outline) forbid.
+    """
     feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
     approach = 63.7 if "turned" in kind else 90.0
     trial = Trial(feature=feature, location=0.7123, speed=speed, lead=1.2345, approach=approach)
-    found = difference(make_scene(make_preset(profile), trial), Clock(duration=101, timestep=0.02))
+    scene, clock = make_scene(make_preset(profile), trial), Clock(duration=101, timestep=0.02)
+    found = difference(scene, clock)
     mesh = "triangle" in kind or kind == "outline"
     assert found[:12].max() < (MESH if mesh else 1e-9)
-    assert found.max() < 1e-6
+    later = replace(scene, origin=tuple(np.asarray(scene.origin) - 1e-9 * np.asarray(scene.forward)))
+    own = np.abs(chain.run(scene, clock).angle - chain.run(later, clock).angle).max()
+    assert found.max() < (1e-6 if own < 1e-7 else 5 * own)
 
 
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline"])
