@@ -9,11 +9,11 @@ from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
 from feeler.errors import InvalidInput
 
 _LINEAR = (
-    "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.57 (21.0 Hz, ζ 0.58; "
-    "deflection ratios 0.55 and 0.77 instead of 0.22 and 0.55)"
+    "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60 (18.4 Hz, ζ 0.55; "
+    "deflection ratios 0.56 and 0.77 instead of 0.22 and 0.55)"
 )
 _CONSTANT = (
-    "fitted to the reconstructed targets: error 1.88 (18.4 Hz, ζ 0.55; deflection ratios 0.62 and 0.81 instead of 0.22 "
+    "fitted to the reconstructed targets: error 1.89 (17.8 Hz, ζ 0.54; deflection ratios 0.62 and 0.82 instead of 0.22 "
     "and 0.55)"
 )
 
@@ -37,12 +37,12 @@ FACTS: dict[str, Fact] = {
     "n_sensors": Fact(
         value=56, unit="1", tag="P", note="their places are not published [C]: evenly spaced in segment number"
     ),
-    "linear_stiffness_base": Fact(value=0.784, unit="N·mm/rad", tag="D+C", note=_LINEAR),
-    "linear_stiffness_tip": Fact(value=3.98e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
-    "linear_damping_base": Fact(value=5.50, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
-    "linear_damping_tip": Fact(value=0.0156, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
-    "constant_stiffness": Fact(value=0.430, unit="N·mm/rad", tag="D+C", note=_CONSTANT),
-    "constant_damping": Fact(value=3.38, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
+    "linear_stiffness_base": Fact(value=0.572, unit="N·mm/rad", tag="D+C", note=_LINEAR),
+    "linear_stiffness_tip": Fact(value=3.85e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
+    "linear_damping_base": Fact(value=4.44, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
+    "linear_damping_tip": Fact(value=0.0176, unit="N·mm·ms/rad", tag="D+C", note=_LINEAR),
+    "constant_stiffness": Fact(value=0.395, unit="N·mm/rad", tag="D+C", note=_CONSTANT),
+    "constant_damping": Fact(value=3.17, unit="N·mm·ms/rad", tag="D+C", note=_CONSTANT),
 }
 
 SENSOR_PLACEMENTS = ("even", "distal", "all")

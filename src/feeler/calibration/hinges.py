@@ -102,9 +102,9 @@ def make_linear(antenna: Antenna) -> Hinges:
         "linear",
         antenna,
         [
-            ("stiffness_base", K, 0.6, 1e-2, 1e3, True),
-            ("stiffness_tip", K, 0.001, TIP_STIFFNESS, 1e3, True),
-            ("damping_base", C, 4.4, 1e-2, 1e4, True),
+            ("stiffness_base", K, 0.57, 1e-2, 1e3, True),
+            ("stiffness_tip", K, 4e-4, TIP_STIFFNESS, 1e3, True),
+            ("damping_base", C, 4.44, 1e-2, 1e4, True),
             ("damping_tip", C, 0.02, TIP_DAMPING, 1e4, True),
         ],
         lambda p, n: {
@@ -119,7 +119,7 @@ def make_constant(antenna: Antenna) -> Hinges:
     return _make(
         "constant",
         antenna,
-        [("stiffness", K, 0.33, 1e-2, 1e3, True), ("damping", C, 2.7, 1e-2, 1e4, True)],
+        [("stiffness", K, 0.395, 1e-2, 1e3, True), ("damping", C, 3.17, 1e-2, 1e4, True)],
         lambda p, n: {"stiffness": Constant(value=p[0]).sample(n), "damping": Constant(value=p[1]).sample(n)},
     )
 
