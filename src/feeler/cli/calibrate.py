@@ -31,7 +31,7 @@ def calibrate(
     seed: Annotated[int, typer.Option(help="seed of the starts")] = 0,
     evaluations: Annotated[int, typer.Option(help="antennas simulated per start, at most")] = 400,
     checkpoint: Annotated[Path | None, typer.Option(help="file from which an interrupted fit goes on")] = None,
-    engine: Annotated[str, typer.Option(help="chain or mujoco")] = "chain",
+    engine: Annotated[str, typer.Option(help="chain-consistent, chain or mujoco")] = "chain-consistent",
 ) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own animals."""
     if data:
