@@ -26,7 +26,6 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.style import PALETTE
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
