@@ -134,7 +134,10 @@ def _has_converged(losses: list[float], tol: float, energy: float) -> bool:
     """Ten iterations together count, so that one slow step does not end the fit."""
     if losses[-1] <= 1e-14 * energy:
         return True
-    return len(losses) > 10 and losses[-11] - losses[-1] <= 10 * tol * losses[-1]
+    scale = max(
+        losses[-1], 0.5e-4 * energy
+    )  # a residual of a hundredth: below it, noise-free data would go on for ever
+    return len(losses) > 10 and losses[-11] - losses[-1] <= 10 * tol * scale
 
 
 def _update_activations(data, components, activations, steps, settings, blocks, run) -> None:

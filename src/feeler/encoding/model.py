@@ -49,7 +49,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         at first, but planted bases come back less often from there.
     n_restarts : fits from this many starts; keeps the one with the lowest loss.
     max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol
-        times itself per iteration.
+        times itself per iteration (times 10⁻⁴ of the tensors' energy, once it is lower than that).
     inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1 without.
     random_state : seed or generator of the starts.
     n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
