@@ -21,13 +21,13 @@ import mujoco as mj
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.presets import make_preset
 from feeler.physics import chain, mujoco
 from feeler.physics.chain.batch import Batch, step_many
 from feeler.physics.chain.engine import LANES
 from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene, make_scene
+from feeler.presets import make_preset
 from feeler.touch import Trial, make_feature, make_grid
 
 TIMESTEP = 0.02  # ms
@@ -149,7 +149,7 @@ def run_paper(scheme: str) -> tuple[float, float]:
 def time_cold_start() -> dict[str, list[float]]:
     """Processor seconds of a first and a second process that simulate one step, with an empty compile cache."""
     code = (
-        "import time; t = time.process_time(); from feeler.antenna.presets import make_preset; "
+        "import time; t = time.process_time(); from feeler.presets import make_preset; "
         "from feeler.physics import chain; from feeler.physics.clock import Clock; "
         "from feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); "
         "t1 = time.process_time(); c = Clock(duration=2, timestep=0.02); chain.run(s, c); t2 = time.process_time(); "

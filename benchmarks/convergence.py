@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.antenna.presets import make_preset
 from feeler.physics import chain
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Motion, Scene, make_scene
+from feeler.presets import make_preset
 from feeler.touch import Trial, make_feature, make_grid
 
 DURATION = 380.0  # ms [P]
