@@ -17,6 +17,11 @@ from feeler.touch.trial import Trial
 # Rooms and names that need more than NumPy, SciPy and xarray are loaded when first used.
 _LAZY = {
     "ConvolutiveNMF": "feeler.encoding",
+    "hit": "feeler.experiment.impulse",
+    "load": "feeler.tensors.load",
+    "save": "feeler.tensors.export",
+    "load_antenna": "feeler.antenna.file",
+    "save_antenna": "feeler.antenna.file",
     "calibration": None,
     "decoding": None,
     "dispersion": None,

@@ -25,6 +25,7 @@ def reproduce(
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
     workers: Annotated[int | None, typer.Option(help="threads; default one per core")] = None,
+    log_json: Annotated[bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
@@ -40,7 +41,7 @@ def reproduce(
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
         scale=scale, seed=seed, engine=engine, timestep=timestep or TIMESTEP, workers=workers, antenna=chosen,
-        is_cockroach=is_cockroach, out=out, fresh=fresh,
+        is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start, count = time.perf_counter(), 0
 
@@ -51,6 +52,22 @@ def reproduce(
 
     made = run(context, started)
     _summarise(context, made, time.perf_counter() - start)
+
+
+def _make_bars(log_json: bool):
+    """A progress bar for each set of trials in turn."""
+    from feeler.cli.progress import Progress
+
+    bar: list[Progress] = []
+
+    def progress(done: int, total: int) -> None:
+        if not bar:
+            bar.append(Progress("touches", log_json=log_json))
+        bar[0](done, total)
+        if done >= total:
+            bar.pop().close()
+
+    return progress
 
 
 def _summarise(context, made, seconds: float) -> None:

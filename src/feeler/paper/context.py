@@ -1,5 +1,6 @@
 """What a run of the paper is made with: scale, seed, antenna, engine, and where things go."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,6 +26,8 @@ class Context:
     is_cockroach: bool = True
     out: Path = Path("out")
     fresh: bool = False
+    progress: Callable[[int, int], None] | None = field(default=None, compare=False)
+    """Called with (trials done, trials in all) while tensors are made."""
 
     def __post_init__(self) -> None:
         if self.scale not in SCALES:

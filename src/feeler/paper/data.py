@@ -11,8 +11,6 @@ from feeler.paper.context import Context
 from feeler.paper.stage import COMMON, hash_source
 from feeler.paper.trials import SPEEDS, trials
 
-MAIN = "main"  # the antenna that is described, first of the context's profiles
-
 
 def list_profiles(context: Context) -> list[str]:
     """Profiles compared at this scale; smoke leaves out all but the first and the constant one."""
@@ -29,7 +27,7 @@ def list_speeds(context: Context, profile: str) -> dict[str, float]:
 
 
 @lru_cache(maxsize=16)
-def load_tensors(context: Context, profile: str, progress=None) -> xr.Dataset:
+def load_tensors(context: Context, profile: str) -> xr.Dataset:
     """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
     antenna, speeds = context.profiles[profile], tuple(list_speeds(context, profile).values())
     key = digest(
@@ -50,7 +48,7 @@ def load_tensors(context: Context, profile: str, progress=None) -> xr.Dataset:
         "engine": context.engine,
         "workers": context.workers,
         "seed": context.seed,
-        "progress": progress,
+        "progress": context.progress,
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     try:

@@ -10,30 +10,30 @@ from feeler.paper.section import Section
 from feeler.paper.stage import Stage, run_stage
 
 STAGES = (
-    Stage(name="antenna", title="The antenna", make=sections.antenna.make),
+    Stage(name="antenna", title="The antenna", make=sections.antenna.make, rooms=("paper",)),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
         make=sections.calibration.make,
-        rooms=("response", "calibration"),
+        rooms=("response", "calibration", "paper"),
     ),
-    Stage(name="tensors", title="Tactile tensors", make=sections.tensors.make),
-    Stage(name="wall", title="Wall distance", make=sections.wall.make, rooms=("wall",)),
-    Stage(name="encoding", title="Encoding", make=sections.encoding.make, rooms=("encoding",)),
+    Stage(name="tensors", title="Tactile tensors", make=sections.tensors.make, rooms=("paper",)),
+    Stage(name="wall", title="Wall distance", make=sections.wall.make, rooms=("wall", "paper")),
+    Stage(name="encoding", title="Encoding", make=sections.encoding.make, rooms=("encoding", "paper")),
     Stage(
         name="reading",
         title="Dispersion and classification",
         make=sections.reading.make,
-        rooms=("encoding", "dispersion", "decoding"),
+        rooms=("encoding", "dispersion", "decoding", "paper"),
     ),
-    Stage(name="cnn", title="Convolutional network", make=sections.cnn.make, rooms=("decoding",)),
+    Stage(name="cnn", title="Convolutional network", make=sections.cnn.make, rooms=("decoding", "paper")),
     Stage(
         name="robot",
         title="The robotic antenna",
         make=sections.robot.make,
-        rooms=("robot", "decoding", "calibration", "response", "encoding", "dispersion"),
+        rooms=("robot", "decoding", "calibration", "response", "encoding", "dispersion", "paper"),
     ),
-    Stage(name="tracking", title="Active touch speed", make=sections.tracking.make, rooms=("tracking",)),
+    Stage(name="tracking", title="Active touch speed", make=sections.tracking.make, rooms=("tracking", "paper")),
 )
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")

@@ -15,7 +15,7 @@ def make(context: Context, section: Section) -> None:
     section.figure(
         "fig2b_responses",
         "Tip after a released step (left) and during a hit (right): simulation with the published constants against the "
-        "digitised mean traces of the animals [A]. (Fig. 2B)",
+        "traces digitised from the poster [A] (the step trace seems to be the published simulation's own). (Fig. 2B)",
         lambda figure: fig2b.plot(data, figure),
         height=3.0,
     )
