@@ -80,7 +80,7 @@ def _show_fit(context: Context, section: Section) -> None:
     section.values |= {
         "calibration.cost_published": error,
         "calibration.msa_published": accuracy,
-        "calibration.widest_spread": found.widest_spread if found.refits or found.profiles else None,
+        "calibration.widest_spread": found.widest_spread,
     }
     if found.compared:
         _list_methods(section, found.compared)

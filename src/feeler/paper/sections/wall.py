@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from feeler.errors import InvalidInput
 from feeler.paper import fig3, movie_s3
 from feeler.paper.context import Context
 from feeler.paper.section import Section
@@ -127,7 +128,11 @@ def _count_orders(cases) -> str:
 def _follow(context: Context, section: Section) -> None:
     rows = []
     for name, antenna in context.profiles.items():
-        run = follow(antenna)
+        try:
+            run = follow(antenna)
+        except InvalidInput:  # its peak stays at the base hinge: that is the result
+            rows.append([name, *["no map to steer by"] * 4])
+            continue
         rows.append([name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"])
     section.heading("Following a wall by it")
     section.table(
