@@ -15,7 +15,7 @@ from feeler.plotting.tensor import plot_tensor
 from feeler.touch.placement import place
 from feeler.touch.trial import Trial
 
-FRAMES = 76
+FRAMES = 48
 
 
 def compute(antenna: Antenna, trial: Trial, duration: float, **options: object):
