@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_antenna import make_small
+from .small_antenna import make_small
 
 from feeler.errors import InvalidInput
 from feeler.experiment.impulse import LEAD, hit

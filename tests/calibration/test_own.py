@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_antenna import make_small
+from .small_antenna import make_small
 
 from feeler.calibration import (
     Protocol,

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from small_antenna import make_small
+from .small_antenna import make_small
 
 from feeler.calibration import (
     METHODS,
