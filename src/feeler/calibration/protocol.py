@@ -26,13 +26,13 @@ class Protocol:
     """How the two experiments are done in simulation."""
 
     at: float = 10.0
-    """Distance of the forceps from the fixation [mm] [P]."""
+    """Distance of the forceps from the fixation [mm], [P]."""
     deflection: float = 1.0
-    """How far the forceps hold that point aside [mm] [C]; frequency and damping change by < 0.5 % up to 3 mm."""
+    """How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 % up to 3 mm."""
     step_duration: float = 150.0
     """[ms]"""
     speed: float = 0.2
-    """Of the cylinder [mm/ms] [C]."""
+    """Of the cylinder [mm/ms], [C]."""
     lever: float | None = None
     """Lever arm [mm] of the cylinder, None for a straight path [C]."""
     sample_interval: float = 0.5

@@ -19,9 +19,9 @@ class Dispersion:
     groups: tuple[Hashable, ...]
     """Group names, in order of appearance."""
     closest: dict[str, dict[Hashable, Closest]] = field(repr=False)
-    """closest[index][group]; trials counted within the group."""
+    """``closest[index][group]``; trials counted within the group."""
     average: dict[str, dict[Hashable, Interval]]
-    """average[index][group]: mean over the group's closest matches, with its bootstrap interval."""
+    """``average[index][group]``: mean over the group's closest matches, with its bootstrap interval."""
 
     def values(self, index: str, group: Hashable) -> np.ndarray:
         """Each tensor's index with its closest match (trial of the group,)."""
