@@ -1,5 +1,7 @@
 """Laws and closed forms of touch, bend and release, as their users call them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -93,6 +95,10 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
     with pytest.raises(SimulationDiverged, match="ball 1 mm at 0.5 L.* diverged at") as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
     assert caught.value.tensors.sizes["trial"] == 1
+    with np.load(caught.value.state_file) as state:
+        assert np.isfinite(state["angle"]).all()
+    assert caught.value.state_file in str(caught.value)
+    Path(caught.value.state_file).unlink()
 
 
 def test_small_force_bends_a_uniform_chain_as_a_cantilever():

@@ -1,6 +1,7 @@
 """Touch an antenna and get its tactile tensors."""
 
 import os
+import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
@@ -8,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import Executor
 from feeler.experiment.configuration import LICENCE, describe_run, list_versions
 from feeler.physics.clock import Clock
@@ -164,12 +165,26 @@ def make_touch_tensors(
 
 
 def _collect_stored(store: Store, outcomes: list) -> xr.Dataset:
-    tensors = store.read() if store.finished else None
+    return _hand_over(store.read() if store.finished else None, outcomes)
+
+
+def _hand_over(tensors: xr.Dataset | None, outcomes: list) -> xr.Dataset:
+    """The tensors, or the first error with the finished trials' tensors on it."""
     error = next((outcome for outcome in outcomes if isinstance(outcome, Exception)), None)
-    if error is not None:
-        error.tensors = tensors
-        raise error
-    return tensors
+    if error is None:
+        return tensors
+    error.tensors = tensors
+    if isinstance(error, SimulationDiverged):
+        _dump_state(error)
+    raise error
+
+
+def _dump_state(error: SimulationDiverged) -> None:
+    """Write the last finite state to the system's temporary folder and name the file in the message."""
+    with tempfile.NamedTemporaryFile(prefix="feeler-diverged-", suffix=".npz", delete=False) as file:
+        np.savez(file, angle=error.angle, velocity=error.velocity, time=error.time)
+    error.state_file = file.name
+    error.args = (f"{error} The last finite state (angle, velocity) is in {file.name}.",)
 
 
 def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[int], attrs: dict) -> xr.Dataset:
@@ -179,8 +194,4 @@ def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[
         tensors = make_touch_tensors(
             antenna, [trials[i] for i in good], [outcomes[i] for i in good], [seeds[i] for i in good], attrs
         ).assign_coords(trial=good)
-    error = next((outcome for outcome in outcomes if isinstance(outcome, Exception)), None)
-    if error is not None:
-        error.tensors = tensors
-        raise error
-    return tensors
+    return _hand_over(tensors, outcomes)
