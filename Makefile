@@ -44,7 +44,10 @@ check: $(BIN)/.test  ## style
 	@$(PIP) ruff && $(BIN)/ruff check src tests benchmarks && $(BIN)/ruff format --check src tests benchmarks
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
-	@for script in physics chain; do $(BIN)/python benchmarks/$$script.py; done
+	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done
+
+peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratbench, in an environment of their own
+	@bash benchmarks/peers/run.sh
 
 docs: $(BIN)/.docs  ## the documentation site in site/
 	@$(BIN)/python -m mkdocs build --strict --quiet
