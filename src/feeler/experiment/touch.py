@@ -86,9 +86,9 @@ def touch(
     trials = [trials] if isinstance(trials, Trial) else list(trials)
     if not trials:
         raise InvalidInput("trials is empty; give at least one Trial.")
-    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
     contact = contact or Contact()
     contact.check_timestep(timestep)
+    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
     get_engine(engine)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))

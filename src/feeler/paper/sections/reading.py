@@ -72,6 +72,7 @@ def _show_dispersion(section: Section, data: fig5.Fig5Data, speeds: dict[str, st
                     if kind in KINDS:
                         key = f"dispersion.{KINDS[kind]}.{index}.{speeds.get(group, group)}"
                         section.values[key] = {"value": interval.estimate, "low": interval.low, "high": interval.high}
+    section.numbers("figS6_dispersion", **{k: v for k, v in section.values.items() if k.startswith("dispersion.")})
     _list_verdicts(section, data.dispersion.verdicts, "The order of groups, index by index.")
 
 

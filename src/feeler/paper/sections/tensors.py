@@ -7,6 +7,7 @@ from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
+from feeler.tensors.export import save
 from feeler.touch.feature import Ball
 from feeler.touch.trial import Trial
 
@@ -44,7 +45,7 @@ def _draw_sets(context: Context, section: Section, sets: dict) -> None:
             height=4.6,
         )
         slow = select_speed(tensors, SPEEDS["slow"])
-        section.numbers(f"{figure_name}_{name}", curvature_max=slow["curvature"].max("time").values)
+        save(slow, section.folder / f"{figure_name}_{name}.nc")
 
 
 def _write_movies(context: Context, section: Section) -> None:
