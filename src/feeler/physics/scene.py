@@ -15,6 +15,9 @@ from feeler.touch.trial import Trial
 class Contact:
     """Softness of contact in MuJoCo's terms; fixed on purpose, because MuJoCo's defaults assume SI units.
 
+    Checked for tunnelling at the default and 0.02 ms: over 30 of the paper's touches (0.06 to 0.6 m/s) the antenna sinks into
+    an object by at most 0.020 mm, against a collision radius of 0.225 mm (docs/convergence.md).
+
     ``solref`` = (time constant [ms], damping ratio); ``solimp`` = (d_min, d_max, width [mm], midpoint, power).
     """
 
