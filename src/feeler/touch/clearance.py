@@ -26,42 +26,41 @@ def compute_clearance(
     corners = origin + feature.vertices @ np.stack([forward, left])
     start, end = points[:-1], points[1:]
     if len(corners) == 1:
-        return float(np.min(_point_segments(corners[0], start, end) - radius) - feature.rounding)
+        return float(np.min(_point_segments(corners, start, end)[0] - radius) - feature.rounding)
     return float(np.min(_polygon_segments(corners, start, end) - radius))
 
 
-def _point_segments(point: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    along = end - start
-    t = np.clip(np.einsum("ij,ij->i", point - start, along) / np.einsum("ij,ij->i", along, along), 0.0, 1.0)
-    return np.linalg.norm(start + t[:, None] * along - point, axis=1)
+def _point_segments(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Distance (point, segment) of each point to each segment."""
+    along, x, y = end - start, points[:, 0, None], points[:, 1, None]
+    dx, dy = x - start[:, 0], y - start[:, 1]
+    t = np.clip((dx * along[:, 0] + dy * along[:, 1]) / (along**2).sum(axis=1), 0.0, 1.0)
+    return np.hypot(dx - t * along[:, 0], dy - t * along[:, 1])
 
 
 def _polygon_segments(corners: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Distance (segment,) of each segment to the polygon; 0 where they meet."""
-    distance = np.full(len(start), np.inf)
     following = np.roll(corners, -1, axis=0)
-    for corner in corners:
-        distance = np.minimum(distance, _point_segments(corner, start, end))
-    for ends in (start, end):
-        to_edges = np.array([_point_segments(p, corners, following).min() for p in ends])
-        distance = np.minimum(distance, to_edges)
-    distance[_inside(corners, start) | _inside(corners, end)] = 0.0
-    for a, b in zip(corners, following, strict=True):
-        distance[_crossing(a, b, start, end)] = 0.0
-    return distance
+    to_corners = _point_segments(corners, start, end).min(axis=0)
+    to_edges = [_point_segments(ends, corners, following).min(axis=1) for ends in (start, end)]
+    meets = _inside(corners, start) | _inside(corners, end) | _crossing(corners, following, start, end)
+    return np.where(meets, 0.0, np.minimum(to_corners, np.minimum(*to_edges)))
 
 
 def _inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    inside = np.zeros(len(points), dtype=bool)
-    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        spans = (y0 > points[:, 1]) != (y1 > points[:, 1])
-        if y0 != y1:
-            inside ^= spans & (points[:, 0] < (x1 - x0) * (points[:, 1] - y0) / (y1 - y0) + x0)
-    return inside
+    """Whether each point (point,) lies inside the polygon: a ray from it crosses an odd number of edges."""
+    (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
+    x, y = points[:, 0, None], points[:, 1, None]
+    rise = np.where(y1 == y0, 1.0, y1 - y0)  # a level edge spans no ray
+    crosses = ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / rise + x0)
+    return crosses.sum(axis=1) % 2 == 1
 
 
 def _crossing(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Whether each segment c–d (segment,) crosses any of the edges a–b (edge,)."""
+
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
         return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
 
-    return (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
+    a, b = a[:, None], b[:, None]
+    return ((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)).any(axis=0)
