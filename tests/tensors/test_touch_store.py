@@ -1,5 +1,6 @@
 """Touches kept in a store: killed and resumed, on any workers, the numbers are those of an undisturbed run."""
 
+import importlib
 import os
 import shutil
 import signal
@@ -16,8 +17,10 @@ import xarray as xr
 import feeler
 from feeler.errors import SimulationDiverged, StoreError
 from feeler.execute import ProcessExecutor, ThreadExecutor
+from feeler.experiment import configuration
 from feeler.tensors.load import load
 
+verb = importlib.import_module("feeler.experiment.touch")  # the room: `feeler.touch` is the function
 N_TRIALS = 14
 SET = f"""
 import feeler, numpy as np
@@ -147,3 +150,42 @@ def test_real_processes_killed_at_random_resume_to_the_same_numbers(tmp_path, un
     xr.testing.assert_identical(load(store), undisturbed)
     assert not [path for path in Path(store).rglob("*") if path.name.endswith(".tmp")]
     assert os.listdir(store / "angle")
+
+
+@pytest.fixture
+def copied(tmp_path, monkeypatch):
+    """Where the fingerprint is taken: a copy of feeler's source that a test may change."""
+    source = Path(configuration.SOURCE)
+    for room in configuration.CODE:
+        for path in configuration.list_source(room):
+            target = tmp_path / "feeler" / path.relative_to(source)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(path, target)
+    monkeypatch.setattr(configuration, "SOURCE", tmp_path / "feeler")
+    return tmp_path / "feeler"
+
+
+@pytest.mark.parametrize("file", ["physics/chain/contact.py", "antenna/antenna.py", "tensors/dataset.py"])
+def test_other_code_under_the_same_version_is_refused(tmp_path, copied, monkeypatch, file):
+    whole = run(store=tmp_path / "a.zarr")
+    record = tmp_path / "a.zarr" / "progress" / "000003.json"
+    record.unlink()
+    path = copied / file
+    old = path.read_bytes()
+    path.write_bytes(old + b"# changed\n")
+    with pytest.raises(StoreError, match=rf"code changed while it was running \({file}\).*Start Python again"):
+        run(store=tmp_path / "a.zarr")
+    monkeypatch.setattr(configuration, "_LOADED", time.time() + 1)  # as if Python had been started again
+    room = next(name for name in configuration.CODE if file.startswith(name))
+    with pytest.raises(StoreError, match=rf"made by other code .*code\.{room}.*or use a new store"):
+        run(store=tmp_path / "a.zarr")
+    assert load(tmp_path / "a.zarr").sizes["trial"] == N_TRIALS - 1
+    path.write_bytes(old)
+    xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), whole)
+
+
+def test_other_versions_are_refused(tmp_path, monkeypatch):
+    run(store=tmp_path / "a.zarr")
+    monkeypatch.setattr(verb, "list_versions", lambda: {**configuration.list_versions(), "numpy": "2.0.0"})
+    with pytest.raises(StoreError, match=r'made by other code .*versions\.numpy: "[0-9.]+" → "2\.0\.0"'):
+        run(store=tmp_path / "a.zarr")

@@ -1,19 +1,25 @@
-"""What a result must carry so that anyone can make it again: antenna, trials, clock, contact, engine, versions, seed."""
+"""What a result must carry so that anyone can make it again: antenna, trials, clock, contact, engine, code, seed."""
 
 import hashlib
 import json
 import platform
+import time
 from dataclasses import asdict, fields
 from functools import cache
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.errors import StoreError
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact
 from feeler.touch.trial import Trial
 
+SOURCE = Path(__file__).parents[1]
+CODE = ("antenna", "touch", "physics", "experiment", "tensors/dataset.py")  # what can change a simulated number
+_LOADED = time.time()  # s; a file changed later is not the code that runs
 LICENCE = "CC0-1.0"  # of data made by simulation; change it in the file's attributes if yours is another
 
 
@@ -47,6 +53,35 @@ def describe_run(antenna: Antenna, trials: list[Trial], clock: Clock, contact: C
         "seed": seed,
         "units": "g, mm, ms",
     }
+
+
+def list_source(room: str) -> list[Path]:
+    """The Python and data files of a room, or the one file, in a fixed order."""
+    path = SOURCE / room
+    return [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.suffix in (".py", ".toml", ".csv"))
+
+
+def hash_files(files: list[Path]) -> str:
+    """Fingerprint of source files: their places in the package and their bytes."""
+    text = b"".join(str(path.relative_to(SOURCE)).encode() + path.read_bytes() for path in files)
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
+def describe_code() -> dict[str, str]:
+    """Fingerprints of the code that simulates, by room: they tell apart what one version number does not.
+
+    Raises
+    ------
+    StoreError
+        A file was changed after Python had loaded it, so that the code on disk is not the code that runs.
+    """
+    for path in (path for room in CODE for path in list_source(room)):
+        if _LOADED < path.stat().st_mtime <= time.time():
+            raise StoreError(
+                f"feeler's own code changed while it was running ({path.relative_to(SOURCE)}): results would be "
+                "stored as those of code that did not make them. Start Python again and repeat the command."
+            )
+    return {room: hash_files(list_source(room)) for room in CODE}
 
 
 def digest(configuration: object) -> str:

@@ -11,7 +11,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import Executor
-from feeler.experiment.configuration import LICENCE, describe_run, list_versions
+from feeler.experiment.configuration import LICENCE, describe_code, describe_run, list_versions
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
@@ -79,7 +79,8 @@ def touch(
     InvalidInput
         Before anything is simulated.
     StoreError
-        The store is in use, was made by another configuration, or the disk is full; finished trials are safe.
+        The store is in use, was made by another configuration, version or code, or the disk is full; finished trials
+        are safe.
     SimulationDiverged
         After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps them).
     """
@@ -96,7 +97,7 @@ def touch(
     attrs = describe_attributes(antenna, trials, clock, contact, engine, seed)
     scenes = [make_scene(antenna, trial, contact) for trial in trials]
     with ExitStack() as stack:
-        kept = stack.enter_context(open_store(store, attrs["configuration"], len(trials))) if store else None
+        kept = stack.enter_context(_open(store, attrs, len(trials))) if store else None
         pending = [index for index in range(len(trials)) if kept is None or index not in kept.finished]
         done = len(trials) - len(pending)
 
@@ -114,6 +115,12 @@ def touch(
         options = {"engine": engine, "workers": workers, "executor": executor, "finished": finished}
         outcomes = simulate(todo, clock, keep=kept is None, **options)
         return _collect_stored(kept, outcomes) if kept else _collect(antenna, trials, outcomes, seeds, attrs)
+
+
+def _open(store: str | os.PathLike, attrs: dict[str, object], n_trials: int) -> Store:
+    """The store of this configuration, these versions and this code."""
+    origin = {"versions": attrs["versions"], "code": describe_code()}
+    return open_store(store, attrs["configuration"] | origin, n_trials)
 
 
 def describe_attributes(

@@ -1,21 +1,17 @@
 """Stages: named steps of the run, each kept by a key of everything that its numbers depend on."""
 
-import hashlib
 import os
 import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
-import feeler
 from feeler.errors import FeelerError
-from feeler.experiment.configuration import digest, list_versions
+from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
 from feeler.paper.context import Context
 from feeler.paper.section import Section
 
-SOURCE = Path(feeler.__file__).parent
 PRINTED = ("report", "claims", "places", "compare", "reproduce")
 COMMON = ("antenna", "touch", "physics", "tensors", "experiment", "plotting", "errors.py")
 
@@ -38,12 +34,10 @@ class Stage:
 @cache
 def hash_source(room: str) -> str:
     """Fingerprint of the Python and data files of a room."""
-    path = SOURCE / room
-    files = [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.suffix in (".py", ".toml", ".csv"))
+    files = list_source(room)
     if room == "paper":  # what judges, prints or lists other sections changes no number
-        files = [p for p in files if p.parent == path and not p.name.startswith(PRINTED)]
-    text = b"".join(str(p.relative_to(SOURCE)).encode() + p.read_bytes() for p in files)
-    return hashlib.sha256(text).hexdigest()[:16]
+        files = [p for p in files if p.parent.name == room and not p.name.startswith(PRINTED)]
+    return hash_files(files)
 
 
 def run_stage(stage: Stage, context: Context) -> Section:

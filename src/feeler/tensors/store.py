@@ -41,6 +41,7 @@ from feeler.tensors.zarr3 import ArrayInfo, describe_array, encode_chunk, write_
 
 FORMAT = 1
 MAX_TRIALS = 1_000_000  # [C] one record each
+ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 _RECORD = re.compile(r"\d{6,}\.json")
 
 
@@ -289,6 +290,11 @@ def _check_configuration(path: Path, configuration: dict[str, Any], n_trials: in
     differences = find_differences(label.get("configuration"), configuration)
     if label["n_trials"] != n_trials:
         differences.insert(0, f"number of trials: {label['n_trials']} → {n_trials}")
+    if differences and all(words.startswith(ORIGIN) for words in differences):
+        raise StoreError(
+            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old and new trials "
+            "might not fit together. Finish it with the code that began it, or use a new store; feeler.load reads it."
+        )
     if differences or label.get("digest") != compute_digest(configuration):
         raise StoreError(
             f"the store {path} was made by another configuration (stored → asked): "

@@ -3,8 +3,8 @@
 from threading import Event
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.physics.chain.compiling import announce_compiling
 from feeler.physics.chain.contact import N_ROW, ROWS, clear, make_rows, press, solve_contacts
@@ -25,7 +25,7 @@ from feeler.physics.chain.fields import (
 )
 from feeler.physics.chain.model import ChainModel
 from feeler.physics.chain.narrow import N_CONTACT, find_contacts
-from feeler.physics.chain.sweep import COMPILE, advance, locate, move
+from feeler.physics.chain.sweep import advance, locate, move
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion, Scene
 
@@ -33,7 +33,7 @@ MAX_CONTACTS = 20_000
 CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
 
 
-@njit(**COMPILE)
+@compiled
 def step_many(
     first, n_steps, timestep, constants, obj, shapes, legs, work, place, contacts, loaded, force, damped, width
 ):
@@ -65,7 +65,7 @@ def step_many(
             place[0, P_Y, lane] += timestep * place[0, P_VY, lane]
 
 
-@njit(**COMPILE)
+@compiled
 def _choose_leg(step, legs, place):
     velocity, end = legs
     for lane in range(velocity.shape[0]):
@@ -75,7 +75,7 @@ def _choose_leg(step, legs, place):
         place[0, P_VX, lane], place[0, P_VY, lane] = velocity[lane, leg, 0], velocity[lane, leg, 1]
 
 
-@njit(**COMPILE)
+@compiled
 def _near(kind, place):
     for lane in range(kind.shape[0]):
         if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
@@ -83,7 +83,7 @@ def _near(kind, place):
     return False
 
 
-@njit(**COMPILE)
+@compiled
 def _find(constants, work, obj, shapes, place, contacts, width):
     """Each lane's contacts; a crowded lane gets the count −1 for good."""
     kind, corners, part, parts = shapes
@@ -103,7 +103,7 @@ def _find(constants, work, obj, shapes, place, contacts, width):
             )
 
 
-@njit(**COMPILE)
+@compiled
 def _push(constants, work, obj, place, contacts, loaded, force, timestep, damped, width):
     """Solve the contacts and leave their wrenches in the bias columns."""
     table, rows, memory, count, still_open = contacts

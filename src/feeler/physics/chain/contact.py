@@ -7,8 +7,8 @@ weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, 
 """
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.physics.chain.fields import (
     C_INVWEIGHT,
     O_B,
@@ -40,7 +40,7 @@ from feeler.physics.chain.fields import (
     W_VY,
 )
 from feeler.physics.chain.narrow import T_DISTANCE, T_NX, T_NY, T_SEGMENT, T_X, T_Y
-from feeler.physics.chain.sweep import COMPILE, solve_damped, solve_with_contacts
+from feeler.physics.chain.sweep import solve_damped, solve_with_contacts
 
 (
     R_SEGMENT,
@@ -62,7 +62,7 @@ MAX_SEARCH = 60
 MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
-@njit(**COMPILE)
+@compiled
 def compute_impedance(distance, obj, lane):
     """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
     low, high, width = obj[0, O_MIN_IMPEDANCE, lane], obj[0, O_MAX_IMPEDANCE, lane], obj[0, O_WIDTH, lane]
@@ -81,7 +81,7 @@ def compute_impedance(distance, obj, lane):
     return min(max(low + y * (high - low), MIN_IMPEDANCE), MAX_IMPEDANCE)
 
 
-@njit(**COMPILE)
+@compiled
 def make_rows(constants, work, obj, table, count, place, rows, lane):
     """The rows of one lane's ``count`` contacts."""
     vx, vy = place[0, P_VX, lane], place[0, P_VY, lane]
@@ -106,7 +106,7 @@ def make_rows(constants, work, obj, table, count, place, rows, lane):
             rows[row, R_AIM] = pull - obj[0, O_B, lane] * (lever * omega + dx * wx + dy * wy)
 
 
-@njit(**COMPILE)
+@compiled
 def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, timestep, damped, width):
     """Forces of each lane's rows in ``R_FORCE`` at its minimum; the number of sweeps it took.
 
@@ -138,7 +138,7 @@ def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, tim
     return MAX_NEWTON
 
 
-@njit(**COMPILE)
+@compiled
 def _improve(work, rows, n_rows, first, lane):
     """Move one lane's iterate along the Newton step; whether it is the minimum."""
     same = _evaluate(work, rows, n_rows, lane)
@@ -153,14 +153,14 @@ def _improve(work, rows, n_rows, first, lane):
     return same
 
 
-@njit(**COMPILE)
+@compiled
 def _recall(rows, n_rows, memory):
     for r in range(n_rows):
         bits = memory[int(rows[r, R_SEGMENT])]
         rows[r, R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % ROWS)) & 1 else 0.0
 
 
-@njit(**COMPILE)
+@compiled
 def _remember(rows, n_rows, memory):
     memory[:] = 0
     for r in range(n_rows):
@@ -168,7 +168,7 @@ def _remember(rows, n_rows, memory):
             memory[int(rows[r, R_SEGMENT])] |= 1 << (r % ROWS)
 
 
-@njit(**COMPILE)
+@compiled
 def _load(work, rows, n_rows, loaded, lane):
     """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
     clear(work, rows, n_rows, lane)
@@ -189,7 +189,7 @@ def _load(work, rows, n_rows, loaded, lane):
             work[i, W_B2, lane] -= pull * w2
 
 
-@njit(**COMPILE)
+@compiled
 def clear(work, rows, n_rows, lane):
     """Empty the contact columns of the touched segments."""
     for r in range(n_rows):
@@ -198,7 +198,7 @@ def clear(work, rows, n_rows, lane):
             work[i, column, lane] = 0.0
 
 
-@njit(**COMPILE)
+@compiled
 def _evaluate(work, rows, n_rows, lane):
     """J q̈ and λ of the full Newton step; whether its active rows are those it was computed with."""
     same = True
@@ -217,7 +217,7 @@ def _evaluate(work, rows, n_rows, lane):
     return same
 
 
-@njit(**COMPILE)
+@compiled
 def _search(rows, n_rows):
     """Exact minimiser along the Newton direction: root of a rising, piecewise linear slope, by safeguarded Newton."""
     low, high, t = 0.0, np.inf, 1.0
@@ -246,7 +246,7 @@ def _search(rows, n_rows):
     return t
 
 
-@njit(**COMPILE)
+@compiled
 def press(work, rows, n_rows, loaded, lane):
     """Put minus the rows' wrenches into the bias columns; the total force on the chain."""
     clear(work, rows, n_rows, lane)

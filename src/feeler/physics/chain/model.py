@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 from feeler.physics.chain.fields import (
     C_DAMPING,
@@ -110,7 +110,7 @@ def _make_constants(scene: Scene) -> np.ndarray:
     return table
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹ Jᵀ at each segment's
     centre, straight chain, where only motion across the chain is possible.

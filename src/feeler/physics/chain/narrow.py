@@ -4,8 +4,8 @@ A row of the contact table: segment, point x, y, normal x, y (world, from the ob
 """
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.physics.chain.fields import (
     C_RADIUS,
     KIND_BALL,
@@ -26,14 +26,13 @@ from feeler.physics.chain.fields import (
     W_PX,
     W_PY,
 )
-from feeler.physics.chain.sweep import COMPILE
 
 T_SEGMENT, T_X, T_Y, T_NX, T_NY, T_DISTANCE = range(6)
 N_CONTACT = 6
 MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 
 
-@njit(**COMPILE)
+@compiled
 def find_contacts(constants, work, obj, kind, corners, part, place, table, lane):
     """Fill ``table`` with one lane's contacts, base to tip; their number, or −1 if the table is too short."""
     count, x, y = 0, place[0, P_X, lane], place[0, P_Y, lane]
@@ -75,7 +74,7 @@ def find_contacts(constants, work, obj, kind, corners, part, place, table, lane)
     return count
 
 
-@njit(**COMPILE)
+@compiled
 def _to_world(table, k, i, cx, cy, x, y):
     table[k, T_SEGMENT] = i
     px, py, nx, ny = table[k, T_X], table[k, T_Y], table[k, T_NX], table[k, T_NY]
@@ -83,7 +82,7 @@ def _to_world(table, k, i, cx, cy, x, y):
     table[k, T_NX], table[k, T_NY] = cx * nx - cy * ny, cy * nx + cx * ny
 
 
-@njit(**COMPILE)
+@compiled
 def _put(table, count, x, y, nx, ny, distance):
     table[count, T_X], table[count, T_Y] = x, y
     table[count, T_NX], table[count, T_NY] = nx, ny
@@ -91,7 +90,7 @@ def _put(table, count, x, y, nx, ny, distance):
     return count + 1
 
 
-@njit(**COMPILE)
+@compiled
 def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
     """Closest point of the segment to the ball's centre."""
     t = ((bx - px) * ex + (by - py) * ey) / (ex * ex + ey * ey)
@@ -106,7 +105,7 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
     return _put(table, count, bx + reach * nx, by + reach * ny, nx, ny, distance)
 
 
-@njit(**COMPILE)
+@compiled
 def _touch_box(table, count, px, py, ex, ey, radius, corners):
     """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
 
@@ -124,7 +123,7 @@ def _touch_box(table, count, px, py, ex, ey, radius, corners):
     return count
 
 
-@njit(**COMPILE)
+@compiled
 def _box_points(x, y, hx, hy, sx, sy):
     """Position of the closest point of the core, and how much further along the core the second lies (−4: none)."""
     best, first, face, corner = np.inf, 0.0, -1, -1
@@ -154,7 +153,7 @@ def _box_points(x, y, hx, hy, sx, sy):
     return first, _second_from_face(x, y, hx, hy, sx, sy, at_end, face)
 
 
-@njit(**COMPILE)
+@compiled
 def _second_from_corner(first, corner, hx, hy, sx, sy):
     across = ((hx > 0.0) ^ ((corner & 1) != 0)) + 2 * ((hy > 0.0) ^ ((corner & 2) != 0))
     if across != 1 and across != 2:
@@ -167,7 +166,7 @@ def _second_from_corner(first, corner, hx, hy, sx, sy):
     return second if forward else -second
 
 
-@njit(**COMPILE)
+@compiled
 def _second_from_face(x, y, hx, hy, sx, sy, at_end, face):
     sign = -float(at_end)
     ex, ey = x - sign * hx, y - sign * hy
@@ -180,7 +179,7 @@ def _second_from_face(x, y, hx, hy, sx, sy, at_end, face):
     return second * sign
 
 
-@njit(**COMPILE)
+@compiled
 def _touch_box_sphere(table, count, x, y, radius, sx, sy, mx, my):
     kx, ky = min(max(x, -sx), sx), min(max(y, -sy), sy)
     dx, dy = x - kx, y - ky
@@ -202,7 +201,7 @@ def _touch_box_sphere(table, count, x, y, radius, sx, sy, mx, my):
     return _put(table, count, mx + x + back * nx, my + y + back * ny, nx, ny, -best - radius)
 
 
-@njit(**COMPILE)
+@compiled
 def _touch_polygon(table, count, px, py, ex, ey, radius, corners, start, stop):
     """Closest points of the core and one convex part; where the core is inside, the shallowest way out."""
     depth, ax, ay, nx, ny = _separate(px, py, ex, ey, corners, start, stop)
@@ -217,7 +216,7 @@ def _touch_polygon(table, count, px, py, ex, ey, radius, corners, start, stop):
     return _put(table, count, ax + reach * nx, ay + reach * ny, nx, ny, distance)
 
 
-@njit(**COMPILE)
+@compiled
 def _separate(px, py, ex, ey, corners, start, stop):
     """Greatest separation along a normal of either shape (negative: penetration), its point on the part, the normal."""
     best, bx, by, bnx, bny = -np.inf, 0.0, 0.0, 1.0, 0.0
@@ -246,7 +245,7 @@ def _separate(px, py, ex, ey, corners, start, stop):
     return best, bx, by, bnx, bny
 
 
-@njit(**COMPILE)
+@compiled
 def _closest(px, py, ex, ey, corners, start, stop):
     """Distance of two separate shapes, the closest point on the part, and the normal towards the core."""
     best, bx, by, cx, cy = np.inf, 0.0, 0.0, 0.0, 0.0

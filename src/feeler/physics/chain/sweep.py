@@ -5,8 +5,7 @@ a + α·P(r), P(r) = (r_y, −r_x), because positive angles turn from +y towards
 forces beforehand, so that every sweep solves (M + …)·q̈ = forces with no J̇v left in it.
 """
 
-from numba import njit
-
+from feeler.compiled import compiled
 from feeler.physics.chain.fields import (
     C_DAMPING,
     C_INERTIA,
@@ -62,10 +61,8 @@ from feeler.physics.chain.fields import (
 from feeler.physics.chain.lanes import choose, fma, get, larger, put, smaller, spread
 from feeler.physics.chain.turn import sincos
 
-COMPILE = {"cache": True, "nogil": True, "error_model": "numpy"}
 
-
-@njit(**COMPILE)
+@compiled
 def move(constants, work, obj, place, width):
     """Turn the chain: segment vectors, velocity-product forces and passive torques, base to tip.
 
@@ -107,7 +104,7 @@ def move(constants, work, obj, place, width):
     put(place, 0, P_LAST, last, width)
 
 
-@njit(**COMPILE)
+@compiled
 def locate(constants, work, last, width):
     """Hinge positions and velocities and turn rates of segments 0…``last``; only contact needs them."""
     px = py = vx = vy = omega = spread(0.0, width)
@@ -122,7 +119,7 @@ def locate(constants, work, last, width):
         px, py, vx, vy = px + ex, py + ey, fma(omega, ey, vx), fma(-omega, ex, vy)
 
 
-@njit(**COMPILE)
+@compiled
 def solve_with_contacts(constants, work, obj, loaded, last, width):
     """Accelerations of segments 0…``last`` under (M + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref.
 
@@ -164,7 +161,7 @@ def solve_with_contacts(constants, work, obj, loaded, last, width):
         ax, ay = fma(alpha, get(work, i, W_EY, width), ax), fma(-alpha, get(work, i, W_EX, width), ay)
 
 
-@njit(**COMPILE)
+@compiled
 def solve_damped(constants, work, obj, loaded, timestep, width):
     """Accelerations of every segment under (M + hC + JᵀDJ) q̈ = forces + JᵀD a_ref, columns as in solve_with_contacts.
 
@@ -214,7 +211,7 @@ def solve_damped(constants, work, obj, loaded, timestep, width):
         ax, ay = fma(alpha, get(work, i, W_EY, width), ax), fma(-alpha, get(work, i, W_EX, width), ay)
 
 
-@njit(**COMPILE)
+@compiled
 def advance(constants, work, obj, loaded, timestep, width):
     """One Euler step, implicit in the joint damping C: v += h (M + hC)⁻¹ (forces), q += h v.
 
