@@ -16,7 +16,6 @@ from feeler.physics.scene import Scene
 from feeler.presets import PROFILE_NAMES, cockroach
 from feeler.touch.feature import Wall
 from feeler.wall import FOLLOWING, Posture, approach, calibrate, follow, make_turn, map_distance
-from feeler.wall import sweep as sweeping
 
 RESULTS = Path(__file__).parent / "results" / "wall.json"
 TURNS = (30.0, 45.0, -30.0, -45.0)
@@ -61,13 +60,11 @@ def compare_with_simulation() -> list[dict]:
 
 def refine() -> list[dict]:
     """R² of the exponential antenna against the length of the wall's steps: what friction leaves undetermined."""
-    rows, usual = [], sweeping.SUBSTEP
+    rows = []
     for friction in (0.0, 0.3):
         for substep in (1.0, 0.5, 0.25, 0.1):
-            sweeping.SUBSTEP = substep
-            r2 = map_distance(approach(cockroach(), Posture(friction=friction))).r2
+            r2 = map_distance(approach(cockroach(), Posture(friction=friction), substep=substep)).r2
             rows.append({"friction": friction, "substep_mm": substep, "r2": r2})
-    sweeping.SUBSTEP = usual
     return rows
 
 

@@ -27,6 +27,8 @@ def _touch(face, faces, k, x, y, radius):
     dx, dy = x - face[F_X], y - face[F_Y]
     nx, ny = face[F_NX], face[F_NY]
     gap = dx * nx + dy * ny
+    if gap >= radius:
+        return -1.0, nx, ny, 0.0  # most nodes, most of the time
     along = dx * ny - dy * nx  # the face runs along its normal turned by −90°, so that a wall on the right runs forward
     low = 0.0 if face[F_START] > 0.5 else -CONCAVE_REACH
     high = face[F_LENGTH] if face[F_END] > 0.5 else face[F_LENGTH] + CONCAVE_REACH

@@ -15,6 +15,7 @@ from feeler.wall.sweep import approach
 from feeler.wall.table import make_half_plane, make_table
 
 SOFT = 20.0  # [C] 1/mm²; contact in the loop, softer than at rest: nodes sink in by some 0.02 mm
+SUBSTEP = 5.0  # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
 GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
 SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
@@ -98,7 +99,7 @@ def calibrate(
     """
     posture = posture or FOLLOWING
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
-    sweep = approach(antenna, posture.replace(side="right"), distances)
+    sweep = approach(antenna, posture.replace(side="right"), distances, substep=SUBSTEP)
     runs = [
         _drive(
             antenna, posture, make_half_plane(d, 0.0, (-1.0, 0.0)), (0.0, 0.0, 0.0), angle, speed, SETTLING + LISTENING
@@ -158,7 +159,7 @@ def follow(
                 "or posture, or oracle=True."
             )
     start = (-controller.target, 0.0, 0.0)
-    angle = approach(antenna, posture.replace(side="right"), [controller.target]).angle[0]
+    angle = approach(antenna, posture.replace(side="right"), [controller.target], substep=SUBSTEP).angle[0]
     duration = (sum(course.lengths) - 20.0) / speed
     body, distance, _, estimate = _drive(
         antenna, posture, course.make_faces(), start, angle, speed, duration, controller, distance_map, oracle, timestep

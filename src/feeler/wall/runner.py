@@ -32,19 +32,12 @@ def find_distance(faces, x, y):
 @njit(**COMPILE)
 def find_bend(table, base, heading, place, weight):
     """Arc length of the greatest smoothed bend beyond the slack shape [mm]."""
-    n, m = table.shape[0], place.shape[0]
-    bend, size = np.empty(n), np.empty(m)
-    for i in range(n):
+    bend = np.empty(table.shape[0])
+    for i in range(table.shape[0]):
         bend[i] = heading[i] - (heading[i - 1] if i else base) - table[i, R_REST]
-    best = 0
-    for k in range(m):
-        total = 0.0
-        for i in range(n):
-            total += weight[k, i] * bend[i]
-        size[k] = abs(total)
-        if size[k] > size[best]:
-            best = k
-    if best == 0 or best == m - 1:
+    size = np.abs(weight @ bend)
+    best = np.argmax(size)
+    if best == 0 or best == place.shape[0] - 1:
         return place[best]
     bow = size[best - 1] - 2 * size[best] + size[best + 1]
     shift = 0.5 * (size[best - 1] - size[best + 1]) / bow if bow < 0.0 else 0.0

@@ -70,15 +70,21 @@ class _Holder:
         imbalance, count, _, _ = settle(self.table, faces, self.friction, self.base, *state, TOLERANCE, MAX_STEPS)
         return imbalance, count
 
-    def bring(self, distance: float, goal: float) -> tuple[float, int]:
+    def bring(self, distance: float, goal: float, substep: float) -> tuple[float, int]:
         """Move the wall from ``distance`` to ``goal`` and relax at every step; the last (imbalance, touching nodes)."""
-        walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / SUBSTEP - 1e-9)))
+        walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
         for wall in walls[1:] if len(walls) > 1 else walls:
             imbalance, count = self.relax(wall)
         return imbalance, count
 
 
-def approach(antenna: Antenna, posture: Posture | None = None, distances: np.ndarray = DISTANCES) -> Sweep:
+def approach(
+    antenna: Antenna,
+    posture: Posture | None = None,
+    distances: np.ndarray = DISTANCES,
+    *,
+    substep: float = SUBSTEP,
+) -> Sweep:
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig. 3A, B).
 
     Each equilibrium is the minimum of Σ ½ k_i (θ_i − rest_i)² with all nodes in front of the wall, reached from the one
@@ -93,6 +99,8 @@ def approach(antenna: Antenna, posture: Posture | None = None, distances: np.nda
         Angle, pre-bend, friction and side.
     distances
         Distances of the wall from the antenna's base (step,) [mm], > 0; visited from far to near.
+    substep
+        The wall moves in steps no longer than this [mm] between two equilibria. With friction the answer depends on it.
 
     Returns
     -------
@@ -105,12 +113,14 @@ def approach(antenna: Antenna, posture: Posture | None = None, distances: np.nda
         No distance, a wall behind the body (distance ≤ 0), or a pre-bend that starts inside the wall.
     """
     posture = posture or Posture()
+    if not (np.isfinite(substep) and substep > 0):
+        raise InvalidInput(f"substep must be finite and > 0 mm, got {substep}.")
     distance = _check_distances(distances, antenna)
     bent = posture.bend(antenna)
     holder, wall = _begin(bent, posture, distance[0])
     steps, imbalance, count = [], [], []
     for goal in distance:
-        left, touching = (0.0, 0) if goal > wall else holder.bring(wall, goal)
+        left, touching = (0.0, 0) if goal > wall else holder.bring(wall, goal, substep)
         wall = min(wall, goal)
         steps.append(np.diff(holder.heading, prepend=posture.base_angle) if goal <= wall else bent.rest_angle)
         imbalance.append(left)
