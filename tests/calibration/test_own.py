@@ -71,9 +71,10 @@ def test_the_example_is_named_synthetic():
     [
         ("t,a\n0,1\n", "needs a column time_ms or time_s"),
         ("time_ms\n0\n", "one named column per animal"),
-        ("", "its header is"),
-        ("time_ms,a\n0,1\n1,x\n", "'x' in row 2, column 'a' is no number"),
-        ("time_ms,a\n0,1\n1\n", "row 2 has 1 cells"),
+        ("", "no header row"),
+        ("time_ms,a\n0,1\n1,x\n", "line 3, column 'a': 'x' is no finite number"),
+        ("time_ms,a\n0,1e200\n", "line 2, column 'a': '1e200' is larger than"),
+        ("time_ms,a\n0,1\n1\n", "line 3: 1 cells"),
         ("time_ms,a\n" + "\n".join(f"{k},{'' if k == 5 else 20 - k}" for k in range(20)), "trace 'a' has 1 missing"),
         ("time_ms,a\n" + "\n".join(f"{-k},{20 - k}" for k in range(20)), "time must rise"),
     ],
@@ -82,6 +83,13 @@ def test_bad_tables_say_where(tmp_path, text, match):
     file = tmp_path / "bad.csv"
     file.write_text(text)
     with pytest.raises(InvalidInput, match=match):
+        load_traces(file)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    file = tmp_path / "bad.csv"
+    file.write_bytes(b"time_ms,a\n0,\xf0\n")
+    with pytest.raises(InvalidInput, match=r"is not UTF-8 text \(byte 12\)"):
         load_traces(file)
 
 

@@ -1,7 +1,5 @@
 """Fits on a small antenna: what is planted comes back, and a fit is resumable and never silently wrong."""
 
-import json
-
 import numpy as np
 import pytest
 from .small_antenna import make_small
@@ -13,7 +11,6 @@ from feeler.calibration import (
     analyse_directions,
     bootstrap,
     compute_profiles,
-    fit,
     make_hinges,
     make_starts,
     make_targets,
@@ -93,36 +90,6 @@ def test_a_simulation_that_fails_costs_a_large_number(targets, monkeypatch):
     monkeypatch.setattr(Protocol, "measure_many", lambda self, antennas, names: failed * len(antennas))
     assert problem.compute_residuals(np.zeros(2)).tolist() == [problem_module.FAILED] * 2
     assert problem.failures == 1
-
-
-def test_a_fit_goes_on_from_its_checkpoint(targets, tmp_path):
-    file = tmp_path / "fit.json"
-    problem = make_problem(targets)
-    starts = make_starts(problem.hinges, 3, np.random.default_rng(0), spread=0.3)
-
-    def stop(done, total, minimum, best):
-        if done == 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        fit(problem, starts, checkpoint=file, progress=stop)
-    assert len(json.loads(file.read_text())["minima"]) == 2
-    seen = []
-    resumed = fit(problem, starts, checkpoint=file, progress=lambda *state: seen.append(state[0]))
-    assert seen == [3]
-    whole = fit(make_problem(targets), starts)
-    assert [m.p for m in resumed.minima] == [m.p for m in whole.minima]
-    assert resumed.error == whole.error == min(m.error for m in whole.minima)
-
-
-def test_a_foreign_checkpoint_is_refused(targets, tmp_path):
-    file = tmp_path / "fit.json"
-    fit(make_problem(targets), checkpoint=file, max_evaluations=10)
-    with pytest.raises(InvalidInput, match="belongs to another fit"):
-        fit(make_problem(targets, deflection=0.5), checkpoint=file, max_evaluations=10)
-    file.write_text("{")
-    with pytest.raises(InvalidInput, match="no checkpoint"):
-        fit(make_problem(targets), checkpoint=file)
 
 
 def test_bounds_that_exclude_the_start_are_refused(targets):

@@ -1,15 +1,14 @@
 """Fit: searches from several starts, with progress, and a checkpoint that makes them resumable."""
 
-import hashlib
-import json
-import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from feeler.calibration.hinges import Hinges
+from feeler.calibration.journal import Journal, describe_problem
 from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
@@ -66,17 +65,21 @@ def fit(
     max_evaluations
         Antennas that one search may simulate.
     checkpoint
-        File that takes each finished search; with the same problem, starts and method the fit goes on from it.
+        File that takes every simulated antenna as soon as it is known. The same call on it goes on where it was
+        stopped, by whatever, and ends with the same numbers; other starts and methods may share it.
     progress
         Called after each search with the number done, their total, the minimum found and the best error so far.
     """
     starts = problem.hinges.start[None] if starts is None else np.atleast_2d(np.asarray(starts, dtype=float))
-    key = _describe(problem, starts, method, max_evaluations)
-    minima = _load(checkpoint, key)
-    for k in range(len(minima), len(starts)):
-        minima.append(search(problem, starts[k], method, max_evaluations))
-        _save(checkpoint, key, minima)
-        progress(k + 1, len(starts), minima[-1], min(m.error for m in minima))
+    minima: list[Minimum] = []
+    with ExitStack() as stack:
+        if checkpoint is not None:
+            key = describe_problem(problem.hinges, problem.targets, problem.protocol)
+            problem.journal = stack.enter_context(Journal(checkpoint, key))
+            stack.callback(setattr, problem, "journal", None)
+        for start in starts:
+            minima.append(search(problem, start, method, max_evaluations))
+            progress(len(minima), len(starts), minima[-1], min(m.error for m in minima))
     best = min(minima, key=lambda minimum: minimum.error)
     measured, error, accuracy = problem.score(best.p)
     return Fit(
@@ -87,38 +90,3 @@ def fit(
         measured=measured,
         minima=tuple(minima),
     )
-
-
-def _describe(problem: Problem, starts: np.ndarray, method: str, max_evaluations: int) -> str:
-    """A short text that changes with anything that changes the result."""
-    antenna = problem.hinges.build(problem.hinges.start)
-    arrays = (antenna.segment_length, antenna.segment_mass, antenna.radius, antenna.stiffness, antenna.damping, starts)
-    parts = [np.ascontiguousarray(a, dtype=float).tobytes() for a in (*arrays, *problem.hinges.bounds)]
-    words = json.dumps(
-        [problem.hinges.name, asdict(problem.protocol), asdict(problem.targets), method, max_evaluations]
-    )
-    return hashlib.sha256(b"".join([*parts, words.encode()])).hexdigest()[:16]
-
-
-def _load(checkpoint: Path | None, key: str) -> list[Minimum]:
-    if checkpoint is None or not Path(checkpoint).is_file():
-        return []
-    try:
-        table = json.loads(Path(checkpoint).read_text(encoding="utf-8"))
-        minima = [Minimum(**{**m, "start": tuple(m["start"]), "p": tuple(m["p"])}) for m in table["minima"]]
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InvalidInput(f"{checkpoint} is no checkpoint of a fit ({error}). Remove it or name another.") from error
-    if table["key"] != key:
-        raise InvalidInput(
-            f"{checkpoint} belongs to another fit (antenna, targets, starts or method). Remove it, or name another."
-        )
-    return minima
-
-
-def _save(checkpoint: Path | None, key: str, minima: list[Minimum]) -> None:
-    if checkpoint is None:
-        return
-    path = Path(checkpoint)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps({"key": key, "minima": [asdict(m) for m in minima]}, indent=1), encoding="utf-8")
-    os.replace(part, path)

@@ -1,11 +1,14 @@
 """A calibration problem: hinges to search, targets to meet, and the protocol between them."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.hinges import Hinges
+from feeler.calibration.journal import Entry, Journal
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
 from feeler.errors import FeelerError
@@ -17,7 +20,10 @@ FAILED = (
 
 @dataclass(kw_only=True, eq=False)
 class Problem:
-    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best ever seen."""
+    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best ever seen.
+
+    What stands in the ``journal`` is taken from there, and counts as if it had been simulated.
+    """
 
     hinges: Hinges
     targets: Targets
@@ -26,6 +32,11 @@ class Problem:
     failures: int = 0
     best_x: np.ndarray | None = None
     best_error: float = np.inf
+    seconds: float = 0.0
+    """Processor time of the simulations."""
+    journal: Journal | None = None
+    watch: Callable[[int, float], None] | None = None
+    """Called after each group of simulations with ``evaluations`` and ``best_error``."""
 
     def measure(self, p: np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""
@@ -33,19 +44,33 @@ class Problem:
 
     def compute_residuals(self, x: np.ndarray) -> np.ndarray:
         """Residuals (target,) at the searched vector ``x``."""
-        return self.compute_many(np.asarray(x)[None])[0]
+        return self.compute_many(np.asarray(x, dtype=float)[None])[0]
 
     def compute_many(self, xs: np.ndarray) -> np.ndarray:
         """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to measure."""
-        antennas = [self.hinges.build(self.hinges.to_p(x)) for x in xs]
-        outcomes = self.protocol.measure_many(antennas, self.targets.names)
-        residuals = np.stack([self._compare(outcome) for outcome in outcomes])
+        entries = [None if self.journal is None else self.journal.find(x) for x in xs]
+        new = [k for k, entry in enumerate(entries) if entry is None]
+        for k, entry in zip(new, self._simulate(xs[new]) if new else (), strict=True):
+            entries[k] = entry
+            if self.journal is not None:
+                self.journal.add(xs[k], entry)
+        residuals = np.stack([entry[0] for entry in entries])
         self.evaluations += len(xs)
-        self.failures += sum(isinstance(outcome, Exception) for outcome in outcomes)
+        self.seconds += sum(entry[1] for entry in entries)
+        self.failures += int(np.all(residuals == FAILED, axis=1).sum())
         errors = np.linalg.norm(residuals, axis=1)
         if errors.min() < self.best_error:
             self.best_x, self.best_error = np.array(xs[np.argmin(errors)]), float(errors.min())
+        if self.watch:
+            self.watch(self.evaluations, self.best_error)
         return residuals
+
+    def _simulate(self, xs: np.ndarray) -> list[Entry]:
+        antennas = [self.hinges.build(self.hinges.to_p(x)) for x in xs]
+        began = time.process_time()
+        outcomes = self.protocol.measure_many(antennas, self.targets.names)
+        share = (time.process_time() - began) / len(xs)
+        return [(self._compare(outcome), share) for outcome in outcomes]
 
     def _compare(self, outcome: Measured | FeelerError) -> np.ndarray:
         if isinstance(outcome, Exception):

@@ -9,6 +9,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.response import check_trace
+from feeler.tracking.table import parse_table, read_table
 
 TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 EXAMPLE = "synthetic_step"
@@ -41,39 +42,23 @@ def load_traces(path: str | Path) -> Traces:
     """
     if path == EXAMPLE:
         text = (files("feeler.calibration") / "data" / f"{EXAMPLE}.csv").read_text(encoding="utf-8")
+        table = parse_table(text, source=EXAMPLE)
     elif Path(path).is_file():
-        text = Path(path).read_text(encoding="utf-8-sig")
+        table = read_table(path)
     else:
         raise InvalidInput(f"no such file: {path}. Give a CSV file, or {EXAMPLE!r} for the example.")
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    rows = list(csv.reader(lines))
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    unit = next((name for name in header if name in TIME_UNITS), None)
-    if unit is None or len(header) < 2:
+    unit = next((name for name in table.columns if name in TIME_UNITS), None)
+    if unit is None or len(table.columns) < 2:
         raise InvalidInput(
-            f"{path} needs a column {' or '.join(TIME_UNITS)} and one named column per animal; its header is {header}."
+            f"{path} needs a column {' or '.join(TIME_UNITS)} and one named column per animal; its header is "
+            f"{', '.join(table.columns[:12])}."
         )
-    table = _read_numbers(path, header, rows[1:])
-    column = header.index(unit)
-    time = table[:, column] * TIME_UNITS[unit]
-    names = tuple(name for name in header if name != unit)
-    source = "synthetic" if "synthetic" in str(path) or "synthetic" in text[:200].lower() else "recorded"
-    displacement = np.delete(table, column, axis=1).T
+    time = table.column(unit) * TIME_UNITS[unit]
+    names = tuple(name for name in table.columns if name != unit)
+    displacement = np.delete(table.values, table.columns.index(unit), axis=1).T
+    words = " ".join((str(path), *table.notes.keys(), *table.notes.values())).lower()
+    source = "synthetic" if "synthetic" in words else "recorded"
     return Traces(time=time - time[0] if len(time) else time, displacement=displacement, names=names, source=source)
-
-
-def _read_numbers(path: object, header: list[str], rows: list[list[str]]) -> np.ndarray:
-    table = np.full((len(rows), len(header)), np.nan)
-    for i, row in enumerate(rows):
-        if len(row) != len(header):
-            raise InvalidInput(f"{path}: row {i + 1} has {len(row)} cells, the header {len(header)}.")
-        for j, cell in enumerate(row):
-            if cell.strip():
-                try:
-                    table[i, j] = float(cell)
-                except ValueError:
-                    raise InvalidInput(f"{path}: {cell!r} in row {i + 1}, column {header[j]!r} is no number.") from None
-    return table
 
 
 def save_traces(traces: Traces, path: Path) -> None:

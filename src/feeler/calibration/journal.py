@@ -1,0 +1,117 @@
+"""Journal: every simulated antenna of a search on disk, so that an interrupted search replays it and goes on."""
+
+import fcntl
+import hashlib
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from feeler.calibration.hinges import Hinges
+from feeler.calibration.protocol import Protocol
+from feeler.calibration.targets import Targets
+from feeler.errors import InvalidInput
+from feeler.experiment.configuration import list_versions
+from feeler.tensors.limits import parse_json, read_bytes
+
+MAX_BYTES = 256 * 2**20  # [C] a million antennas
+Entry = tuple[np.ndarray, float]
+"""Residuals (target,) and the processor time [s] that they took."""
+
+
+class Journal:
+    """Searched vectors with their residuals, one line of JSON each, written as soon as they are known.
+
+    The optimisers are deterministic: run again on the same journal they ask for the same vectors, get them from it
+    bit by bit, and simulate from where the earlier run was stopped. A line that was cut while being written is dropped.
+
+    Raises
+    ------
+    InvalidInput
+        The file is something else, belongs to another problem (``key``), or another process writes to it.
+    """
+
+    def __init__(self, path: str | Path, key: str) -> None:
+        path = Path(path)
+        self._entries, whole = read_journal(path, key) if path.exists() else ({}, 0)
+        self._file = path.open("ab")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._file.close()
+            raise InvalidInput(
+                f"{path} is being written by another fit. Wait until it has finished, or name another checkpoint."
+            ) from error
+        self._file.truncate(whole)
+        if not whole:
+            self._write({"key": key})
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def find(self, x: np.ndarray) -> Entry | None:
+        """What is known of the vector ``x``."""
+        return self._entries.get(_name(x))
+
+    def add(self, x: np.ndarray, entry: Entry) -> None:
+        """Remember ``x`` here and on disk."""
+        self._entries[_name(x)] = entry
+        self._write({"x": x.tolist(), "residuals": entry[0].tolist(), "seconds": entry[1]})
+
+    def _write(self, line: dict[str, object]) -> None:
+        self._file.write(json.dumps(line).encode() + b"\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._file.close()
+
+    def __enter__(self) -> "Journal":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def read_journal(path: Path, key: str) -> tuple[dict[bytes, Entry], int]:
+    """Entries of a journal by vector, and how many bytes of the file are whole lines."""
+    raw = read_bytes(path, MAX_BYTES)
+    whole = raw.rfind(b"\n") + 1
+    if not whole and len(raw) > 200:
+        raise InvalidInput(f"{path} is no checkpoint of a fit. Remove it or name another.")
+    lines = raw[:whole].splitlines()
+    try:
+        if lines and parse_json(lines[0], "its first line")["key"] != key:
+            raise InvalidInput(
+                f"{path} belongs to another fit (antenna, family, bounds, targets, protocol or versions). Remove it, "
+                "or name another."
+            )
+        return dict(_read_line(line) for line in lines[1:]), whole
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, InvalidInput) and "belongs" in str(error):
+            raise
+        raise InvalidInput(f"{path} is no checkpoint of a fit ({error}). Remove it or name another.") from error
+
+
+def _read_line(line: bytes) -> tuple[bytes, Entry]:
+    data = parse_json(line, "a line")
+    x, residuals = (np.array(data[name], dtype=float) for name in ("x", "residuals"))
+    seconds = float(data["seconds"])
+    if x.ndim != 1 or residuals.ndim != 1 or not np.all(np.isfinite([*x, *residuals, seconds])):
+        raise ValueError("x and residuals must be rows of finite numbers")
+    return _name(x), (residuals, seconds)
+
+
+def _name(x: np.ndarray) -> bytes:
+    return np.ascontiguousarray(x, dtype=float).tobytes()
+
+
+def describe_problem(hinges: Hinges, targets: Targets, protocol: Protocol) -> str:
+    """A short text that changes with anything that changes a residual."""
+    antenna = hinges.build(hinges.start)
+    arrays = (antenna.segment_length, antenna.segment_mass, antenna.radius, antenna.rest_angle)
+    arrays = (*arrays, antenna.stiffness, antenna.damping, *hinges.bounds)
+    words = json.dumps([hinges.name, asdict(protocol), asdict(targets), list_versions()], sort_keys=True)
+    parts = [np.ascontiguousarray(array, dtype=float).tobytes() for array in arrays]
+    return hashlib.sha256(b"".join([*parts, words.encode()])).hexdigest()[:16]
