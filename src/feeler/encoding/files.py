@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.encoding.inputs import check_settings
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.tensors.limits import parse_json
@@ -75,6 +76,7 @@ def _rebuild(path, header: dict, arrays: dict[str, np.ndarray]) -> ConvolutiveNM
     """The estimator from header and arrays, or a word on what does not fit."""
     try:
         encoder = ConvolutiveNMF(**header["parameters"])
+        check_settings(encoder)
         components = arrays["components_"]
         shape = (encoder.n_components, header["numbers"]["n_sensors_in_"], encoder.n_lags)
     except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:

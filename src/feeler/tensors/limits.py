@@ -80,7 +80,7 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
             raise InvalidInput(f"{os.fspath(path)} is not a regular file.")
         raise InvalidInput(f"{os.fspath(path)} has {_size(info.st_size)}, over the limit of {_size(max_bytes)}.")
     with os.fdopen(descriptor, "rb") as file:
-        return file.read(max_bytes + 1)[:max_bytes]
+        return file.read(info.st_size)  # not max_bytes: Python takes the memory for all that it is asked for
 
 
 def parse_json(raw: bytes, what: str) -> dict[str, Any]:

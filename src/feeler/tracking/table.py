@@ -14,6 +14,7 @@ MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
 MAX_COLUMNS = 1024  # [C]
 MAX_COMMENTS = 200  # [C]
 MAX_LINE = 65_536  # [C] characters
+MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
 MISSING = ("", "nan", "na", "null", "none", "-")
 
 
@@ -42,7 +43,7 @@ def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells
     """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is ever executed.
 
     Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``, ``NA``, ``null``,
-    ``none`` and ``-`` are missing values. Everything else must be a finite number with a decimal point.
+    ``none`` and ``-`` are missing values. Everything else must be a number of at most 1e30 with a decimal point.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def _read_rows(lines, start, delimiter, columns, source, max_cells) -> tuple[np.
             values[row] = [float(cell) for cell in cells]
         except ValueError:
             values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
-        if not np.all(np.isfinite(values[row])) or "_" in line:
+        if not np.all(np.abs(values[row]) <= MAX_NUMBER) or "_" in line:  # also where NaN stands
             values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
     return values, np.array([number for number, _ in kept], dtype=int)
 
@@ -158,6 +159,11 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
     if not np.isfinite(value):
         hint = " Use a decimal point." if "," in cell else ""
         raise InvalidInput(f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}")
+    if abs(value) > MAX_NUMBER:
+        raise InvalidInput(
+            f"{source} line {number}, column {column!r}: {cell[:40]!r} is larger than anything measured "
+            f"({MAX_NUMBER:g}). Mark a missing value by an empty cell."
+        )
     return value
 
 

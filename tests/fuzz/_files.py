@@ -1,0 +1,120 @@
+"""Good files, small, of every kind that feeler reads: what the damaged ones are made from."""
+
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import feeler
+from feeler.antenna.file import save_antenna
+from feeler.decoding.stream import StreamDecoder
+from feeler.encoding import ConvolutiveNMF, save_encoder
+from feeler.robot.sensor import load_calibration_table, save_calibration
+from feeler.tensors import make_tensors
+from feeler.tensors.export import save
+from feeler.tensors.model import Model, save_model
+
+RECORDING = b"""# robot: one
+# source: robot
+# feature: ball
+# size: 1.5 mm
+time_ms,hinge1_deg,hinge2_deg,hinge3_deg
+0,0.1,0.3,-0.3
+1.0,0.5,,1e-3
+2,0.1,nan,0.3
+3.1,0.1,0.2,0.3
+"""
+CAPACITANCE = (
+    b"\xef\xbb\xbf# speed: 0.3\r\n# unit: pF\r\ntime (s);c2;c1\r\n0;1.1;1.2\r\n0.001;1.2;1.3\r\n0.003;-;1.4\r\n"
+)
+DLTDV = b"pt1_cam1_X,pt1_cam1_Y,pt2_cam1_X,pt2_cam1_Y\n1.5,2.5,NaN,NaN\n2.5,3.5,4.5,5.5\n3,4,5,6\n"
+FOUR = ",".join(f"pt{n}_cam{c}_{axis}" for n in range(1, 5) for c in (1, 2) for axis in "XY").encode()
+FOUR += b"\n" + b",".join([b"1.25"] * 16) + b"\n" + b",".join([b"NaN", b"3"] * 8) + b"\n"
+NAMED = b"left_tip_x;left_tip_y;head_x;head_y\n1.5;2.5;3;4\n2.5;3.5;4.5;5.5\n"
+LANDMARKS = b"# source: synthetic\nframe\thead_x\thead_y\tabdomen_x\tabdomen_y\n1\t1\t2\t3\t4\n2\t1\t\t3\t4\n"
+TABLE = b"# robot: one\nhinge,angle_deg,capacitance_pF,time_ms\n1,0,1.0,0\n1,5,1.2,1\n1,9,1.5,2\n"
+TABLE += b"2,0,1,3\n2,5,1.2,4\n2,9,1.4,5\n"
+COUNTS = b"hinge,angle_rad,capacitance_counts\n1,0,100\n1,0,101\n1,0.1,110\n1,0.2,122\n"
+TARGETS = b'name = "x"\nstatus = "measured"\n[targets.frequency]\nvalue = 1.0\nspread = 0.1\nunit = "Hz"\ntag = "D"\n'
+TARGETS += b'[targets.ratio_71]\nvalue = 3\nspread = 0\nunit = "1"\ntag = "P+C"\nnote = """two\nlines"""\n'
+TRACES = b"# synthetic: no animal\ntime_ms,one,two\n" + b"".join(
+    b"%.1f,%.4f,%.4f\n" % (t, np.exp(-t / 20) * np.cos(t / 3), 2 * np.exp(-t / 9) * np.cos(t / 5)) for t in range(12)
+)
+SAMPLES = [b"0.5,1.0,2.0,3.0", b"1 2 3", b"nan;1e-3;\t4"]
+LINES = (
+    b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
+)
+JOURNAL = b'{"key": "k"}\n{"x": [1.0], "residuals": [0.5, 2], "seconds": 0.1}\n'
+JOURNAL += b'{"x": [2], "residuals": [0, 1], "seconds": 0}\n'
+SMALL = {
+    **{"segment_length": [1.0, 2.0, 3.0], "segment_mass": 1e-3, "radius": 0.2},
+    **{"stiffness": [3.0, 2.0, 1.0], "damping": 1.0, "name": 'a "name"'},
+}
+
+
+def make_set(n_trials: int = 2):
+    """A small valid Dataset."""
+    rng = np.random.default_rng(1)
+    labels = {"feature": ["ball", "wall"], "size": [1.5, np.inf], "location": [0.5, 0.7], "speed": [0.3, 0.06]}
+    labels |= {"antenna": ["small"] * 2, "source": ["simulation"] * 2, "seed": [1, 2]}
+    return make_tensors(
+        angle=rng.normal(size=(n_trials, 3, 8)),
+        time=np.arange(8.0),
+        segment=[1, 2, 3],
+        position=np.array([0.0, 0.3, 0.6]),
+        segment_length=np.ones(3),
+        trials={name: values[:n_trials] for name, values in labels.items()},
+        tip=rng.normal(size=(n_trials, 8, 2)),
+        attrs={"configuration": {"a": 1}, "versions": {}, "licence": "CC0-1.0"},
+    )
+
+
+@cache
+def make_file(name: str) -> bytes:
+    """The bytes of a good file; its ending and first letter say which."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, name)
+        _write(path)
+        return path.read_bytes()
+
+
+def _write(path: Path) -> None:
+    if path.suffix == ".toml":
+        more = {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]} if "sensors" in path.name else {}
+        save_antenna(feeler.Antenna(**SMALL, **more), path)
+    elif path.suffix == ".safetensors":
+        _write_network(path) if "network" in path.name else save_model(
+            Model(kind="lda", version=1, arrays={"a": np.ones((2, 3))}, settings={"x": [1, "y"], "z": {"w": 1.5}}), path
+        )
+    elif path.suffix == ".npz":
+        encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=3, random_state=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            save_encoder(encoder.fit(np.random.default_rng(0).random((2, 4, 12))), path)
+    elif path.suffix == ".json":
+        path.with_name("t.csv").write_bytes(TABLE)
+        save_calibration(load_calibration_table(path.with_name("t.csv")), path)
+    elif path.suffix == ".nwb":
+        from datetime import UTC, datetime
+
+        save(make_set(), path, session_start=datetime(2026, 1, 1, tzinfo=UTC), identifier="x")
+    else:
+        save(make_set(), path)
+
+
+def _write_network(path: Path) -> None:
+    from feeler.decoding.cnn import TouchNetwork
+
+    X = np.random.default_rng(0).normal(size=(8, 12, 12)).astype(np.float32)
+    TouchNetwork((12, 12), max_epochs=1, device="cpu").fit(X, np.arange(8) % 2).save(path)
+
+
+@cache
+def make_decoder() -> StreamDecoder:
+    """A decoder of two touches on three sensors."""
+    touch = np.zeros((3, 40))
+    touch[:, 10:] = 0.5
+    decoder = StreamDecoder(window=20, max_lag=2, lag_step=1)
+    return decoder.fit([touch, -touch], [("ball", 0.5, 0.3), ("box", 0.5, 0.3)])

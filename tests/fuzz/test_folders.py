@@ -1,0 +1,124 @@
+"""Stores and Zarr groups against damaged files inside them: only feeler's own errors, reading and writing."""
+
+import os
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feeler.errors import FeelerError
+from feeler.tensors.export import save
+from feeler.tensors.limits import Limits
+from feeler.tensors.load import load_zarr
+from feeler.tensors.store import open_store, read_store
+from feeler.tensors.validate import find_breaches
+
+from ._files import make_set
+from ._mutate import mutate, shape_json
+from ._survive import Log, survives, watched
+
+N_QUICK, N_LONG = 150, 100_000
+LIMITS = Limits(max_bytes=2**22, max_text=2**20, max_chunks=1000)
+FOLDERS = {"store": read_store, "zarr": load_zarr}
+pytestmark = pytest.mark.filterwarnings("ignore:The data type", "ignore:trial .* will be computed again")
+
+
+@pytest.fixture(scope="module")
+def folder():
+    path = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
+    yield path
+    shutil.rmtree(path)
+
+
+@cache
+def files_of(kind: str) -> dict[str, bytes]:
+    """A good store or Zarr group, as its files."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "set.zarr")
+        if kind == "store":
+            save(make_set(), path)
+        else:
+            plain = make_set().drop_vars(["feature", "antenna", "source", "axis"])
+            plain.to_zarr(path, zarr_format=3, consolidated=False)
+        return {str(file.relative_to(path)): file.read_bytes() for file in sorted(path.rglob("*")) if file.is_file()}
+
+
+def write_files(path: Path, files: dict[str, bytes]) -> None:
+    for name, data in files.items():
+        (path / name).parent.mkdir(parents=True, exist_ok=True)
+        (path / name).write_bytes(data)
+
+
+def damage(rng: np.random.Generator, data: bytes) -> bytes:
+    if data.startswith(b"{") and rng.random() < 0.5:
+        return shape_json(rng, data)
+    return mutate(rng, [data])
+
+
+def attack(kind: str, numbers: range, folder: Path) -> Log:
+    """Read the folder with one or two of its files damaged or gone, once for each number."""
+    files, path, log = files_of(kind), folder / kind, Log()
+    write_files(path, files)
+    metadata = [name for name in files if name.endswith(".json")]
+    with watched():
+        for number in numbers:
+            rng = np.random.default_rng(number)
+            names = rng.choice(metadata if rng.random() < 0.7 else list(files), size=int(rng.integers(1, 3)))
+            for name in names:
+                (path / name).write_bytes(damage(rng, files[name]))
+            if rng.random() < 0.1:
+                (path / names[0]).unlink()
+            with survives(f"{kind}, number {number}", log):
+                find_breaches(FOLDERS[kind](path, LIMITS))
+            for name in names:
+                (path / name).write_bytes(files[name])
+    return log
+
+
+@pytest.mark.parametrize("kind", FOLDERS)
+def test_folders_survive(kind, folder):
+    log = attack(kind, range(N_QUICK), folder)
+    assert log.ends["refused"] > 0.2 * N_QUICK and log.ends["read"] > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", FOLDERS)
+def test_folders_survive_a_hundred_thousand_inputs(kind, folder):
+    log = attack(kind, range(N_QUICK, N_LONG + N_QUICK), folder)
+    print(f"\n{kind}: {log}")
+    assert sum(log.ends.values()) == N_LONG
+
+
+def open_damaged(number: int, folder: Path) -> str:
+    """Open a damaged store for writing: refused, or it ends with every number right."""
+    rng, files, path, whole = np.random.default_rng(number), files_of("store"), folder / f"writing{number}", make_set()
+    write_files(path, files)
+    name = rng.choice(list(files))
+    (path / name).write_bytes(damage(rng, files[name]))
+    try:
+        with open_store(path, {"configuration": whole.attrs["configuration"]}, 2, LIMITS) as store:
+            missing = {0, 1} - store.finished
+            for index in missing:
+                store.append(index, whole.isel(trial=[index]))
+            assert store.read().angle.equals(whole.angle)
+        return "healed" if missing else "unhurt"
+    except FeelerError as error:
+        assert str(error)
+        return "refused"
+    finally:
+        shutil.rmtree(path)
+
+
+@pytest.mark.parametrize("n", [40, pytest.param(20_000, marks=pytest.mark.slow)])
+def test_a_damaged_store_can_be_opened_and_healed_or_is_refused(n, folder):
+    log, ends = Log(), []
+    with watched():
+        for number in range(n):
+            with survives(f"damaged store, number {number}", log):
+                ends.append(open_damaged(number, folder))
+    counts = {end: ends.count(end) for end in sorted(set(ends))}
+    print(f"\n{n} damaged stores opened for writing: {counts}; slowest {log.slowest:.3f} s")
+    assert len(ends) == n and len(counts) == 3

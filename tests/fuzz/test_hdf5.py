@@ -1,0 +1,86 @@
+"""NetCDF and NWB against damage: read here without the process that protects users, in a child that may crash."""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feeler.tensors.hdf5 import build_dataset
+from feeler.tensors.hdf5_child import read_file
+from feeler.tensors.limits import Limits
+from feeler.tensors.validate import find_breaches
+
+from ._files import make_file
+from ._mutate import change_hdf5, mutate
+from ._survive import Log, survives, watched
+
+N_QUICK, N_LONG = 120, 100_000
+LIMITS = Limits(max_bytes=2**22, max_text=2**20, max_chunks=1000)
+KINDS = {"netcdf": "set.nc", "nwb": "set.nwb"}
+
+
+def make_input(rng: np.random.Generator, seed: bytes, path: Path) -> None:
+    """Damaged bytes, or a sound file with changed objects."""
+    if rng.random() < 0.6:
+        path.write_bytes(mutate(rng, [seed]))
+        return
+    path.write_bytes(seed)
+    try:
+        change_hdf5(rng, str(path))
+    except (OSError, ValueError, KeyError, RuntimeError, TypeError):
+        path.write_bytes(seed[: int(rng.integers(len(seed)))])
+
+
+def attack(kind: str, numbers: range, folder: Path, out: int) -> Log:
+    """Tell the number of each input, then read it."""
+    seed, path, log = make_file(KINDS[kind]), folder / "input", Log()
+    with watched():
+        for number in numbers:
+            os.write(out, b"%d\n" % number)
+            make_input(np.random.default_rng(number), seed, path)
+            with survives(f"{kind}, number {number}", log):
+                arrays, notes = read_file(str(path), LIMITS)
+                find_breaches(build_dataset(arrays, notes, "input"))
+            path.unlink()
+    return log
+
+
+def run_child(kind: str, numbers: range, folder: Path) -> tuple[int, int]:
+    """Attack in a forked process; the last number it told and its wait status."""
+    lines, out = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        code = 0
+        try:
+            print(f"\n{kind}: {attack(kind, numbers, folder, out)}", flush=True)
+        except BaseException as error:
+            os.write(2, repr(error)[:2000].encode())
+            code = 3
+        os._exit(code)
+    os.close(out)
+    last = b""
+    with os.fdopen(lines, "rb") as stream:
+        for line in stream:
+            last = line
+    return int(last), os.waitpid(pid, 0)[1]
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize("n", [N_QUICK, pytest.param(N_LONG, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_hdf5_reader_raises_nothing_else_and_crashes_are_contained(kind, n):
+    if kind == "nwb":
+        pytest.importorskip("pynwb", reason="needs the extra `nwb`")
+    make_file(KINDS[kind])
+    folder = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
+    number, crashes = 0, 0
+    while number < n:
+        last, status = run_child(kind, range(number, n), folder)
+        assert not os.WIFEXITED(status) or os.WEXITSTATUS(status) == 0, f"input {last} raised"
+        crashes += os.WIFSIGNALED(status)
+        number = last + 1
+    shutil.rmtree(folder)
+    print(f"\n{n} damaged {kind} files: {crashes} crashed the HDF5 library's own process")
