@@ -116,19 +116,24 @@ def mutate_json(rng: np.random.Generator, value: object) -> object:
     for _ in range(int(rng.geometric(0.6))):
         places = list(_walk(value))
         if not places:
-            return ODD[rng.integers(len(ODD))]
+            return pick_odd(rng)
         holder, key = places[rng.integers(len(places))]
         kind = int(rng.integers(6))
         if kind == 0:
             del holder[key]
         elif kind == 1 and isinstance(holder, dict):
-            holder[str(ODD[rng.integers(len(ODD))])] = holder.pop(key)
+            holder[str(pick_odd(rng))] = holder.pop(key)
         elif kind == 2:
             other, there = places[rng.integers(len(places))]
             holder[key] = json.loads(json.dumps(other[there]))
         else:
-            holder[key] = ODD[rng.integers(len(ODD))]
+            holder[key] = pick_odd(rng)
     return value
+
+
+def pick_odd(rng: np.random.Generator) -> object:
+    """One of ODD, as a copy of its own."""
+    return json.loads(json.dumps(ODD[rng.integers(len(ODD))]))
 
 
 def _walk(value: object):

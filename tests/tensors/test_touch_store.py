@@ -3,14 +3,10 @@
 import importlib
 import os
 import shutil
-import signal
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -20,28 +16,14 @@ from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.experiment import configuration
 from feeler.tensors.load import load
 
+from ._touches import N_TRIALS, antenna, options, run, trials
+
 verb = importlib.import_module("feeler.experiment.touch")  # the room: `feeler.touch` is the function
-N_TRIALS = 14
-SET = f"""
-import feeler, numpy as np
-from feeler.touch.feature import make_feature
-n = 12
-antenna = feeler.Antenna(
-    segment_length=np.full(n, 2.0), segment_mass=1e-4, radius=0.2,
-    stiffness=0.5 * np.exp(-0.2 * np.arange(n)), damping=0.3, name="small",
-)
-trials = [
-    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.02 * i, speed=0.3)
-    for i in range({N_TRIALS})
-]
-options = dict(duration=60.0, timestep=0.02, seed=3)
-"""
-exec(SET)  # the same lines run here and in the processes that get killed
 
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return feeler.touch(antenna, trials, **options)  # noqa: F821
+    return feeler.touch(antenna, trials, **options)
 
 
 @pytest.fixture
@@ -50,10 +32,6 @@ def tmp_path():
     folder = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
     yield folder
     shutil.rmtree(folder)
-
-
-def run(**changes):
-    return feeler.touch(antenna, trials, **{**options, **changes})  # noqa: F821
 
 
 def test_a_stored_run_is_identical(tmp_path, undisturbed):
@@ -100,9 +78,9 @@ def test_another_configuration_is_refused(tmp_path, changes, words):
 
 def test_other_trials_are_refused_by_name(tmp_path):
     run(store=tmp_path / "a.zarr")
-    other = [*trials[:5], feeler.Trial(feature=feeler.Ball(radius=1.1), location=0.6, speed=0.3), *trials[6:]]  # noqa: F821
+    other = [*trials[:5], feeler.Trial(feature=feeler.Ball(radius=1.1), location=0.6, speed=0.3), *trials[6:]]
     with pytest.raises(StoreError, match=r"trials\[5\]\.feature"):
-        feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)  # noqa: F821
+        feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)
 
 
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
@@ -124,32 +102,6 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
     xr.testing.assert_identical(caught.value.tensors, undisturbed.isel(trial=rest))
     monkeypatch.setattr(module, "_run_group", real)
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
-
-
-@pytest.mark.parametrize("n_kills", [1, pytest.param(50, marks=pytest.mark.slow)])
-def test_real_processes_killed_at_random_resume_to_the_same_numbers(tmp_path, undisturbed, n_kills):
-    rng = np.random.default_rng(n_kills)
-    store, kills, run_number = tmp_path / "0.zarr", 0, 0
-    code = (
-        SET
-        + "import sys\nprint('ready', flush=True)\n"
-        + "feeler.touch(antenna, trials, store=sys.argv[1], workers=1, **options)"
-    )
-    while kills < n_kills:
-        process = subprocess.Popen([sys.executable, "-c", code, str(store)], stdout=subprocess.PIPE)
-        process.stdout.readline()
-        time.sleep(rng.uniform(0, 0.6))
-        process.send_signal(signal.SIGKILL)
-        kills += process.wait() == -signal.SIGKILL
-        process.stdout.close()
-        if process.returncode == 0:
-            xr.testing.assert_identical(load(store), undisturbed)
-            run_number += 1
-            store = tmp_path / f"{run_number}.zarr"
-    subprocess.run([sys.executable, "-c", code, str(store)], check=True, stdout=subprocess.DEVNULL)
-    xr.testing.assert_identical(load(store), undisturbed)
-    assert not [path for path in Path(store).rglob("*") if path.name.endswith(".tmp")]
-    assert os.listdir(store / "angle")
 
 
 @pytest.fixture

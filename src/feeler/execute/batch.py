@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from feeler.errors import InvalidInput
 from feeler.execute.interrupt import Interrupt
-from feeler.execute.processes import WorkerCrashed
+from feeler.execute.processes import CRASHES, OutOfMemory
 from feeler.execute.threads import ThreadExecutor
 
 RETRIES = 1  # [C] a crash that repeats itself is the item's fault, not the machine's
@@ -82,6 +82,13 @@ def _window(executor: Executor) -> int:
     return WINDOW * (workers if isinstance(workers, int) else UNKNOWN_WORKERS)
 
 
+def _name_memory(error: Exception) -> Exception:
+    """The error, as feeler's own where Python or NumPy ran out of memory."""
+    if isinstance(error, MemoryError) and not isinstance(error, OutOfMemory):
+        return OutOfMemory(f"not enough memory ({error or 'no more to be had'}); use fewer workers or shorter trials.")
+    return error
+
+
 class _Batch:
     def __init__(self, function: Callable, executor: Executor, retries: int) -> None:
         self.function, self.executor, self.retries = function, executor, retries
@@ -112,9 +119,9 @@ class _Batch:
         _, item, failures = self.flying.pop(index)
         try:
             return Outcome(index=index, value=future.result())
-        except (WorkerCrashed, MemoryError) as error:
+        except CRASHES as error:
             if failures >= self.retries:
-                return Outcome(index=index, error=error)
+                return Outcome(index=index, error=_name_memory(error))
         except Exception as error:
             return Outcome(index=index, error=error)
         self._submit(index, item, failures + 1)

@@ -24,6 +24,14 @@ class WorkerCrashed(FeelerError, RuntimeError):
     """A worker process ended before it had answered."""
 
 
+class OutOfMemory(FeelerError, MemoryError):
+    """A task needed more memory than its worker may have."""
+
+
+CRASHES = (WorkerCrashed, MemoryError)
+"""Errors that tell of the machine rather than of the task, so that a second try makes sense."""
+
+
 class ProcessExecutor:
     """``workers`` processes, one task each at a time; a process that dies fails its one task and is replaced.
 
@@ -161,7 +169,7 @@ def _answer(message: bytes) -> bytes:
         return pickle.dumps((True, function(*args)))
     except MemoryError:
         words = "a worker reached its memory limit; use fewer workers or shorter trials"
-        return pickle.dumps((False, MemoryError(words)))
+        return pickle.dumps((False, OutOfMemory(words)))
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))  # an error that cannot travel is reported by its words

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from feeler.errors import InvalidInput
-from feeler.execute import Executor, ThreadExecutor, run_batch
+from feeler.execute import CRASHES, Executor, ThreadExecutor, run_batch
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, Outcome, get_engine
 from feeler.physics.scene import Scene
@@ -32,14 +32,20 @@ def simulate(
     groups = get_engine(engine).make_groups(scenes)
     outcomes: list[Outcome | Exception | None] = [None] * len(scenes)
     own = _make_threads(workers) if executor is None else None
-    items = ((number, [scenes[i] for i in group]) for number, group in enumerate(groups))
     try:
-        for done in run_batch(partial(_run_group, engine, clock), items, executor=executor or own):
-            group = groups[done.index]
-            values = done.value if done.error is None else [done.error] * len(group)
-            for index, outcome in zip(group, values, strict=True):
-                outcomes[index] = outcome if keep or isinstance(outcome, Exception) else None
-                finished(index, outcome)
+        while groups:
+            items = ((number, [scenes[i] for i in group]) for number, group in enumerate(groups))
+            alone = []  # scenes of groups that crashed: run again one by one, so that only the guilty one is lost
+            for done in run_batch(partial(_run_group, engine, clock), items, executor=executor or own):
+                group = groups[done.index]
+                if isinstance(done.error, CRASHES) and len(group) > 1:
+                    alone += [[index] for index in group]
+                    continue
+                values = done.value if done.error is None else [done.error] * len(group)
+                for index, outcome in zip(group, values, strict=True):
+                    outcomes[index] = outcome if keep or isinstance(outcome, Exception) else None
+                    finished(index, outcome)
+            groups = alone
     finally:
         if own is not None:
             own.kill()

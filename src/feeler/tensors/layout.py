@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors.configuration import make_plain
+from feeler.tensors.configuration import make_plain, write_canonical
 from feeler.tensors.limits import NAME, Limits, parse_json, read_bytes
 from feeler.tensors.zarr3 import (
     NUMBERS,
@@ -32,6 +32,7 @@ PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at
 SCHEMA = "schema.json"
 UNSTABLE = ("created", "date", "history")  # attributes that may differ between trials of one set
 MAX_RECORD = 2**20
+RESTORE = "Restore this file from a copy, or compute the set again in a new store."
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,6 +58,26 @@ class Layout:
             "coordinates": list(self.coordinates),
             "attributes": self.attributes,
         }
+
+
+def write_schema(layout: Layout, files: dict[str, bytes]) -> bytes:
+    """The text of ``schema.json``: the layout, and checksums of itself and of the files that all trials share."""
+    schema = layout.to_json() | {"files": {name: compute_sum(raw) for name, raw in files.items()}}
+    schema["checksum"] = compute_sum(write_canonical(schema).encode())
+    return json.dumps(schema, ensure_ascii=False).encode()
+
+
+def _check_sums(path: Path, schema: dict[str, Any], infos: dict[str, ArrayInfo], limits: Limits) -> None:
+    """Raise where the schema or a file that all trials share is not what was written."""
+    rest = {key: value for key, value in schema.items() if key != "checksum"}
+    if schema.get("checksum") != compute_sum(write_canonical(rest).encode()):
+        raise InvalidInput(f"{path / PROGRESS / SCHEMA} is damaged: its checksum does not fit. {RESTORE}")
+    names = [f"{name}/zarr.json" for name in infos]
+    whole = {name: infos[name] for name in schema["fixed"]}
+    names += [f"{name}/{info.key((0,) * len(info.shape))}" for name, info in whole.items() if math.prod(info.shape)]
+    for name in names:
+        if schema["files"].get(name) != compute_sum(read_bytes(path / name, limits.max_bytes, follow=False)):
+            raise InvalidInput(f"{path / name} is damaged: its checksum does not fit the schema. {RESTORE}")
 
 
 def make_layout(dataset: xr.Dataset, n_trials: int) -> Layout:
@@ -174,6 +195,7 @@ def read_layout(path: Path, limits: Limits) -> Layout | None:
     schema = parse_json(read_bytes(file, limits.max_text, follow=False), str(file))
     try:
         infos, _ = list_arrays(path, limits, [*schema["chunked"], *schema["fixed"]])
+        _check_sums(path, schema, infos, limits)
         chunked = {name: infos[name] for name in schema["chunked"]}
         fixed = {
             name: xr.Variable(infos[name].dims, _text(read_array(path, infos[name])), schema["attributes"].get(name))
@@ -246,4 +268,13 @@ def record_path(path: Path, index: int) -> Path:
     return path / PROGRESS / f"{index:06d}.json"
 
 
-__all__ = ["Layout", "assemble", "check_same", "make_layout", "make_record", "parse_array_metadata", "read_layout"]
+__all__ = [
+    "Layout",
+    "assemble",
+    "check_same",
+    "make_layout",
+    "make_record",
+    "parse_array_metadata",
+    "read_layout",
+    "write_schema",
+]

@@ -1,6 +1,7 @@
 """A Dataset as plain arrays and one JSON text: what every format stores, so that each restores the same Dataset."""
 
 import json
+import math
 import re
 from typing import Any
 
@@ -68,7 +69,7 @@ def _values(name: str, entry: dict[str, Any], arrays: dict[str, np.ndarray], sou
     if name not in arrays:
         raise InvalidInput(f"{source} is damaged: variable {name!r} is missing.")
     values = arrays[name]
-    if values.size != np.prod(shape, dtype=float):
+    if values.size != math.prod(shape):
         raise InvalidInput(f"{source} is damaged: variable {name!r} has {values.size} values for the shape {shape}.")
     with np.errstate(invalid="ignore"):  # a damaged file may hold a NaN where whole numbers belong; validation says so
         return values.reshape(shape).astype(kind)

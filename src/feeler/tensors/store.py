@@ -6,7 +6,6 @@ whole, and every other trial is computed again. The arrays are plain Zarr v3, on
 """
 
 import errno
-import json
 import os
 import re
 import shutil
@@ -34,12 +33,13 @@ from feeler.tensors.layout import (
     read_record,
     read_trial,
     record_path,
+    write_schema,
 )
 from feeler.tensors.limits import Limits, find_limits, list_folder, parse_json, read_bytes
 from feeler.tensors.lock import Lock
 from feeler.tensors.zarr3 import ArrayInfo, describe_array, encode_chunk, write_array_metadata, write_group_metadata
 
-FORMAT = 1
+FORMAT = 2
 MAX_TRIALS = 1_000_000  # [C] one record each
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 _RECORD = re.compile(r"\d{6,}\.json")
@@ -132,14 +132,15 @@ class Store:
         layout = make_layout(trial, self.n_trials)
         shared = sum(variable.nbytes for variable in layout.fixed.values())
         self._limits.check_bytes(sum(info.n_bytes for info in layout.chunked.values()) + shared, "this set of trials")
+        files: dict[str, bytes] = {}
         for info in layout.chunked.values():
-            _write_array(self.path, info, None)
+            files |= _write_array(self.path, info, None)
         for name, variable in layout.fixed.items():
             attributes = layout.attributes[name]
             info = describe_array(name, variable.values, variable.dims, attributes=attributes)
-            _write_array(self.path, info, variable.values)
+            files |= _write_array(self.path, info, variable.values)
         sync_folder(self.path)
-        write_atomic(self.path / PROGRESS / SCHEMA, json.dumps(layout.to_json(), ensure_ascii=False).encode())
+        write_atomic(self.path / PROGRESS / SCHEMA, write_schema(layout, files))
         return layout
 
     def _write_trial(self, index: int, trial: xr.Dataset) -> None:
@@ -223,8 +224,9 @@ def read_label(path: Path, limits: Limits) -> dict[str, Any]:
     if not isinstance(label, dict) or not isinstance(label.get("n_trials"), int):
         raise InvalidInput(f"{path} is a Zarr group, but no store of feeler.")
     if label.get("format") != FORMAT:
+        advice = "Make it again" if label.get("format") == 1 else "Update feeler"
         raise InvalidInput(
-            f"{path} is a store of format {label.get('format')!r}; this feeler reads {FORMAT}. Update feeler."
+            f"{path} is a store of format {label.get('format')!r}; this feeler reads {FORMAT}. {advice}."
         )
     return label
 
@@ -302,14 +304,19 @@ def _check_configuration(path: Path, configuration: dict[str, Any], n_trials: in
         )
 
 
-def _write_array(path: Path, info: ArrayInfo, values: np.ndarray | None) -> None:
-    """An array's folder, before the schema makes it count: its metadata, and its one chunk if values are given."""
-    folder = path / info.name
-    folder.mkdir(exist_ok=True)
+def _write_array(path: Path, info: ArrayInfo, values: np.ndarray | None) -> dict[str, bytes]:
+    """An array's folder, before the schema makes it count: its metadata, and its one chunk if values are given.
+
+    Returns what the files now hold.
+    """
+    (path / info.name).mkdir(exist_ok=True)
+    files = {f"{info.name}/zarr.json": write_array_metadata(info)}
     if values is not None and values.size:
-        write_synced(folder / info.key(tuple(0 for _ in info.shape)), encode_chunk(values))
-    write_synced(folder / "zarr.json", write_array_metadata(info))
-    sync_folder(folder)
+        files[f"{info.name}/{info.key((0,) * len(info.shape))}"] = encode_chunk(values)
+    for name, raw in files.items():
+        write_synced(path / name, raw)
+    sync_folder(path / info.name)
+    return files
 
 
 @contextmanager

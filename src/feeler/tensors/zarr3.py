@@ -206,6 +206,8 @@ def _parse_keys(name: str, encoding: dict[str, Any]) -> tuple[str, str]:
 
 def _parse_codecs(name: str, kind: str, codecs: list[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
     names = [codec["name"] for codec in codecs]
+    if not all(isinstance(codec.get("configuration") or {}, dict) for codec in codecs):
+        raise InvalidInput(f"array {name!r} has codecs whose configuration is no object.")
     first = "vlen-utf8" if kind == "string" else "bytes"
     compressors = [codec for codec in names[1:] if codec != "crc32c"]
     if names[:1] != [first] or len(names) > 4 or len(compressors) > 1 or not set(compressors) <= DECOMPRESS.keys():

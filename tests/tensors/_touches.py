@@ -1,0 +1,45 @@
+"""A small set of real touches, the same here and in the processes that get killed.
+
+    python -m tensors._touches STORE WORKERS
+
+simulates it into a store, with so many threads (or 0: in two processes) and one line per finished trial.
+"""
+
+import sys
+
+import numpy as np
+
+import feeler
+from feeler.execute import ProcessExecutor
+from feeler.touch.feature import make_feature
+
+N_TRIALS = 14
+N = 12
+antenna = feeler.Antenna(
+    segment_length=np.full(N, 2.0),
+    segment_mass=1e-4,
+    radius=0.2,
+    stiffness=0.5 * np.exp(-0.2 * np.arange(N)),
+    damping=0.3,
+    name="small",
+)
+trials = [
+    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.02 * i, speed=0.3)
+    for i in range(N_TRIALS)
+]
+options = {"duration": 60.0, "timestep": 0.02, "seed": 3}
+
+
+def run(**changes):
+    """The tensors of the set."""
+    return feeler.touch(antenna, trials, **{**options, **changes})
+
+
+def main(store: str, workers: int) -> None:
+    print("ready", flush=True)
+    chosen = {"workers": workers} if workers else {"executor": ProcessExecutor(2)}
+    run(store=store, progress=lambda done, total: print(done, flush=True), **chosen)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))

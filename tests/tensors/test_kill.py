@@ -1,0 +1,158 @@
+"""Real simulations killed at random moments: the store opens, holds what was reported, and ends the same."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import feeler
+from feeler.errors import FeelerError
+from feeler.execute import OutOfMemory, ProcessExecutor, WorkerCrashed
+from feeler.physics import simulate as physics
+from feeler.tensors.load import load
+
+from ._touches import N_TRIALS, antenna, options, run, trials
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return run()
+
+
+@pytest.fixture
+def folder():
+    """In memory where there is any: waiting for the disk would take most of the time."""
+    path = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None))
+    yield path
+    shutil.rmtree(path)
+
+
+def start(store, workers):
+    command = [sys.executable, "-m", "tensors._touches", str(store), str(workers)]
+    return subprocess.Popen(command, cwd=TESTS, stdout=subprocess.PIPE, text=True)
+
+
+def find_finished(store):
+    return sorted(int(path.stem) for path in (store / "progress").glob("[0-9]*.json"))
+
+
+def kill_somewhere(process, rng):
+    """SIGKILL a process at a random moment of its work; the last number of finished trials that it told."""
+    assert process.stdout.readline() == "ready\n"
+    told = 0
+    if rng.random() < 0.3:
+        time.sleep(rng.uniform(0, 1.5))  # somewhere: mostly while it loads, simulates or opens the store
+    else:
+        for _ in range(int(rng.integers(1, N_TRIALS + 1))):  # after some trial was told, within the next ones
+            line = process.stdout.readline()
+            told = int(line or told)
+        time.sleep(rng.uniform(0, 0.02))
+    process.kill()
+    rest = process.stdout.read().split()
+    return int(rest[-1]) if rest else told
+
+
+@dataclass
+class Tally:
+    """What the killed processes left."""
+
+    kills: int = 0
+    ended: int = 0
+    finished: list[int] = field(default_factory=list)
+
+
+def kill_often(folder, n_kills, undisturbed):
+    rng, tally, store = np.random.default_rng(n_kills), Tally(), folder / "0.zarr"
+    while tally.kills < n_kills:
+        process = start(store, int(rng.choice([0, 1, 2, 3])))
+        told = kill_somewhere(process, rng)
+        tally.kills += process.wait() == -signal.SIGKILL
+        tally.ended += process.returncode == 0
+        finished = find_finished(store)
+        tally.finished.append(len(finished))
+        assert len(finished) >= told
+        if finished:
+            part = load(store)
+            assert part.trial.values.tolist() == finished
+            xr.testing.assert_identical(part, undisturbed.isel(trial=finished))
+        if len(finished) == N_TRIALS:
+            store = folder / f"{len(tally.finished)}.zarr"
+    return tally, store
+
+
+@pytest.mark.parametrize("n_kills", [5, pytest.param(60, marks=pytest.mark.slow)])
+def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(folder, undisturbed, n_kills):
+    tally, store = kill_often(folder, n_kills, undisturbed)
+    print(f"\n{tally}")
+    assert any(0 < n < N_TRIALS for n in tally.finished)  # else nothing was resumed
+    process = start(store, 2)
+    process.communicate()
+    assert process.returncode == 0
+    xr.testing.assert_identical(load(store), undisturbed)
+    xr.testing.assert_identical(run(store=store), undisturbed)
+    assert not [path for path in store.rglob("*") if path.name.endswith(".tmp")]
+
+
+def kill_worker(executor, number):
+    """SIGKILL whichever worker processes live."""
+    killed = [keeper._process.pid for keeper in executor._keepers if keeper._process and keeper._process.is_alive()]
+    for pid in killed[:number]:
+        os.kill(pid, signal.SIGKILL)
+    return len(killed[:number])
+
+
+@pytest.mark.parametrize("delay", [0.8, *(pytest.param(0.3 * n, marks=pytest.mark.slow) for n in range(10))])
+def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
+    killed = []
+    with ProcessExecutor(2) as executor:
+        timer = threading.Timer(delay, lambda: killed.append(kill_worker(executor, 1)))
+        timer.start()
+        result = run(store=folder / "a.zarr", executor=executor)
+        timer.join()
+        while not sum(killed):  # too early or too late to hit one: once more, between two trials
+            (folder / "a.zarr" / "progress" / "000005.json").unlink()
+            killed.append(kill_worker(executor, 1))
+            result = run(store=folder / "a.zarr", executor=executor)
+    xr.testing.assert_identical(result, undisturbed)
+
+
+@pytest.mark.parametrize("error", [MemoryError("Unable to allocate 9 GiB"), WorkerCrashed("a worker process ended")])
+def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, monkeypatch, error):
+    real = physics._run_group
+
+    def crash(engine, clock, scenes):
+        if any("0.56 L" in scene.label for scene in scenes):
+            raise error
+        return real(engine, clock, scenes)
+
+    monkeypatch.setattr(physics, "_run_group", crash)
+    with pytest.raises((OutOfMemory, WorkerCrashed), match=r"not enough memory|a worker process ended") as caught:
+        run(store=folder / "a.zarr")
+    assert isinstance(caught.value, FeelerError)
+    rest = [index for index in range(N_TRIALS) if index != 3]
+    xr.testing.assert_identical(caught.value.tensors, undisturbed.isel(trial=rest))
+    assert find_finished(folder / "a.zarr") == rest
+    monkeypatch.setattr(physics, "_run_group", real)
+    xr.testing.assert_identical(run(store=folder / "a.zarr"), undisturbed)
+
+
+def test_workers_without_memory_fail_by_name_and_the_store_goes_on(folder):
+    def touch(**more):
+        return feeler.touch(antenna, trials[:2], store=folder / "a.zarr", **options, **more)
+
+    with ProcessExecutor(1, memory_limit=2**26) as executor, pytest.raises(OutOfMemory, match="reached its memory"):
+        touch(executor=executor)
+    assert find_finished(folder / "a.zarr") == []
+    xr.testing.assert_identical(touch(), feeler.touch(antenna, trials[:2], **options))
