@@ -63,8 +63,8 @@ class Chain:
         """Advance every lane."""
         b = self.batch
         step_many(
-            self.done, n_steps, TIMESTEP, b.constants, b.obj, b.shapes, b.legs, b.work, b.place, b.contacts, b.loaded,
-            b.force, b.damped, b.width,
+            self.done, n_steps, TIMESTEP, b.constants, b.work, b.wides, b.obj, b.shapes, b.legs, b.place, b.contacts,
+            b.loaded, b.force, b.damped, b.width,
         )  # fmt: skip
         self.done += n_steps
 

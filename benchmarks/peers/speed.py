@@ -49,8 +49,8 @@ def make_chain(n: int, lanes: int):
 
     def step(n_steps: int) -> None:
         step_many(
-            0, n_steps, TIMESTEP, b.constants, b.obj, b.shapes, b.legs, b.work, b.place, b.contacts, b.loaded, b.force,
-            b.damped, b.width,
+            0, n_steps, TIMESTEP, b.constants, b.work, b.wides, b.obj, b.shapes, b.legs, b.place, b.contacts, b.loaded,
+            b.force, b.damped, b.width,
         )  # fmt: skip
 
     return step

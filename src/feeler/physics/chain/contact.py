@@ -40,7 +40,7 @@ from feeler.physics.chain.fields import (
     W_VY,
 )
 from feeler.physics.chain.narrow import T_DISTANCE, T_NX, T_NY, T_SEGMENT, T_X, T_Y
-from feeler.physics.chain.sweep import solve_damped, solve_with_contacts
+from feeler.physics.chain.sweep import solve
 
 (
     R_SEGMENT,
@@ -89,12 +89,12 @@ def make_rows(constants, work, obj, table, count, place, rows, lane):
     for k in range(count):
         i = int(table[k, T_SEGMENT])
         distance, nx, ny = table[k, T_DISTANCE], table[k, T_NX], table[k, T_NY]
-        rx, ry = table[k, T_X] - work[i, W_PX, lane], table[k, T_Y] - work[i, W_PY, lane]
+        rx, ry = table[k, T_X] - work[W_PX, i, lane], table[k, T_Y] - work[W_PY, i, lane]
         impedance = compute_impedance(distance, obj, lane)
-        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[i, C_INVWEIGHT, lane] * (1.0 - impedance) / impedance
+        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance
         weight = 1.0 / max(ease, 1e-15)
         pull = -obj[0, O_K, lane] * impedance * distance
-        omega, wx, wy = work[i, W_OMEGA, lane], work[i, W_VX, lane] - vx, work[i, W_VY, lane] - vy
+        omega, wx, wy = work[W_OMEGA, i, lane], work[W_VX, i, lane] - vx, work[W_VY, i, lane] - vy
         for side in range(ROWS):
             slide = (side - 1) * mu  # −μ, 0, +μ along the tangent (−n_y, n_x)
             dx, dy = nx - slide * ny, ny + slide * nx
@@ -107,35 +107,30 @@ def make_rows(constants, work, obj, table, count, place, rows, lane):
 
 
 @compiled
-def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, timestep, damped, width):
-    """Forces of each lane's rows in ``R_FORCE`` at its minimum; the number of sweeps it took.
+def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, timestep, last, width):
+    """Forces of each lane's rows in ``R_FORCE`` at its minimum and accelerations as ``solve`` leaves them.
 
     ``memory`` (lane, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
-    A lane that has its minimum is left alone while the others go on. ``damped`` puts M + hC in the place of M.
+    A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
     """
-    last, left = -1, 0
+    left = 0
     for lane in range(count.shape[0]):
         open_[lane] = count[lane] > 0
         if open_[lane]:
             _recall(rows[lane], ROWS * count[lane], memory[lane])
-            last = max(last, int(rows[lane, ROWS * count[lane] - 1, R_SEGMENT]))
             left += 1
     for sweep in range(MAX_NEWTON):
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], ROWS * count[lane], loaded, lane)
-        if damped:
-            solve_damped(constants, work, obj, loaded, timestep, width)
-        else:
-            solve_with_contacts(constants, work, obj, loaded, last, width)
+        solve(constants, work, obj, loaded, timestep, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False
                 _remember(rows[lane], ROWS * count[lane], memory[lane])
                 left -= 1
         if left == 0:
-            return sweep + 1
-    return MAX_NEWTON
+            break
 
 
 @compiled
@@ -173,20 +168,20 @@ def _load(work, rows, n_rows, loaded, lane):
     """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
     clear(work, rows, n_rows, lane)
     for r in range(n_rows):
+        i = int(rows[r, R_SEGMENT])
+        loaded[i] = True
         if rows[r, R_ACTIVE] > 0.0:
-            i = int(rows[r, R_SEGMENT])
-            loaded[i] = True
             w0, w1, w2, weight = rows[r, R_W0], rows[r, R_W1], rows[r, R_W2], rows[r, R_WEIGHT]
-            work[i, W_K00, lane] += weight * w0 * w0
-            work[i, W_K01, lane] += weight * w0 * w1
-            work[i, W_K02, lane] += weight * w0 * w2
-            work[i, W_K11, lane] += weight * w1 * w1
-            work[i, W_K12, lane] += weight * w1 * w2
-            work[i, W_K22, lane] += weight * w2 * w2
+            work[W_K00, i, lane] += weight * w0 * w0
+            work[W_K01, i, lane] += weight * w0 * w1
+            work[W_K02, i, lane] += weight * w0 * w2
+            work[W_K11, i, lane] += weight * w1 * w1
+            work[W_K12, i, lane] += weight * w1 * w2
+            work[W_K22, i, lane] += weight * w2 * w2
             pull = weight * rows[r, R_AIM]
-            work[i, W_B0, lane] -= pull * w0
-            work[i, W_B1, lane] -= pull * w1
-            work[i, W_B2, lane] -= pull * w2
+            work[W_B0, i, lane] -= pull * w0
+            work[W_B1, i, lane] -= pull * w1
+            work[W_B2, i, lane] -= pull * w2
 
 
 @compiled
@@ -195,7 +190,7 @@ def clear(work, rows, n_rows, lane):
     for r in range(n_rows):
         i = int(rows[r, R_SEGMENT])
         for column in range(W_K00, W_B2 + 1):
-            work[i, column, lane] = 0.0
+            work[column, i, lane] = 0.0
 
 
 @compiled
@@ -205,9 +200,9 @@ def _evaluate(work, rows, n_rows, lane):
     for r in range(n_rows):
         i = int(rows[r, R_SEGMENT])
         x = (
-            rows[r, R_W0] * work[i, W_ALPHA, lane]
-            + rows[r, R_W1] * work[i, W_AX, lane]
-            + rows[r, R_W2] * work[i, W_AY, lane]
+            rows[r, R_W0] * work[W_ALPHA, i, lane]
+            + rows[r, R_W1] * work[W_AX, i, lane]
+            + rows[r, R_W2] * work[W_AY, i, lane]
         )
         rows[r, R_NEW_X] = x
         short = rows[r, R_AIM] - x
@@ -256,8 +251,8 @@ def press(work, rows, n_rows, loaded, lane):
         if force > 0.0:
             i = int(rows[r, R_SEGMENT])
             loaded[i] = True
-            work[i, W_B0, lane] -= force * rows[r, R_W0]
-            work[i, W_B1, lane] -= force * rows[r, R_W1]
-            work[i, W_B2, lane] -= force * rows[r, R_W2]
+            work[W_B0, i, lane] -= force * rows[r, R_W0]
+            work[W_B1, i, lane] -= force * rows[r, R_W1]
+            work[W_B2, i, lane] -= force * rows[r, R_W2]
             fx, fy = fx + force * rows[r, R_W1], fy + force * rows[r, R_W2]
     return fx, fy

@@ -8,13 +8,10 @@ from threading import Event
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.physics.chain.batch import Batch
+from feeler.physics.chain.batch import LANES, Batch
 from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion, Scene
-
-LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
-
 
 SCHEMES = ("parity", "consistent")
 

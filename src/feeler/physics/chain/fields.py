@@ -1,4 +1,4 @@
-"""Columns of the engine's tables: one row per segment, one column per quantity."""
+"""Rows of the engine's tables: one per quantity, its values segment by segment and lane by lane."""
 
 # constants of a segment
 (
@@ -9,9 +9,10 @@
     C_DAMPING,
     C_REST,
     C_RADIUS,
+    C_REACH,  # length plus radius
     C_INVWEIGHT,
-) = range(8)
-N_CONSTANTS = 8
+) = range(9)
+N_CONSTANTS = 9
 
 # constants of the object and of its contact
 (
@@ -22,6 +23,10 @@ N_CONSTANTS = 8
     O_LOW_Y,
     O_HIGH_X,
     O_HIGH_Y,
+    O_MIDDLE_X,  # its middle and half its size
+    O_MIDDLE_Y,
+    O_HALF_X,
+    O_HALF_Y,
     O_RADIUS,
     O_FRICTION,
     O_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
@@ -35,8 +40,8 @@ N_CONSTANTS = 8
     O_GRAVITY_Y,
     O_PULL_X,  # constant force at the tip [N], likewise
     O_PULL_Y,
-) = range(20)
-N_OBJECT = 20
+) = range(24)
+N_OBJECT = 24
 
 # the object's place and velocity, and what is near it
 (
@@ -55,23 +60,25 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
 (
     W_ANGLE,
     W_RATE,
+    W_HEADING,  # of the segment
+    W_OMEGA,  # its turn rate
+    W_QDD,  # acceleration of its hinge
     W_EX,  # vector from its hinge to the next [mm]
     W_EY,
-    W_PX,  # its hinge
-    W_PY,
-    W_OMEGA,  # turn rate of the segment, velocity of its hinge
-    W_VX,
-    W_VY,
     W_TORQUE,  # passive torque of its hinge
     W_FX,  # minus mass times velocity-product acceleration of its centre
     W_FY,
-    W_UX,  # articulated coupling of turning with the hinge's acceleration, likewise
+    W_UX,  # articulated coupling of turning with the hinge's acceleration, over inertia and implicit damping
     W_UY,
-    W_D,  # articulated inertia about the hinge, over itself and the implicit damping
+    W_SHARE,  # implicit damping, likewise
     W_U,  # torque left for the hinge, likewise
     W_ALPHA,  # acceleration: turn, hinge (velocity products left out)
     W_AX,
     W_AY,
+    W_PX,  # its hinge: place, velocity
+    W_PY,
+    W_VX,
+    W_VY,
     W_K00,  # contacts' addition to the segment's inertia and bias
     W_K01,
     W_K02,
@@ -81,5 +88,5 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
     W_B0,
     W_B1,
     W_B2,
-) = range(28)
-N_WORK = 28
+) = range(30)
+N_WORK = 30

@@ -125,11 +125,13 @@ def _call_llvm(builder, name: str, args) -> ir.Value:
 
 
 def _address(context, builder, kind, array, i, j, width: int):
-    """Pointer to lane 0 of row i, column j of a C-contiguous table."""
+    """Pointer to lane 0 of row i, column j. A table that is not contiguous holds many lanes column after column, or
+    one lane row after row."""
     table = context.make_array(kind)(context, builder, array)
-    stride = cgutils.unpack_tuple(builder, table.strides, 3)[0]
+    strides = cgutils.unpack_tuple(builder, table.strides, 3)
     size = ir.Constant(i.type, 8 * width)
-    offset = builder.add(builder.mul(i, stride), builder.mul(j, size))
+    row, column = (strides[0], size) if kind.layout == "C" or width == 1 else (size, strides[1])
+    offset = builder.add(builder.mul(i, row), builder.mul(j, column))
     start = builder.ptrtoint(table.data, i.type)
     return builder.inttoptr(builder.add(start, offset), _wide(_DOUBLE, width).as_pointer())
 
@@ -179,23 +181,26 @@ def choose(typing, mask, yes, no):
     return kind(mask, yes, no), emit
 
 
-def _pick(name: str, sign: str):
-    def typer(typing, a, b):
-        width = _widest((a, b))
-        kind = Lanes(width)
+@intrinsic
+def smaller(typing, a, b):
+    """The smaller of two, the first where they cannot be compared."""
+    width = _widest((a, b))
 
-        def emit(context, builder, sig, args):
-            a, b = (_spread(builder, x, width) for x in args)
-            return builder.select(builder.fcmp_ordered(sign, b, a), b, a)
+    def emit(context, builder, sig, args):
+        a, b = (_spread(builder, x, width) for x in args)
+        return builder.select(builder.fcmp_ordered("<", b, a), b, a)
 
-        return kind(a, b), emit
-
-    typer.__name__ = name
-    return intrinsic(typer)
+    return Lanes(width)(a, b), emit
 
 
-smaller = _pick("smaller", "<")
-larger = _pick("larger", ">")
+@intrinsic
+def distance(typing, value):
+    """Absolute value."""
+
+    def emit(context, builder, sig, args):
+        return _call_llvm(builder, "fabs", args)
+
+    return value(value), emit
 
 
 @intrinsic

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from feeler.compiled import compiled
-from feeler.errors import InvalidInput
 from feeler.physics.chain.fields import (
     C_DAMPING,
     C_INERTIA,
@@ -13,6 +11,7 @@ from feeler.physics.chain.fields import (
     C_LENGTH,
     C_MASS,
     C_RADIUS,
+    C_REACH,
     C_REST,
     C_STIFFNESS,
     KIND_BALL,
@@ -26,12 +25,16 @@ from feeler.physics.chain.fields import (
     O_FORWARD_X,
     O_FORWARD_Y,
     O_FRICTION,
+    O_HALF_X,
+    O_HALF_Y,
     O_HIGH_X,
     O_HIGH_Y,
     O_K,
     O_LOW_X,
     O_LOW_Y,
     O_MAX_IMPEDANCE,
+    O_MIDDLE_X,
+    O_MIDDLE_Y,
     O_MIDPOINT,
     O_MIN_IMPEDANCE,
     O_POWER,
@@ -71,12 +74,7 @@ def make_model(scene: Scene, timestep: float) -> ChainModel:
     InvalidInput
         The timestep is larger than half the contact time constant, where MuJoCo would silently change the contact.
     """
-    limit = scene.contact.solref[0] / 2
-    if timestep > limit * (1 + 1e-9):
-        raise InvalidInput(
-            f"timestep {timestep:g} ms is too large for the contact's time constant of {scene.contact.solref[0]:g} ms; "
-            f"use at most {limit:g} ms, or a softer Contact."
-        )
+    scene.contact.check_timestep(timestep)
     kind, corners, part = _make_shape(scene)
     ends = [round(end / timestep) for end in scene.path.end]
     return ChainModel(
@@ -106,20 +104,19 @@ def _make_constants(scene: Scene) -> np.ndarray:
         antenna.rest_angle,
     )
     table[:, C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
+    table[:, C_REACH] = antenna.segment_length + antenna.radius
     table[:, C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
     return table
 
 
-@compiled
 def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
     """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹ Jᵀ at each segment's
     centre, straight chain, where only motion across the chain is possible.
 
     One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
     """
-    n = len(length)
-    lever, across = np.zeros(n), np.zeros(n)
-    inverse = np.zeros(n)
+    n, length, mass = len(length), length.tolist(), mass.tolist()  # Python's own floats: faster one by one
+    lever, across, inverse = [0.0] * n, [0.0] * n, [0.0] * n
     carried = 0.0  # articulated mass across the chain that the distal part shows at its hinge
     for i in range(n - 1, -1, -1):
         inertia = mass[i] * length[i] ** 2 / 3 + carried * length[i] ** 2
@@ -131,7 +128,7 @@ def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
         turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
         across[i] = hinge + length[i] * mixed + length[i] ** 2 / 4 * turn
         hinge = hinge + 2 * length[i] * mixed + length[i] ** 2 * turn
-    return across / 3
+    return np.array(across) / 3
 
 
 def _make_object(scene: Scene, corners: np.ndarray) -> np.ndarray:
@@ -145,11 +142,13 @@ def _make_object(scene: Scene, corners: np.ndarray) -> np.ndarray:
     table[O_FRICTION] = max(scene.friction, MIN_FRICTION)
     table[O_FORWARD_X], table[O_FORWARD_Y] = scene.forward
     table[O_BASE] = scene.base_angle
-    table[[O_LOW_X, O_LOW_Y]], table[[O_HIGH_X, O_HIGH_Y]] = 1.0, -1.0  # nothing is near an empty box
+    table[[O_HALF_X, O_HALF_Y]] = -np.inf  # nothing is near no object
     if scene.feature is not None:
         grow = table[O_RADIUS] = scene.feature.rounding
         table[O_LOW_X], table[O_LOW_Y] = corners.min(axis=0) - grow
         table[O_HIGH_X], table[O_HIGH_Y] = corners.max(axis=0) + grow
+        table[[O_MIDDLE_X, O_MIDDLE_Y]] = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
+        table[[O_HALF_X, O_HALF_Y]] = np.ptp(corners, axis=0) / 2 + grow
     return table
 
 

@@ -35,7 +35,7 @@ MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 @compiled
 def find_contacts(constants, work, obj, kind, corners, part, place, table, lane):
     """Fill ``table`` with one lane's contacts, base to tip; their number, or −1 if the table is too short."""
-    count, x, y = 0, place[0, P_X, lane], place[0, P_Y, lane]
+    count, x, y = np.int64(0), place[0, P_X, lane], place[0, P_Y, lane]  # a plain 0 is a type of its own to numba
     cx, cy = obj[0, O_FORWARD_X, lane], obj[0, O_FORWARD_Y, lane]
     low_x, low_y, high_x, high_y = (
         obj[0, O_LOW_X, lane],
@@ -44,11 +44,11 @@ def find_contacts(constants, work, obj, kind, corners, part, place, table, lane)
         obj[0, O_HIGH_Y, lane],
     )
     for i in range(int(place[0, P_FIRST, lane]), int(place[0, P_LAST, lane]) + 1):
-        dx, dy, radius = work[i, W_PX, lane] - x, work[i, W_PY, lane] - y, constants[i, C_RADIUS, lane]
+        dx, dy, radius = work[W_PX, i, lane] - x, work[W_PY, i, lane] - y, constants[C_RADIUS, i, lane]
         px, py = cx * dx + cy * dy, cx * dy - cy * dx
         ex, ey = (
-            cx * work[i, W_EX, lane] + cy * work[i, W_EY, lane],
-            cx * work[i, W_EY, lane] - cy * work[i, W_EX, lane],
+            cx * work[W_EX, i, lane] + cy * work[W_EY, i, lane],
+            cx * work[W_EY, i, lane] - cy * work[W_EX, i, lane],
         )
         if (
             min(px, px + ex) > high_x + radius
@@ -126,8 +126,7 @@ def _touch_box(table, count, px, py, ex, ey, radius, corners):
 @compiled
 def _box_points(x, y, hx, hy, sx, sy):
     """Position of the closest point of the core, and how much further along the core the second lies (−4: none)."""
-    best, first, face, corner = np.inf, 0.0, -1, -1
-    at_end = 0
+    best, first, face, corner, at_end = np.inf, 0.0, np.int64(-1), np.int64(-1), np.int64(0)
     for end in (-1, 1):
         ax, ay = x + end * hx, y + end * hy
         ox, oy = max(abs(ax) - sx, 0.0), max(abs(ay) - sy, 0.0)
