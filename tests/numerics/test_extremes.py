@@ -46,7 +46,7 @@ def test_a_feature_bigger_than_the_antenna_is_refused_by_name():
     assert numerics.judge(numerics.make_antenna(), trial, 12.0)[0] == "refused: the feature is bigger than the antenna"
 
 
-@pytest.mark.parametrize("engine", ["chain", "mujoco"])
+@pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 @pytest.mark.parametrize("damping", [0.0, 0.001, 0.01])
 def test_the_stability_limit_is_where_theory_puts_it(engine, damping):
     n = 5

@@ -246,6 +246,27 @@ def test_a_small_file_system_fills_up_and_nothing_is_lost(tmp_path):
     assert "complete True" in run.stdout
 
 
+def test_a_limit_on_file_sizes_stops_the_writer_by_name_and_nothing_is_lost(fast):
+    path, chunk = fast / "set.zarr", make_trial(0, 2000).angle.nbytes
+
+    def child():
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (chunk // 2, chunk // 2))
+        with (
+            pytest.raises(StoreError, match=r"no room left.*Free some space"),
+            open_store(path, CONFIGURATION, 8) as store,
+        ):
+            store.append(0, make_trial(0, 2000))
+
+    _, status = os.waitpid(in_child(child), 0)
+    assert status == 0
+    assert finished_numbers(path) == set()
+    with open_store(path, CONFIGURATION, 8) as store:
+        store.append(0, make_trial(0, 2000))
+        assert store.read().angle.equals(make_trial(0, 2000).angle)
+
+
 def test_a_second_writer_is_refused_by_name(path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})

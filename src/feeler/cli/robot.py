@@ -136,13 +136,13 @@ def stream(
     every: Annotated[int, typer.Option(help="print every so many samples after contact")] = 50,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
-    from feeler.decoding.samples import open_serial, read_samples
+    from feeler.decoding.samples import open_serial, read_lines, read_samples
     from feeler.robot import load_calibration, load_recording, make_decoder
 
     lines = None if calibration is None else load_calibration(calibration)
     decoder = make_decoder(threshold=threshold)
     if serial or source == "-":
-        samples = read_samples(open_serial(source) if serial else sys.stdin, decoder.n_sensors_)
+        samples = read_samples(open_serial(source) if serial else read_lines(sys.stdin.buffer), decoder.n_sensors_)
     else:
         recording = load_recording(source)
         samples = zip(recording.time, recording.values.T, strict=True)

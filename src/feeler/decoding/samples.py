@@ -1,6 +1,7 @@
 """Samples as lines of text: from a file, standard input or a serial port."""
 
 from collections.abc import Iterable, Iterator
+from typing import BinaryIO
 
 import numpy as np
 
@@ -45,6 +46,12 @@ def read_samples(lines: Iterable[str | bytes], n_sensors: int) -> Iterator[tuple
         is_header, first = first and any(c.isalpha() for c in text.lower().replace("nan", "").replace("e", "")), False
         if not is_header:
             yield parse_sample(line, n_sensors)
+
+
+def read_lines(stream: BinaryIO) -> Iterator[bytes]:
+    """Lines of a binary stream as they come, each cut where it is longer than any sample."""
+    while line := stream.readline(MAX_LINE + 1):
+        yield line
 
 
 def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:

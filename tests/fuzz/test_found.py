@@ -1,0 +1,71 @@
+"""Faults that fuzzing found, each kept as a case of its own."""
+
+import io
+
+import numpy as np
+import pytest
+
+from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
+from feeler.errors import InvalidInput
+from feeler.tensors.limits import Limits, read_bytes
+from feeler.tensors.plain import restore
+from feeler.tensors.validate import find_breaches
+from feeler.tensors.zarr3 import parse_array_metadata
+from feeler.tracking.table import parse_table
+
+from ._files import make_set
+
+
+def test_a_high_limit_takes_no_memory(tmp_path):
+    (tmp_path / "small").write_bytes(b"abc")
+    assert read_bytes(tmp_path / "small", 2**60) == b"abc"
+
+
+@pytest.mark.parametrize("number", ["1e31", "-1e308"])
+def test_numbers_whose_products_overflow_are_refused(number):
+    with pytest.raises(InvalidInput, match=r"line 2, column 'b': .* larger than anything measured"):
+        parse_table(f"a,b\n1,{number}\n")
+
+
+def test_a_codec_is_configured_by_an_object():
+    metadata = {
+        **{"zarr_format": 3, "node_type": "array", "shape": [2], "data_type": "float64", "fill_value": 0},
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [2]}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+        "codecs": [{"name": "bytes", "configuration": "little"}],
+    }
+    with pytest.raises(InvalidInput, match="configuration is no object"):
+        parse_array_metadata("a", metadata, Limits())
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_shape_too_large_for_a_float_is_refused():
+    content = {"variables": {"a": {"dims": ["x", "y"], "shape": [10**300, 10**300], "type": "<f8"}}}
+    with pytest.raises(InvalidInput, match="has 1 values for the shape"):
+        restore(content, {"a": np.zeros(1)}, "file")
+
+
+@pytest.mark.parametrize("name", ["time", "position"])
+def test_text_in_place_of_numbers_is_a_breach(name):
+    dataset = make_set()
+    texts = np.array([str(value) for value in dataset[name].values])
+    breaches = find_breaches(dataset.assign_coords({name: (dataset[name].dims, texts)}))
+    assert breaches == [f"'{name}' has values that are not finite numbers"]
+
+
+def test_bytes_on_standard_input_that_are_no_text_are_refused():
+    with pytest.raises(InvalidInput, match="a sample must be numbers"):
+        list(read_samples(read_lines(io.BytesIO(b"1,2,3\n1,\xff,3\n")), 3))
+
+
+def test_a_line_without_end_is_refused_before_it_is_read():
+    class Endless(io.RawIOBase):
+        def readable(self):
+            return True
+
+        def readinto(self, buffer):
+            buffer[:] = b"1" * len(buffer)
+            return len(buffer)
+
+    with pytest.raises(InvalidInput, match=f"a line of more than {MAX_LINE} characters"):
+        next(read_samples(read_lines(io.BufferedReader(Endless())), 3))
