@@ -5,17 +5,33 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
-from feeler.wall import FOLLOWING, Controller, Course, Posture, calibrate, drive, follow, make_turn, slide
+from feeler.wall import (
+    DISTANCES,
+    FOLLOWING,
+    Controller,
+    Course,
+    Posture,
+    calibrate,
+    drive,
+    follow,
+    make_turn,
+    slide,
+)
 from feeler.wall.course import measure_distance
 from feeler.wall.runner import find_distance
 
 
-@pytest.mark.parametrize("profile", ["exponential", "constant"])
-def test_the_j_slides_and_stays(profile):
-    touch = slide(cockroach(profile), Posture(), (18.0, 12.0, 8.0), duration=60.0, timestep=0.1)
-    tip = touch.base_angle + np.stack([motion.angle.sum(axis=1) for motion in touch.motions])
-    assert np.all(np.cos(tip) < 0)
-    assert np.all(np.abs(np.stack([m.force[1:] for m in touch.motions])).max(axis=(1, 2)) > 0)
+@pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
+def test_the_j_slides_and_stays_at_every_distance(profile):
+    """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward, at every sample."""
+    antenna = cockroach(profile)
+    distances = [d for d in DISTANCES if d < Posture().reach(antenna)]
+    touch = slide(antenna, Posture(), distances, duration=60.0, timestep=0.05)
+    assert len(touch.motions) >= 18
+    assert touch.contact.all() and touch.inverted.all()
+    wall = 0.3 * 59.0
+    moved = touch.points[:, -1, -1, 1] - touch.points[:, 0, -1, 1]
+    assert np.all(np.abs(moved) < 0.3 * wall)  # it slides; it is not carried along
 
 
 def test_a_wall_sliding_on_the_left_is_the_mirror_image():

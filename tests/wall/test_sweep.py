@@ -10,7 +10,7 @@ from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
 from feeler.presets import cockroach
 from feeler.touch.feature import Wall
-from feeler.wall import DISTANCES, Posture, approach
+from feeler.wall import Posture, approach
 
 FEW = (22.0, 16.0, 10.0, 6.0)
 
@@ -25,11 +25,17 @@ def uniform() -> Antenna:
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
 @pytest.mark.parametrize("reading", ["midline", "total"])
 def test_inverted_j_stands_at_every_distance_in_contact(profile, reading):
-    sweep = approach(cockroach(profile), Posture(reading=reading), DISTANCES[::2])
-    assert sweep.contact.sum() >= 5
+    sweep = approach(cockroach(profile), Posture(reading=reading))
+    assert sweep.contact.sum() >= 10 and sweep.balanced.all()
+    assert np.array_equal(sweep.contact, sweep.distance < sweep.posture.reach(cockroach(profile)))
     assert np.array_equal(sweep.inverted, sweep.contact)
     tip = sweep.posture.base_angle + sweep.angle.sum(axis=1)
     assert np.all(np.cos(tip[sweep.contact]) < 0)
+
+
+def test_a_sweep_s_steps_are_checked():
+    with pytest.raises(InvalidInput, match="substep must be finite and > 0"):
+        approach(cockroach(), Posture(), FEW, substep=0.0)
 
 
 def test_no_node_is_behind_the_wall(uniform):

@@ -50,7 +50,7 @@ def fit(
     starts: np.ndarray | None = None,
     *,
     method: str = "least-squares",
-    max_evaluations: int = 400,
+    max_evaluations: int = 1500,
     checkpoint: Path | None = None,
     progress: Progress = lambda done, total, minimum, best: None,
 ) -> Fit:

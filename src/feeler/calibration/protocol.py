@@ -11,13 +11,14 @@ from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.experiment.impulse import LEAD, Impulse, make_impulse_scene, measure_impulse
 from feeler.experiment.release import hold
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.scene import Motion, Scene
 from feeler.response import measure_deflection_ratios, measure_free_response
 
 STEP_QUANTITIES = ("frequency", "damping_ratio")
 SHORT_STEP = 80.0  # ms; enough for peak and trough of a cockroach's antenna, others are run for longer
 IMPULSE_TRAVEL = (0.35, 0.6)  # shares of the length that the cylinder travels: enough for most, enough for all
+TIMESTEP = 0.05  # ms [C]; with the default engine the four quantities are within 0.13 % of those at 0.005 ms
 IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the length
 
 
@@ -37,6 +38,7 @@ class Protocol:
     """Lever arm [mm] of the cylinder, None for a straight path [C]."""
     sample_interval: float = 0.5
     timestep: float = TIMESTEP
+    """[ms]; the engines ``chain`` and ``mujoco`` need a tenth of it for the same accuracy."""
     engine: str = DEFAULT_ENGINE
 
     def measure(self, antenna: Antenna, names: Sequence[str]) -> "Measured":

@@ -29,7 +29,7 @@ def calibrate(
     starts: Annotated[int, typer.Option(help="number of starts: the family's own, then perturbed ones")] = 1,
     spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms")] = 0.7,
     seed: Annotated[int, typer.Option(help="seed of the starts")] = 0,
-    evaluations: Annotated[int, typer.Option(help="antennas simulated per start, at most")] = 400,
+    evaluations: Annotated[int, typer.Option(help="antennas simulated per start, at most", min=2)] = 1500,
     checkpoint: Annotated[Path | None, typer.Option(help="file from which an interrupted fit goes on")] = None,
     engine: Annotated[str, typer.Option(help="chain-consistent, chain or mujoco")] = "chain-consistent",
 ) -> None:

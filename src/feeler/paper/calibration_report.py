@@ -1,9 +1,11 @@
-"""Tables of the calibration: what the published constants give, what refits find, what is determined."""
+"""Numbers of the calibration: what the published constants give, what refits find, what is determined."""
 
-from dataclasses import dataclass
+import csv
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, fields
+from importlib.resources import files
 
 import numpy as np
-from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
@@ -11,7 +13,6 @@ from feeler.calibration import (
     Directions,
     Fit,
     Measured,
-    Minimum,
     Problem,
     Profiles,
     Protocol,
@@ -22,11 +23,9 @@ from feeler.calibration import (
     load_targets,
     make_hinges,
     make_starts,
-    search,
     walk_loose,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.style import PALETTE
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR, PAPER_ACCURACY = 0.067, 0.0035  # [P]
@@ -34,37 +33,50 @@ WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])  # [C] typical cha
 FAMILIES = ("exponential", "linear", "constant")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+METHODS = ("powell", "nelder-mead", "least-squares")
+KEPT = "optimisers.csv"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Effort:
     """How much a scale spends; zero leaves a part out."""
 
-    refits: int
-    """Starts of the exponential family beyond the published constants."""
-    control_starts: int
+    starts: int = 0
+    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept comparison."""
+    control_starts: int = 0
     """Starts of the linear and of the constant family."""
-    compared: tuple[str, ...]
-    """Optimisers to compare from one start."""
-    places: int
-    """Places of each error profile (odd), 0 for none."""
-    draws: int
-    speeds: tuple[float, ...]
+    places: int = 0
+    """Places of each error profile (odd)."""
+    draws: int = 500
+    """Bootstrap draws."""
+    refits: int = 0
+    """Trust-region steps of the refit to each draw; 0 makes one linear step."""
+    speeds: tuple[float, ...] = ()
     """Speeds and levers of the impulse whose effect on the ratios is shown."""
-    levers: tuple[float | None, ...]
+    levers: tuple[float | None, ...] = (None, 20.0)
 
 
 EFFORTS = {
-    "smoke": Effort(refits=0, control_starts=0, compared=(), places=0, draws=50, speeds=(), levers=()),
-    "quick": Effort(refits=0, control_starts=0, compared=(), places=0, draws=500, speeds=(), levers=()),
-    "paper": Effort(
-        refits=3,
-        control_starts=2,
-        compared=("powell", "nelder-mead", "least-squares"),
-        places=5,
-        draws=2000,
-        speeds=(0.1, 0.2, 0.4, 0.6),
-        levers=(None, 20.0),
-    ),
+    "smoke": Effort(draws=50),
+    "quick": Effort(speeds=(0.2, 0.6)),
+    "paper": Effort(starts=3, control_starts=2, places=9, draws=100, refits=4, speeds=(0.1, 0.2, 0.4, 0.6)),
 }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """One line of the comparison of optimisers."""
+
+    method: str
+    start: int
+    """Number of the start, from 1."""
+    evaluations: int
+    """Antennas simulated."""
+    seconds: float
+    """Processor time of the simulations."""
+    error: float
+    accuracy: float
+    """Median symmetric accuracy."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,8 +88,11 @@ class Calibration:
     presets: dict[str, tuple[Measured, float, float]]
     """The same of the shipped profiles."""
     refits: Fit | None
+    """Least squares from the perturbed starts."""
     controls: dict[str, Fit]
-    compared: tuple[Minimum, ...]
+    compared: tuple[Search, ...]
+    """Every optimiser from every start; measured in this run, or ``kept`` from the benchmark."""
+    kept: bool
     directions: Directions
     walked: tuple[np.ndarray, np.ndarray]
     """Parameters (step, parameter) and errors (step,) along the loosest direction from the published constants."""
@@ -110,6 +125,22 @@ class Calibration:
             f"error of {PAPER_ERROR} over {ranges}."
         )
 
+    def describe_bands(self) -> str:
+        """Where along the antenna the animals' spread leaves stiffness and damping best known."""
+        words = []
+        for name, base, rate in (("stiffness", 0, 2), ("damping", 1, 3)):
+            hinge, factor = find_best_known(self.draws[:, base], self.draws[:, rate])
+            words.append(f"the {name} of hinge {hinge} (95 % of the draws within a factor of {factor:.2g})")
+        return f"Between the animals, the targets fix {' and '.join(words)} best; away from there they fix less."
+
+
+def find_best_known(base: np.ndarray, rate: np.ndarray, n_hinges: int = 140) -> tuple[int, float]:
+    """Hinge (from 1) at which profiles base · exp(rate (n − 1)) agree best, and the factor between their 95 % ends."""
+    logs = np.log(base)[:, None] + rate[:, None] * np.arange(n_hinges)
+    low, high = np.percentile(logs, [2.5, 97.5], axis=0)
+    best = int(np.argmin(high - low))
+    return best + 1, float(np.exp(high - low)[best])
+
 
 def compute(
     scale: str = "quick", *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
@@ -123,8 +154,8 @@ def compute(
         return Problem(hinges=make_hinges(name, antenna), targets=targets, protocol=protocol)
 
     problem = make("exponential")
-    starts = make_starts(problem.hinges, effort.refits + 1, rng)[1:]
-    refits = fit(problem, starts, max_evaluations=80) if effort.refits else None
+    fits = run_methods(make, make_starts(problem.hinges, effort.starts + 1, rng)[1:]) if effort.starts else {}
+    refits = fits.get("least-squares")
     best = np.array(PAPER_P) if refits is None else refits.p
     directions = analyse_directions(problem, np.array(PAPER_P))
     return Calibration(
@@ -132,11 +163,12 @@ def compute(
         presets={name: _score_preset(name, make("scale")) for name in FAMILIES},
         refits=refits,
         controls=_fit_controls(make, effort.control_starts, rng),
-        compared=_compare(make, effort.compared, starts),
+        compared=list_searches(problem, fits) if fits else load_kept(),
+        kept=not fits,
         directions=directions,
         walked=walk_loose(problem, directions, WALK),
-        profiles=compute_profiles(problem, best, n_places=effort.places, refits=2) if effort.places else None,
-        draws=bootstrap(problem, np.array(PAPER_P), rng, n_draws=effort.draws),
+        profiles=compute_profiles(problem, best, n_places=effort.places, refits=6) if effort.places else None,
+        draws=bootstrap(problem, np.array(PAPER_P), rng, n_draws=effort.draws, refits=effort.refits),
         ratios=_sweep(make, effort),
     )
 
@@ -156,8 +188,42 @@ def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fi
     return fits
 
 
-def _compare(make, methods: tuple[str, ...], starts: np.ndarray) -> tuple[Minimum, ...]:
-    return tuple(search(make("exponential"), starts[0], method, max_evaluations=150) for method in methods)
+def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str, Fit]:
+    """The exponential family fitted by every optimiser from the same starts, each to its own convergence."""
+    return {method: fit(make("exponential"), starts, method=method, max_evaluations=3000) for method in METHODS}
+
+
+def list_searches(problem: Problem, fits: dict[str, Fit]) -> tuple[Search, ...]:
+    """One line per optimiser and start."""
+    return tuple(
+        Search(
+            method=method,
+            start=number,
+            evaluations=minimum.evaluations,
+            seconds=minimum.seconds,
+            error=minimum.error,
+            accuracy=problem.score(minimum.p)[2],
+        )
+        for method, found in fits.items()
+        for number, minimum in enumerate(found.minima, 1)
+    )
+
+
+def write_searches(searches: Iterable[Search], path) -> None:
+    """Keep a comparison as a table (``benchmarks/calibration.py`` writes the one that ships)."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Search)])
+        writer.writeheader()
+        writer.writerows({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in asdict(s).items()} for s in searches)
+
+
+def load_kept() -> tuple[Search, ...]:
+    """The comparison that the benchmark kept."""
+    text = (files("feeler.calibration") / "data" / KEPT).read_text(encoding="utf-8")
+    kinds = {field.name: field.type for field in fields(Search)}
+    return tuple(
+        Search(**{name: kinds[name](cell) for name, cell in row.items()}) for row in csv.DictReader(text.splitlines())
+    )
 
 
 def _sweep(make, effort: Effort) -> list[tuple[float, float | None, np.ndarray]]:
@@ -169,25 +235,3 @@ def _sweep(make, effort: Effort) -> list[tuple[float, float | None, np.ndarray]]
             problem.targets = problem.targets.only("ratio_71", "ratio_86")
             rows.append((speed, lever, problem.measure(PAPER_P).values))
     return rows
-
-
-def plot_directions(directions: Directions, figure: Figure | SubFigure) -> None:
-    """Sensitivities and what each direction is made of."""
-    left, right = figure.subplots(1, 2, width_ratios=(1, 1.6))
-    number = np.arange(1, len(directions.sensitivity) + 1)
-    left.semilogy(number, directions.sensitivity, "o-", color=PALETTE[0])
-    left.set(xlabel="direction", ylabel="change of the error per typical change", xticks=number)
-    image = right.imshow(directions.direction, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
-    right.set(xticks=range(len(directions.names)), xticklabels=directions.names, yticks=number - 1, yticklabels=number)
-    right.set(ylabel="direction", title="what moves together")
-    figure.colorbar(image, ax=right, label="share")
-
-
-def plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
-    """Error of the best fit with one parameter held."""
-    axes = figure.subplots(1, len(profiles.names), sharey=True, squeeze=False)[0]
-    for ax, name, value, error in zip(axes, profiles.names, profiles.value, profiles.error, strict=True):
-        ax.plot(value, error, "o-", ms=3, color=PALETTE[0])
-        ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8)
-        ax.set(xlabel=name, yscale="log")
-    axes[0].set_ylabel("error, the others refitted")

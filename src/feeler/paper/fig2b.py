@@ -19,7 +19,7 @@ from feeler.response import FreeResponse, measure_deflection_ratios, measure_fre
 STEP_TRACE = np.array([[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]])
 STEP_ANIMALS_START = -27.0
 IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
-LEVER, LEVER_SPEED = 20.0, 0.45  # [C] mm, mm/ms: neither is published; contact then lasts about as long as in the trace
+LEVER, LEVER_SPEED = 20.0, 0.45  # [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
 STEP_SPAN, IMPULSE_SPAN = 100.0, 60.0  # ms
 
 
@@ -108,5 +108,5 @@ def plot_impulse(data: Fig2BData, ax) -> None:
     ax.set(
         xlabel="time from the largest deflection [ms]", ylabel="tip displacement / largest", xlim=(-60, IMPULSE_SPAN)
     )
-    ax.set_title("impulse")
-    ax.legend(loc="lower left")
+    ax.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
+    ax.legend(loc="upper left")

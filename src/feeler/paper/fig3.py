@@ -1,6 +1,6 @@
 """Fig. 3A–D: a wall approaches and slides past; where the antenna bends most, and how well that tells the distance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +8,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.antenna import Antenna
+from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.plotting.tensor import plot_tensor
 from feeler.wall.distance_map import DistanceMap, map_distance
-from feeler.wall.peak import find_sweep_peak
 from feeler.wall.posture import Posture
-from feeler.wall.sensitivity import BENDS, FRICTIONS, QUICK_BENDS, READINGS, Case, compare, make_postures
+from feeler.wall.sensitivity import BENDS, FRICTIONS, ONE_CHANGE, READINGS, Case, compare, make_postures
 from feeler.wall.sliding import WallTouch, drive, slide
 from feeler.wall.sweep import DISTANCES, Sweep, approach
 
@@ -34,11 +34,13 @@ class Fig3Data:
     straight: Mapping[str, DistanceMap]
     """The same for an antenna that is not pre-bent."""
     slides: WallTouch
-    """A wall past the first profile at constant distances."""
-    drive: WallTouch
-    """A wall that comes nearer without stopping, first profile."""
+    """A wall past the first profile at a few constant distances."""
+    drives: Mapping[str, WallTouch]
+    """A wall that comes nearer without stopping, per profile."""
+    far_slides: Mapping[str, WallTouch]
+    """A wall past every profile at every distance; empty unless paper scale."""
     cases: list[Case]
-    """The sensitivity table: quick has every reading and friction with the default pre-bend; paper has all."""
+    """The sensitivity table: quick has the default and three single changes; paper has all combinations."""
 
 
 def compute(
@@ -50,57 +52,43 @@ def compute(
     timestep: float | None = None,
     n_threads: int = 2,
 ) -> Fig3Data:
-    """Everything of Fig. 3 for the given antennas, the first of which is shown in A, C and D.
+    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D.
 
     ``scale``: ``smoke`` has no sensitivity table, ``quick`` a part of it, ``paper`` all of it.
     """
     posture = posture or Posture()
-    first = next(iter(antennas.values()))
+    name, first = next(iter(antennas.items()))
+    driven = {name: first} if scale == "smoke" else antennas
     options = {"engine": engine} | ({} if timestep is None else {"timestep": timestep})
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
-    axes = {"smoke": None, "quick": (READINGS, FRICTIONS[:2], QUICK_BENDS), "paper": (READINGS, FRICTIONS, BENDS)}[
-        scale
-    ]
+    axes = {"smoke": None, "quick": (ONE_CHANGE,), "paper": (READINGS, FRICTIONS, BENDS)}[scale]
     cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads) if axes else []
     return Fig3Data(
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=slide(first, posture, SLIDE_DISTANCES, **options),
-        drive=drive(first, posture, **options),
+        drives={name: drive(antenna, posture, **options) for name, antenna in driven.items()},
+        far_slides={name: slide(antenna, posture, DISTANCES, **options) for name, antenna in antennas.items()}
+        if scale == "paper"
+        else {},
         cases=cases,
     )
 
 
 def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
     """Draw the four panels."""
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.3, 1.0, 0.9))
-    n = len(data.sweeps)
-    for ax, (name, sweep) in zip(np.atleast_1d(top.subplots(1, n, sharey=True)), data.sweeps.items(), strict=True):
-        plot_sweep(sweep, ax)
-        ax.set_title(name)
-    top.suptitle("A  wall approaching, equilibria", x=0.01, ha="left", fontsize=8)
-    left, right = middle.subplots(1, 2, sharey=True)
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 0.8))
+    top = figure.add_subplot(grid[0, :])
+    plot_shapes({name: Shapes.of_sweep(sweep) for name, sweep in data.sweeps.items()}, top)
+    top.set_title("A  wall approaching, equilibrium at every distance", loc="left")
+    left, right = (figure.add_subplot(grid[1, k]) for k in (0, 1))
     plot_maps(data.maps, left)
     plot_maps(data.straight, right)
     left.set_title("B  pre-bent into an inverted J")
     right.set(title="not pre-bent", ylabel="")
-    plot_tensors(data, bottom)
-
-
-def plot_sweep(sweep: Sweep, ax, every: int = 4) -> None:
-    """Antenna shapes at some of the distances with the point of greatest curvature (dots) and the walls."""
-    points, peak = sweep.points, find_sweep_peak(sweep)
-    arc = np.append(sweep.antenna.hinge_position, sweep.antenna.length)
-    for step, k in enumerate(range(1, len(sweep.distance), every)):
-        colour = PALETTE[step % len(PALETTE)]
-        ax.plot(*points[k].T, color=colour, lw=1.2 if sweep.inverted[k] else 0.8, ls="-" if sweep.inverted[k] else ":")
-        ax.axvline(sweep.posture.sign * sweep.distance[k], color=colour, lw=0.5)
-        if np.isfinite(peak.position[k]):
-            x, y = (np.interp(peak.position[k], arc, points[k, :, axis]) for axis in (0, 1))
-            ax.plot(x, y, "o", color=colour, ms=4)
-    ax.set(xlabel="x (mm)", ylabel="y, forward (mm)", aspect="equal")
+    plot_tensors(data, figure, [figure.add_subplot(grid[2, k]) for k in (0, 1)])
 
 
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
@@ -115,27 +103,27 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
             ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
     ax.set(
-        xlabel="point of greatest curvature (mm from base)", ylabel="wall distance (mm)", ylim=(3, 27), xlim=(-1, 43)
+        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 27), xlim=(-1, 43)
     )
     ax.legend(fontsize="x-small", frameon=False)
 
 
-def plot_tensors(data: Fig3Data, figure: Figure | SubFigure) -> None:
-    """Bending curvature over time: sliding at four distances (C), approaching (D)."""
-    slides, driven = data.slides.make_dataset(), data.drive.make_dataset()
-    n = slides.sizes["trial"]
-    axes = np.atleast_1d(figure.subplots(1, n + 1, sharey=True, width_ratios=[1.0] * n + [1.6]))
-    top = float(np.abs(slides["curvature"]).max())
-    norm = Normalize(-top, top)
-    for k, ax in enumerate(axes[:-1]):
-        image = plot_tensor(slides["curvature"].values[k], slides["time"].values, ax, norm, labels=False)
-        image.set_cmap("RdBu_r")
-        ax.set(title=f"{'C  ' if k == 0 else ''}{float(slides['distance'][k]):g} mm", xlabel="time (ms)")
-    image = plot_tensor(driven["curvature"].values[0], driven["time"].values, axes[-1], norm, labels=False)
+def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> None:
+    """Bending curvature over time: sliding at some distances, side by side (C), and approaching (D)."""
+    slides, driven = data.slides.make_dataset(), next(iter(data.drives.values())).make_dataset()
+    curves = slides["curvature"].values[: len(SLIDE_DISTANCES)]
+    n_times = curves.shape[2]
+    gap = np.full((curves.shape[1], n_times // 20), np.nan)
+    row = np.concatenate([part for curve in curves for part in (curve, gap)], axis=1)[:, : -gap.shape[1]]
+    norm = Normalize(-(top := float(np.abs(curves).max())), top)
+    plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
+    centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
+    axes[0].set(xticks=centres, xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]])
+    axes[0].set(title=f"C  sliding past, {n_times} ms each", ylabel="sensor (base → tip)")
+    image = plot_tensor(driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False)
     image.set_cmap("RdBu_r")
-    axes[-1].set(title="D  wall approaching", xlabel="time (ms)")
-    axes[0].set_ylabel("sensor (base → tip)")
-    figure.colorbar(image, ax=axes, label="curvature beyond rest (1/mm)")
+    axes[1].set(title="D  wall approaching", xlabel="time [ms]")
+    figure.colorbar(image, ax=axes, label="curvature beyond rest [1/mm]", pad=0.01)
 
 
 def tabulate(cases: list[Case]) -> list[dict[str, object]]:

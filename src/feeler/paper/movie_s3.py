@@ -47,7 +47,7 @@ class _Panel:
     def __init__(self, name: str, touch: WallTouch, ax) -> None:
         self.touch, self.points = touch, touch.points[0]
         bend = touch.motions[0].angle - touch.antenna.rest_angle
-        self.peak = find_peak(touch.antenna, bend).position
+        self.peak = np.where(touch.contact[0], find_peak(touch.antenna, bend).position, np.nan)
         self.arc = np.append(touch.antenna.hinge_position, touch.antenna.length)
         (self.line,) = ax.plot([], [], color=PROFILE_COLOURS.get(name, "#5b3a1e"), lw=1.5)
         (self.dot,) = ax.plot([], [], "o", color="#CC0000", ms=5)
@@ -64,7 +64,7 @@ class _Panel:
         distance = touch.distance[0, now]
         self.line.set_data(*points.T)
         self.wall.set_data([touch.posture.sign * distance] * 2, self.span)
-        bent = np.isfinite(self.peak[now]) and np.any(touch.motions[0].force[now] != 0)
+        bent = np.isfinite(self.peak[now])
         place = [[np.interp(self.peak[now], self.arc, points[:, axis])] for axis in (0, 1)] if bent else ([], [])
         self.dot.set_data(*place)
         self.clock.set_text(f"{distance:.1f} mm")

@@ -22,6 +22,7 @@ MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
 MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
 FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
 CALM = 0.05  # rad per step
+ROUNDING = 1e-9  # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
 
 
 @njit(**COMPILE)
@@ -241,7 +242,7 @@ def settle(table, faces, friction, base, heading, points, anchor, pressed, toler
             continue
         base[3] = base[2]  # the base has arrived
         time, static, count = time + timestep, trial, touching
-        if static < tolerance:
+        if static < tolerance or (static < 10 * tolerance and moved < ROUNDING):
             return static, count, time, k
         if moved < CALM:
             timestep = min(timestep * 4.0, LONGEST_STEP)

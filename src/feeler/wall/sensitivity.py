@@ -28,7 +28,9 @@ MEASURES = (
     {"quantity": "bend", "method": "hinge"},
     {"quantity": "total", "method": "smooth"},
 )
-QUICK_BENDS = BENDS[:1]
+ONE_CHANGE = ({}, {"reading": "total"}, {"friction": 0.0}, {"hook_share": 1.0})  # the default, and one choice changed
+
+CHOICES = ("reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +48,7 @@ class Case:
 
     @property
     def choice(self) -> tuple:
-        """What tells the set-up from others, without the antenna."""
+        """What tells the set-up from others, without the antenna, by ``CHOICES``."""
         p = self.posture
         return (p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading, *self.measure.values())
 
@@ -117,11 +119,10 @@ def count_orderings(
     groups: dict[tuple, dict[str, float]] = {}
     for case in cases:
         groups.setdefault(case.choice, {})[case.antenna] = case.map.r2
-    names = ("reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
     table: dict[tuple, dict[str, int]] = {}
     for choice, r2 in groups.items():
         values = np.array([r2.get(name, np.nan) for name in order])
         verdict = "undefined" if np.isnan(values).any() else "yes" if np.all(np.diff(values) < 0) else "no"
-        for key in [("all", ""), *zip(names, choice, strict=True)]:
+        for key in [("all", ""), *zip(CHOICES, choice, strict=True)]:
             table.setdefault(key, {"yes": 0, "no": 0, "undefined": 0})[verdict] += 1
     return table

@@ -19,6 +19,7 @@ from feeler.wall.sweep import DISTANCES, approach
 
 SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
 SLIDE_DURATION = 200.0  # [C] ms
+CLEARANCE = 0.05  # [C] mm; nearer is at the wall: between force and none an antenna trembles by some 0.001 mm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,6 +44,18 @@ class WallTouch:
     def points(self) -> np.ndarray:
         """Base, hinges and tip (motion, sample, segment + 1, 2) [mm]."""
         return np.stack([self.antenna.shape(motion.angle, base_angle=self.base_angle) for motion in self.motions])
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Whether (motion, sample) the antenna is at the wall."""
+        radius = np.append(self.antenna.radius, self.antenna.radius[-1])
+        return (self.posture.sign * self.points[..., 0] + radius).max(axis=2) > self.distance - CLEARANCE
+
+    @property
+    def inverted(self) -> np.ndarray:
+        """Whether (motion, sample) it is an inverted J: at the wall, tip pointing backward."""
+        tip = self.base_angle + np.stack([motion.angle.sum(axis=1) for motion in self.motions])
+        return self.contact & (np.cos(tip) < 0)
 
     def make_dataset(self, *, relative: bool = True) -> xr.Dataset:
         """The tactile tensors by the data contract; ``relative``: hinge angles beyond the slack shape.

@@ -1,0 +1,76 @@
+"""Small multiples of Fig. 3A: every antenna at every distance of the wall, in one picture."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.collections import LineCollection
+
+from feeler.plotting.style import PALETTE
+from feeler.wall.peak import find_peak, find_sweep_peak
+from feeler.wall.sliding import WallTouch
+from feeler.wall.sweep import Sweep
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shapes:
+    """Antennae beside walls, one per distance, farthest first."""
+
+    points: np.ndarray
+    """(step, node, 2) [mm]"""
+    wall: np.ndarray
+    """Place of the wall across the body (step,) [mm]."""
+    contact: np.ndarray
+    inverted: np.ndarray
+    peak: np.ndarray
+    """Point of greatest bend (step, 2) [mm], NaN without contact."""
+
+    @classmethod
+    def of_sweep(cls, sweep: Sweep) -> "Shapes":
+        """Equilibria of an approach."""
+        position = find_sweep_peak(sweep).position
+        state = (sweep.distance, sweep.contact, sweep.inverted, position)
+        return cls._make(sweep.antenna, sweep.points, sweep.posture, *state)
+
+    @classmethod
+    def of_slides(cls, touch: WallTouch) -> "Shapes":
+        """Where a sliding wall has left every antenna in the end."""
+        last = np.stack([motion.angle[-1] for motion in touch.motions])
+        contact, inverted = touch.contact[:, -1], touch.inverted[:, -1]
+        peak = find_peak(touch.antenna, last - touch.antenna.rest_angle).position
+        state = (touch.distance[:, -1], contact, inverted, np.where(contact, peak, np.nan))
+        return cls._make(touch.antenna, touch.points[:, -1], touch.posture, *state)
+
+    @classmethod
+    def _make(cls, antenna, points, posture, distance, contact, inverted, position) -> "Shapes":
+        arc = np.append(antenna.hinge_position, antenna.length)
+        peak = np.array(
+            [[np.interp(s, arc, shape[:, axis]) for axis in (0, 1)] for s, shape in zip(position, points, strict=True)]
+        )
+        return cls(points=points, wall=posture.sign * distance, contact=contact, inverted=inverted, peak=peak)
+
+
+def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)) -> None:
+    """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
+
+    Black: inverted J in contact; red: in contact, but no inverted J; grey: no contact. Dots: greatest bend.
+    """
+    lines, colours, walls, dots = [], [], [], []
+    for row, shapes in enumerate(rows.values()):
+        for column, points in enumerate(shapes.points):
+            shift = np.array([column * cell[0], -row * cell[1]])
+            lines.append(points + shift)
+            colours.append("#000000" if shapes.inverted[column] else "#D55E00" if shapes.contact[column] else "#999999")
+            walls.append(np.array([[shapes.wall[column], -18.0], [shapes.wall[column], 38.0]]) + shift)
+            dots.append(shapes.peak[column] + shift)
+    ax.add_collection(LineCollection(walls, colors="#009E73", linewidths=0.8))
+    ax.add_collection(LineCollection(lines, colors=colours, linewidths=0.9))
+    ax.plot(*np.array(dots).T, "o", color=PALETTE[0], ms=2)
+    first = next(iter(rows.values()))
+    columns = cell[0] * np.arange(len(first.wall))
+    ax.set(xticks=columns + 0.4 * cell[0], xticklabels=[f"{abs(x):.3g}" for x in first.wall])
+    ax.set_xlabel("wall distance [mm]")
+    ax.set(yticks=-cell[1] * np.arange(len(rows)) + 10.0, yticklabels=list(rows), aspect="equal")
+    ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
+    ax.tick_params(length=0)
+    ax.spines[["left", "bottom"]].set_visible(False)
