@@ -13,7 +13,7 @@ from feeler.tensors.validate import find_breaches
 from feeler.tensors.zarr3 import parse_array_metadata
 from feeler.tracking.table import parse_table
 
-from ._files import make_set
+from ._files import make_decoder, make_set
 
 
 def test_a_high_limit_takes_no_memory(tmp_path):
@@ -69,3 +69,8 @@ def test_a_line_without_end_is_refused_before_it_is_read():
 
     with pytest.raises(InvalidInput, match=f"a line of more than {MAX_LINE} characters"):
         next(read_samples(read_lines(io.BufferedReader(Endless())), 3))
+
+
+def test_an_absurd_reading_in_a_stream_is_refused():
+    with pytest.raises(InvalidInput, match="a sample is 3 finite numbers of at most 1e"):
+        make_decoder().start().update(np.array([0.0, -1e308, 0.0]), 0.0)

@@ -33,6 +33,7 @@ BASELINE = 300.0  # [C] samples over which the resting level is followed while n
 FLOOR = 0.004  # [C] rad; least sd of a reading
 MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
 SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
+MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
 SURPLUS = 50  # samples too many before a faster sender is refused
 
 
@@ -274,9 +275,9 @@ class Stream:
             The wrong number of channels, infinite values, time running backwards, or a sender faster than the model.
         """
         sample = np.asarray(sample, dtype=float)
-        if sample.shape != (self.decoder.n_sensors_,) or np.isinf(sample).any():
+        if sample.shape != (self.decoder.n_sensors_,) or (np.abs(sample) > MAX_READING).any():
             raise InvalidInput(
-                f"a sample is {self.decoder.n_sensors_} finite numbers, got shape {sample.shape}: "
+                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {MAX_READING:g}, got shape {sample.shape}: "
                 f"{np.array2string(sample.ravel()[:10], precision=3)}."
             )
         if not self._take_slot(time):

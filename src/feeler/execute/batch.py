@@ -1,6 +1,7 @@
 """A batch: one function over many items, results as they come, crashes retried, Ctrl-C understood."""
 
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import Any, Protocol
@@ -67,7 +68,7 @@ def run_batch(
     own = ThreadExecutor() if executor is None else None
     batch = _Batch(function, own or executor, retries)
     try:
-        with Interrupt(on_second=batch.stop) as interrupt:
+        with Interrupt(on_first=batch.cancel, on_second=batch.stop) as interrupt:
             yield from batch.run(iter(items), window or _window(own or executor), interrupt)
             if interrupt.asked:
                 raise KeyboardInterrupt
@@ -119,6 +120,8 @@ class _Batch:
         _, item, failures = self.flying.pop(index)
         try:
             return Outcome(index=index, value=future.result())
+        except CancelledError:  # after Ctrl-C: it never began
+            return None
         except CRASHES as error:
             if failures >= self.retries:
                 return Outcome(index=index, error=_name_memory(error))
@@ -129,8 +132,8 @@ class _Batch:
 
     def cancel(self) -> None:
         """Call back what has not started."""
-        for future, _, _ in self.flying.values():
-            if hasattr(future, "cancel"):
+        for future, _, _ in list(self.flying.values()):
+            if isinstance(future, Future):  # a Dask future would also stop what is running
                 future.cancel()
 
     def stop(self) -> None:

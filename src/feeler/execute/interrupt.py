@@ -8,14 +8,15 @@ from types import FrameType
 
 
 class Interrupt:
-    """While active, the first SIGINT sets ``asked``; the second calls ``on_second`` and raises KeyboardInterrupt.
+    """While active, the first SIGINT sets ``asked`` and calls ``on_first``; the second calls ``on_second`` and raises
+    KeyboardInterrupt.
 
     Outside the main thread, where Python delivers no signals, it does nothing.
     """
 
-    def __init__(self, on_second: Callable[[], None]) -> None:
+    def __init__(self, on_first: Callable[[], None], on_second: Callable[[], None]) -> None:
         self.asked = False
-        self._on_second = on_second
+        self._on_first, self._on_second = on_first, on_second
         self._before = None
 
     def __enter__(self) -> "Interrupt":
@@ -32,4 +33,5 @@ class Interrupt:
             self._on_second()
             raise KeyboardInterrupt
         self.asked = True
+        self._on_first()
         print("\nstopping after the trials that are running; press Ctrl-C again to stop at once", file=sys.stderr)
