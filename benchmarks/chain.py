@@ -1,9 +1,9 @@
 """The chain engine against MuJoCo: time per step and core, growth with the number of segments, the paper's 90 touches.
 
-Both engines run the same scene at the same timestep in turns, in one process on one thread, and the fastest of several
-turns counts, in processor time, so that a busy machine disturbs little. MuJoCo is tuned: dense Jacobian, only the pairs
-object–segment collide, many steps per call. "Converged" is the reference engine's setting (tolerance 0, 25 iterations),
-"quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
+Both engines run the same steps of the same scene in turns, in one process on one thread; times are the median of the
+turns in processor time, ratios the median of the turns' ratios, so that a busy machine disturbs little. MuJoCo is tuned:
+dense Jacobian, only the pairs object–segment collide, many steps per call. "Converged" is the reference engine's setting
+(tolerance 0, 25 iterations), "quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
 
     python benchmarks/chain.py
 """
@@ -22,8 +22,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics import chain, mujoco
-from feeler.physics.chain.batch import Batch, step_many
-from feeler.physics.chain.engine import LANES
+from feeler.physics.chain.batch import LANES, Batch, step_many
 from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene, make_scene
@@ -31,7 +30,7 @@ from feeler.presets import make_preset
 from feeler.touch import Trial, make_feature, make_grid
 
 TIMESTEP = 0.02  # ms
-TURNS, STEPS = 5, 300
+TURNS, STEPS = 12, 100
 
 
 def make_antenna(n: int) -> Antenna:
@@ -89,35 +88,31 @@ class Mujoco:
         mj.mj_step(self.model, self.data, nstep=n_steps)
 
 
-def measure(runners: dict[str, object]) -> dict[str, float]:
-    """Best time per simulation and step of each [µs], taking turns."""
-    best = dict.fromkeys(runners, np.inf)
+def measure(runners: dict[str, object], steps: int = STEPS) -> dict[str, np.ndarray]:
+    """Time per simulation and step of each in every turn (turn,) [µs]."""
+    times: dict[str, list[float]] = {name: [] for name in runners}
     for _ in range(TURNS):
         for name, runner in runners.items():
-            steps = max(1, STEPS // 10 if isinstance(runner, Mujoco) else STEPS)
             start = time.process_time()
             runner.step(steps)
-            best[name] = min(best[name], (time.process_time() - start) / steps / runner.lanes * 1e6)
-    return best
+            times[name].append((time.process_time() - start) / steps / runner.lanes * 1e6)
+    return {name: np.array(values) for name, values in times.items()}
 
 
-def compare(name: str, scene: Scene, warm_up: int) -> dict[str, float]:
+def compare(name: str, scene: Scene, warm_up: int) -> dict[str, dict[str, float]]:
     """Print one scene's table."""
-    found = measure(
-        {
-            "MuJoCo, converged": Mujoco(scene, warm_up, 0.0, 25),
-            "MuJoCo, quick": Mujoco(scene, warm_up, 1e-8, 100),
-            "chain": Chain(scene, 1, "parity", warm_up),
-            f"chain, {LANES} lanes": Chain(scene, LANES, "parity", warm_up),
-            "chain, consistent": Chain(scene, 1, "consistent", warm_up),
-            f"chain, consistent, {LANES} lanes": Chain(scene, LANES, "consistent", warm_up),
-        }
-    )
-    for label, value in found.items():
-        faster = found["MuJoCo, converged"] / value
-        print(
-            f"{name:16s} {label:28s} {value:9.2f} µs per step  {faster:6.1f}x  {found['MuJoCo, quick'] / value:6.1f}x"
-        )
+    runners: dict[str, object] = {
+        "MuJoCo, converged": Mujoco(scene, warm_up, 0.0, 25),
+        "MuJoCo, quick": Mujoco(scene, warm_up, 1e-8, 100),
+    }
+    for scheme in chain.SCHEMES:
+        for lanes in (1, LANES):
+            runners[f"chain, {scheme}, {lanes}"] = Chain(scene, lanes, scheme, warm_up)
+    times, found = measure(runners), {}
+    for label, value in times.items():
+        ratios = [float(np.median(times[f"MuJoCo, {kind}"] / value)) for kind in ("converged", "quick")]
+        found[label] = dict(zip(("us", "vs_converged", "vs_quick"), [float(np.median(value)), *ratios], strict=True))
+        print(f"{name:20s} {label:24s} {np.median(value):9.2f} µs per step  {ratios[0]:6.1f}x  {ratios[1]:6.1f}x")
     return found
 
 
@@ -126,7 +121,8 @@ def grow() -> dict[str, list[float]]:
     table: dict[str, list[float]] = {"segments": [], "chain": [], "lanes": []}
     for n in (1, 10, 20, 50, 100, 200, 500, 1000):
         scene = Scene(antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n))
-        found = measure({"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)})
+        times = measure({"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)})
+        found = {name: float(value.min()) for name, value in times.items()}
         table["segments"].append(n)
         for name, value in found.items():
             table[name].append(value)
@@ -170,7 +166,7 @@ def main() -> None:
     rng, antenna = np.random.default_rng(0), make_preset("cockroach")
     free = Scene(antenna=antenna, angle=rng.normal(0, 2e-3, antenna.n_segments))
     results: dict[str, object] = {"timestep": TIMESTEP, "lanes": LANES}
-    print("scene            engine                                     time       vs converged, quick MuJoCo")
+    print("scene                engine, lanes                 time                vs converged, quick MuJoCo")
     results["free"] = compare("free", free, 10)
     for kind in ("ball", "box", "triangle"):
         trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.3, lead=0.5432)

@@ -97,16 +97,22 @@ def main() -> None:
         nudged = np.array(results[name]["nudge"])
         labels = [t.label for t in make_trials()]
         print(f"{name}: 1 nm moves the worst touch by {nudged.max():.2%} ({labels[int(nudged.argmax())]})", flush=True)
+        write(arguments.scheme, results)
     base = reference.get("solref 0.2")
     if base is not None:
         for name, found in reference.items():
             error = compute_error(found, base)
             results[name]["from_default"] = error.tolist()
             print(f"{name:24s} against solref 0.2: median {np.median(error):.2%}, worst {error.max():.2%}")
+    write(arguments.scheme, results)
+
+
+def write(scheme: str, results: dict) -> None:
+    """Errors per touch, as far as they are known, into results/."""
     labels = [trial.label for trial in make_trials()]
-    path = Path(__file__).parent / "results" / f"convergence_{arguments.scheme}.json"
+    path = Path(__file__).parent / "results" / f"convergence_{scheme}.json"
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.3g}"))
-    path.write_text(json.dumps({"trials": labels, "contacts": rounded}))
+    path.write_text(json.dumps({"trials": labels, "contacts": rounded}) + "\n")
 
 
 if __name__ == "__main__":

@@ -3,12 +3,14 @@
 set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 venv="${PEERS_VENV:-$here/../../.venv-peers}"
-results="${PEERS_RESULTS:-$here/../results/cosseratbench}"
-if [ ! -x "$venv/bin/python" ]; then
+results="${PEERS_RESULTS:-$here/../../out/cosseratbench}" # trajectories, some MB: not kept
+if [ ! -e "$venv/.peers" ]; then
   python3 -m venv "$venv"
   "$venv/bin/pip" install -q -e "$here/../.." -r "$here/requirements.txt"
   "$venv/bin/pip" install -q -e "$here/cosserat"
+  touch "$venv/.peers"
 fi
 export OMP_NUM_THREADS=1
 "$venv/bin/python" "$here/speed.py"
 "$venv/bin/cosseratbench" run cantilever pendulum catenary -s feeler -s pyelastica -o "$results"
+"$venv/bin/python" "$here/table.py" "$results"

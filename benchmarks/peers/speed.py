@@ -1,8 +1,9 @@
-"""Time per step of a free chain of n segments: chain engine, Pinocchio's ABA, PyElastica. Processor time, one thread.
+"""Time per step of a free chain of n segments: chain engine, MuJoCo, Pinocchio's ABA, PyElastica. One thread.
 
-What is compared: one step of a chain of rigid links (chain engine: kinematics, dynamics, integration in compiled code;
-Pinocchio: `aba` alone, called from Python, without integration, damping or contact) and one position–Verlet step of a
-Cosserat rod with as many elements (PyElastica: stretch, shear, twist and bending in three dimensions).
+What is compared: one step of a chain of rigid links (chain engine and MuJoCo: kinematics, dynamics, integration in
+compiled code; Pinocchio: `aba` alone, called from Python, without integration, damping or contact) and one
+position–Verlet step of a Cosserat rod with as many elements (PyElastica: stretch, shear, twist and bending in three
+dimensions). Peers take turns, and the fastest turn in processor time counts.
 
     python benchmarks/peers/speed.py
 """
@@ -12,38 +13,63 @@ import time
 from pathlib import Path
 
 import elastica as ea
+import mujoco as mj
 import numpy as np
 import pinocchio as pin
 
 from feeler.antenna.antenna import Antenna
-from feeler.physics.chain.batch import Batch, step_many
-from feeler.physics.chain.engine import LANES
+from feeler.physics import mujoco
+from feeler.physics.chain.batch import LANES, Batch, step_many
 from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene
 
-SEGMENTS = (10, 140, 1000)
-TURNS = 3
+SEGMENTS = (10, 140, 300, 1000)
+MOST = {"Pinocchio aba": 300}  # segments; its Data holds arrays of n³ numbers: 4 GB for 400 segments
+TURNS, TURN = 7, 0.05  # number; about as long [s of processor time]
 LENGTH, MASS, RADIUS = 42.0, 2e-3, 0.1  # mm, g, mm: a uniform rod of the antenna's size
 TIMESTEP = 0.02  # ms
 
 
-def time_best(step, n_steps: int) -> float:
-    """Best processor time per step [µs]."""
-    best = np.inf
+def time_all(steps: dict) -> dict[str, float]:
+    """Best processor time per step of each [µs], taking turns of about TURN."""
+    best = {}
+    for name, step in steps.items():
+        step(1)  # compiles
+        best[name] = time_once(step, 2)
     for _ in range(TURNS):
-        start = time.process_time()
-        step(n_steps)
-        best = min(best, (time.process_time() - start) / n_steps * 1e6)
+        for name, step in steps.items():
+            best[name] = min(best[name], time_once(step, int(np.clip(TURN * 1e6 / best[name], 2, 1000))))
     return best
+
+
+def time_once(step, n_steps: int) -> float:
+    """Processor time per step [µs]."""
+    start = time.process_time()
+    step(n_steps)
+    return (time.process_time() - start) / n_steps * 1e6
+
+
+def make_scene(n: int) -> Scene:
+    """A rod of n rigid segments, slightly bent."""
+    antenna = Antenna(
+        segment_length=np.full(n, LENGTH / n), segment_mass=MASS / n, radius=RADIUS, stiffness=1.0, damping=1.0
+    )
+    return Scene(antenna=antenna, angle=np.random.default_rng(0).normal(0, 1e-3, n))
+
+
+def make_mujoco(n: int):
+    """Steps of the same chain in MuJoCo, dense Jacobian, nothing collides."""
+    scene = make_scene(n)
+    model = mujoco.compile_model(scene, TIMESTEP)
+    data = mj.MjData(model)
+    data.qpos[:] = scene.initial_angle
+    return lambda n_steps: mj.mj_step(model, data, nstep=n_steps)
 
 
 def make_chain(n: int, lanes: int):
     """Steps of ``lanes`` chains."""
-    antenna = Antenna(
-        segment_length=np.full(n, LENGTH / n), segment_mass=MASS / n, radius=RADIUS, stiffness=1.0, damping=1.0
-    )
-    scene = Scene(antenna=antenna, angle=np.random.default_rng(0).normal(0, 1e-3, n))
+    scene = make_scene(n)
     clock = Clock(duration=1.0, timestep=TIMESTEP)
     b = Batch([scene] * lanes, [make_model(scene, TIMESTEP)] * lanes, clock)
 
@@ -104,23 +130,20 @@ def make_elastica(n: int):
 def main() -> None:
     results = {}
     for n in SEGMENTS:
-        found = {
-            "chain": time_best(warm(make_chain(n, 1)), 300),
-            f"chain, {LANES} lanes": time_best(warm(make_chain(n, LANES)), 300) / LANES,
-            "Pinocchio aba": time_best(warm(make_pinocchio(n)), 100),
-            "PyElastica step": time_best(warm(make_elastica(n)), 100),
+        makers = {
+            "chain": lambda n: make_chain(n, 1),
+            f"chain, {LANES} lanes": lambda n: make_chain(n, LANES),
+            "MuJoCo mj_step": make_mujoco,
+            "Pinocchio aba": make_pinocchio,
+            "PyElastica step": make_elastica,
         }
+        found = time_all({name: make(n) for name, make in makers.items() if n <= MOST.get(name, n)})
+        found[f"chain, {LANES} lanes"] /= LANES
         results[str(n)] = found
         print(n, {name: round(value, 2) for name, value in found.items()}, flush=True)
     path = Path(__file__).parents[1] / "results" / "peers.json"
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.3g}"))
     path.write_text(json.dumps(rounded, indent=1) + "\n")
-
-
-def warm(step):
-    """The same steps, after a first one that compiles."""
-    step(1)
-    return step
 
 
 if __name__ == "__main__":

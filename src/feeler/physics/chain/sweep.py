@@ -86,9 +86,9 @@ def move(constants, work, wides, obj, place, timestep, width):
     first, last = spread(1e9, width), spread(-1.0, width)
     ax, ay = -get(obj, 0, O_GRAVITY_X, width), -get(obj, 0, O_GRAVITY_Y, width)
     size = len(wide) // len(width)
-    for k in range((n + size - 1) // size):
-        segments = range(k * size, min(k * size + size, n))
-        for i in segments:
+    # the first part runs a block ahead: what was just written one by one cannot be read eight at a time without a wait
+    for k in range(-1, (n + size - 1) // size):
+        for i in range((k + 1) * size, min((k + 2) * size, n)):
             rate = fma(timestep, get(work, W_QDD, i, width), get(work, W_RATE, i, width))
             angle = fma(timestep, rate, get(work, W_ANGLE, i, width))
             heading, omega = heading + angle, omega + rate
@@ -96,6 +96,8 @@ def move(constants, work, wides, obj, place, timestep, width):
             put(work, W_ANGLE, i, angle, width)
             put(work, W_HEADING, i, heading, width)
             put(work, W_OMEGA, i, omega, width)
+        if k < 0:
+            continue
         s, c = sincos(get(wide_work, W_HEADING, k, wide))
         length = get(wide_constants, C_LENGTH, k, wide)
         put(wide_work, W_EX, k, length * s, wide)
@@ -103,7 +105,7 @@ def move(constants, work, wides, obj, place, timestep, width):
         drag = get(wide_constants, C_DAMPING, k, wide) * get(wide_work, W_RATE, k, wide)
         stretch = get(wide_constants, C_REST, k, wide) - get(wide_work, W_ANGLE, k, wide)
         put(wide_work, W_TORQUE, k, fma(get(wide_constants, C_STIFFNESS, k, wide), stretch, -drag), wide)
-        for i in segments:
+        for i in range(k * size, min(k * size + size, n)):
             ex, ey, turning = get(work, W_EX, i, width), get(work, W_EY, i, width), get(work, W_OMEGA, i, width)
             square, mass = turning * turning, get(constants, C_MASS, i, width)
             turn_x, turn_y = square * ex, square * ey
