@@ -44,7 +44,7 @@ def test_fig6_data_hang_together(data):
     differences = figS7.compute_differences(data)
     assert set(differences) == set(data.touches.labels) and min(differences.values()) > 0
     figure = Figure()
-    fig6.plot_release_frame(data, figure.subplots(), 100.0)
+    assert len(fig6.draw_release(data, figure.subplots())(100.0)) == 3
     assert "100 ms" in _texts(figure)
 
 

@@ -1,5 +1,7 @@
 """``feeler reproduce``: the whole paper in one command."""
 
+import json
+import sys
 import time
 from pathlib import Path
 from typing import Annotated
@@ -24,7 +26,7 @@ def reproduce(
     engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
-    workers: Annotated[int | None, typer.Option(help="threads; default one per core")] = None,
+    workers: Annotated[int | None, typer.Option(help="processes side by side; default one per core")] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
 ) -> None:
@@ -43,15 +45,27 @@ def reproduce(
         scale=scale, seed=seed, engine=engine, timestep=timestep or TIMESTEP, workers=workers, antenna=chosen,
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
-    start, count = time.perf_counter(), 0
-
-    def started(title: str) -> None:
-        nonlocal count
-        count += 1
-        typer.echo(f"[{count:2d}/{len(STAGES)}] {time.perf_counter() - start:6.1f} s  {title}")
-
-    made = run(context, started)
+    start = time.perf_counter()
+    made = run(context, _make_reporter(log_json, len(STAGES), start))
     _summarise(context, made, time.perf_counter() - start)
+
+
+def _make_reporter(log_json: bool, total: int, start: float):
+    """A line when a stage starts and another when it ends; with ``log_json`` as JSON on stderr."""
+    done = 0
+
+    def report(title: str, section) -> None:
+        nonlocal done
+        done += section is not None
+        seconds = None if section is None else round(section.seconds, 1)
+        if log_json:
+            event = {"event": "stage", "title": title, "done": done, "total": total, "seconds": seconds}
+            print(json.dumps(event), file=sys.stderr, flush=True)
+            return
+        word = "..." if section is None else "from the cache" if section.cached else f"{seconds} s"
+        typer.echo(f"[{done}/{total}] {time.perf_counter() - start:6.1f} s  {title}  {word}")
+
+    return report
 
 
 def _make_bars(log_json: bool):

@@ -1,5 +1,6 @@
 """What a run of the paper is made with: scale, seed, antenna, engine, and where things go."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +27,8 @@ class Context:
     is_cockroach: bool = True
     out: Path = Path("out")
     fresh: bool = False
+    started: float = field(default_factory=time.time, compare=False)
+    """When the run began [s since 1970]: a ``fresh`` run uses only what was made since."""
     progress: Callable[[int, int], None] | None = field(default=None, compare=False)
     """Called with (trials done, trials in all) while tensors are made."""
 

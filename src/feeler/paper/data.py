@@ -1,5 +1,6 @@
 """The tactile tensors that most sections share: made once, kept in a store, resumed after a kill."""
 
+import shutil
 from functools import lru_cache
 
 import xarray as xr
@@ -8,7 +9,7 @@ from feeler.errors import StoreError
 from feeler.experiment.configuration import describe_antenna, digest, list_versions
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
-from feeler.paper.stage import COMMON, hash_source
+from feeler.paper.stage import COMMON, hash_source, hold, is_kept
 from feeler.paper.trials import SPEEDS, trials
 
 
@@ -50,9 +51,11 @@ def load_tensors(context: Context, profile: str) -> xr.Dataset:
         "seed": context.seed,
         "progress": context.progress,
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        return touch(antenna, trials(speeds), store=path, **options)
+        with hold(path):
+            if not is_kept(path, context):
+                shutil.rmtree(path, ignore_errors=True)
+            return touch(antenna, trials(speeds), store=path, **options)
     except StoreError as error:
         raise StoreError(f"{error} Remove {path} or choose another --out.") from error
 

@@ -71,12 +71,9 @@ def plot_tensors(tensors: xr.Dataset, speed: float, figure: Figure, limit: float
     grid = select(tensors, speed)
     values = [[tensor.values for tensor in row] for row in grid]
     limit = limit or max(float(np.max(value)) for row in values for value in row)
-    axes = figure.subplots(len(grid), len(grid[0]), squeeze=False)
-    image = plot_tensor_grid(values, tensors["time"].values, axes, Normalize(0.0, limit))
-    for ax, tensor in zip(axes[0], grid[0], strict=True):
-        ax.set_title(f"{tensor['feature'].item()} {tensor['size'].item():g} mm", fontsize=7)
-    for ax, row in zip(axes[:, 0], grid, strict=True):
-        ax.set_ylabel(f"{row[0]['location'].item():g} L", fontsize=7)
-    figure.supxlabel("time [ms]", fontsize=8)
-    figure.supylabel("sensor (base → tip) at each location", fontsize=8)
-    figure.colorbar(image, ax=axes, label="curvature [1/mm] (negative drawn as 0)", shrink=0.6, pad=0.01)
+    ax = figure.subplots()
+    rows = [f"{row[0]['location'].item():g} L" for row in grid]
+    columns = [f"{tensor['feature'].item()} {tensor['size'].item():g} mm" for tensor in grid[0]]
+    image = plot_tensor_grid(values, tensors["time"].values, ax, Normalize(0.0, limit), rows, columns)
+    ax.set(xlabel="time [ms]", ylabel="hinge (base → tip upwards) at each location of contact")
+    figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", shrink=0.6, pad=0.01)

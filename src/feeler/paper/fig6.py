@@ -4,7 +4,7 @@ The paper's recordings of the real robot were never published. Every panel says 
 surrogate; the paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -218,17 +218,23 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
     ax.legend(frameon=False, fontsize="x-small")
 
 
-def plot_release_frame(data: Fig6Data, ax: Axes, time: float) -> None:
-    """One frame of Movie S4: shapes of the surrogate and of the fitted model at ``time`` [ms] after the release."""
-    robot = make_robot()
-    for angle, style, label in (
-        (data.release.values, {"color": SURROGATE}, "surrogate"),
-        (data.simulated_release, {"color": SIMULATED, "ls": "--"}, "simulation, fitted"),
-    ):
-        points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
-        ax.plot(points[:, 1], points[:, 0], marker="o", ms=3, label=label, **style)
-    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm", title=f"{time:.0f} ms")
+def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
+    """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what it changed."""
+    robot, angles = make_robot(), (data.release.values, data.simulated_release)
+    looks = ({"color": SURROGATE, "label": "surrogate"}, {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"})
+    lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
+    clock = ax.text(0.98, 0.98, "", transform=ax.transAxes, ha="right", va="top")
+    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm")
     ax.legend(frameon=False, fontsize="x-small", loc="upper left")
+
+    def move(time: float) -> list:
+        for line, angle in zip(lines, angles, strict=True):
+            points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
+            line.set_data(points[:, 1], points[:, 0])
+        clock.set_text(f"{time:.0f} ms")
+        return [*lines, clock]
+
+    return move
 
 
 def plot_grid(training: Touches, ax: Axes) -> None:
@@ -305,4 +311,4 @@ def _hinge_colour(k: int) -> tuple:
     return colormaps["viridis"](k / 8)
 
 
-__all__ = ["Fig6Data", "compute", "plot", "plot_release_frame"]
+__all__ = ["Fig6Data", "compute", "plot", "draw_release"]

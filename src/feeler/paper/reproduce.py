@@ -1,7 +1,10 @@
 """The whole paper, top to bottom: an antenna is touched; a touch becomes a tensor, a code, an answer."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
+from feeler.execute import ProcessExecutor, run_batch
+from feeler.execute.threads import check_workers
 from feeler.paper import sections
 from feeler.paper.claims import judge_claims
 from feeler.paper.context import Context
@@ -37,24 +40,58 @@ STAGES = (
 )
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")
+LONGEST_FIRST = ("tensors", "robot", "cnn", "reading", "encoding", "wall", "calibration", "antenna", "tracking")
 
 
-def reproduce(context: Context, started: Callable[[str], None] = lambda title: None) -> list[Section]:
+def reproduce(context: Context, report: Callable[[str, Section | None], None] = lambda *_: None) -> list[Section]:
     """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the sections.
 
-    ``started(title)`` is called before each stage. For another antenna the sections that speak of the animal's or the
-    robot's own data are left out, with a word why.
+    Stages run side by side in ``context.workers`` processes (default one per core); the numbers do not depend on it.
+    ``report(title, section)`` is called when a stage starts (section None) and when it ends. For another antenna the
+    sections that speak of the animal's or the robot's own data are left out, with a word why.
     """
-    made = []
-    for stage in STAGES:
-        started(stage.title)
-        if not context.is_cockroach and stage.name in COCKROACH_ONLY:
-            made.append(_leave_out(stage, context))
-        else:
-            made.append(run_stage(stage, context))
-    claims = judge_claims(made, context)
-    write_report(context, made, claims)
-    return made
+    made = {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
+    todo = sorted((s for s in STAGES if s.name not in made), key=lambda stage: LONGEST_FIRST.index(stage.name))
+    for section in _run_stages(todo, context, report):
+        made[section.name] = section
+    ordered = [made[stage.name] for stage in STAGES]
+    write_report(context, ordered, judge_claims(ordered, context))
+    return ordered
+
+
+def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:
+    """Sections as they are ready; the first error is raised when the other stages are done and kept."""
+    workers = min(check_workers(context.workers), len(stages))
+    if workers == 1:
+        for stage in stages:
+            report(stage.title, None)
+            yield (section := run_stage(stage, context))
+            report(stage.title, section)
+        return
+
+    def tasks() -> Iterator[tuple[int, tuple[Stage, Context]]]:
+        for number, stage in enumerate(stages):
+            report(stage.title, None)
+            yield number, (stage, replace(context, progress=None))
+
+    failed = []
+    with ProcessExecutor(workers) as executor:
+        for outcome in run_batch(_run_task, tasks(), executor=executor, window=workers):
+            if outcome.error:
+                failed.append(outcome.error)
+            else:
+                report(stages[outcome.index].title, outcome.value)
+                yield outcome.value
+    if failed:
+        raise failed[0]
+
+
+def _run_task(task: tuple[Stage, Context]) -> Section:
+    return run_stage(*task)
+
+
+def _says_nothing(stage: Stage, context: Context) -> bool:
+    return not context.is_cockroach and stage.name in COCKROACH_ONLY
 
 
 def _leave_out(stage: Stage, context: Context) -> Section:

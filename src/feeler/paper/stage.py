@@ -1,11 +1,16 @@
 """Stages: named steps of the run, each kept by a key of everything that its numbers depend on."""
 
+import fcntl
 import os
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
 
 from feeler.errors import FeelerError
 from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
@@ -40,6 +45,20 @@ def hash_source(room: str) -> str:
     return hash_files(files)
 
 
+def is_kept(path: Path, context: Context) -> bool:
+    """Whether a finished result stands there that this run may use: with ``fresh`` only what this run made itself."""
+    return path.exists() and (not context.fresh or path.stat().st_mtime >= context.started)
+
+
+@contextmanager
+def hold(path: Path) -> Iterator[None]:
+    """Let one process at a time make ``path``; who comes second waits and then finds it made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path.with_name(f".{path.name}.lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
 def run_stage(stage: Stage, context: Context) -> Section:
     """The stage's section: from the cache where its key stands there whole, else made now.
 
@@ -47,14 +66,15 @@ def run_stage(stage: Stage, context: Context) -> Section:
     of it or nothing. A FeelerError becomes the section's text; the other sections go on.
     """
     final = context.out / "cache" / stage.name / stage.key(context)
-    if not context.fresh and (final / "section.json").exists():
+    if is_kept(final / "section.json", context):
         return Section.load(final)
     partial = final.with_name(f".{final.name}.{os.getpid()}")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
     section, start = Section(name=stage.name, title=stage.title, folder=partial), time.perf_counter()
     try:
-        stage.make(context, section)
+        with threadpool_limits(1, user_api="blas"):  # sums in BLAS depend on its number of threads
+            stage.make(context, section)
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)

@@ -41,14 +41,9 @@ def make(context: Context, section: Section) -> None:
 def _write_movie(context: Context, section: Section, data: fig6.Fig6Data) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0))
-        ax = figure.subplots()
-
-        def draw(k: int) -> None:
-            ax.clear()
-            fig6.plot_release_frame(data, ax, 10.0 * k)
-
+        move = fig6.draw_release(data, figure.subplots())
         n_frames = context.pick(smoke=10, quick=40, paper=100)
-        path = write_movie(section.folder / "movieS4_release.mp4", figure, draw, n_frames)
+        path = write_movie(section.folder / "movieS4_release.mp4", figure, lambda k: move(10.0 * k), n_frames)
     section.movie(path, "Release of the surrogate robot and of the model fitted to it, slowed down. (Movie S4)")
 
 
