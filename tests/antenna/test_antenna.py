@@ -121,3 +121,10 @@ def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
     )
     expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
     assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("angle", [np.zeros(3), np.zeros((4, 5)), 0.0])
+def test_shape_needs_an_angle_for_every_hinge(angle):
+    antenna = Antenna(segment_length=np.ones(4), segment_mass=1e-5, radius=0.1, stiffness=1.0, damping=1.0)
+    with pytest.raises(InvalidInput, match=r"angles of all 4 hinges .* all_hinges=True"):
+        antenna.shape(angle)

@@ -100,8 +100,18 @@ class Antenna:
 
         Segment n points along (sin φ_n, cos φ_n) with φ_n the sum of the angles up to hinge n and ``base_angle``;
         ``angle=None`` is the posture at rest.
+
+        Raises
+        ------
+        InvalidInput
+            Not one angle per segment.
         """
         angle = self.rest_angle if angle is None else np.asarray(angle, dtype=float)
+        if angle.ndim == 0 or angle.shape[-1] != self.n_segments:
+            raise InvalidInput(
+                f"shape needs the angles of all {self.n_segments} hinges (…, segment), got shape {angle.shape}. "
+                "A Dataset holds the sensors' hinges only; simulate with all_hinges=True to draw it."
+            )
         heading = base_angle + np.cumsum(angle, axis=-1)
         steps = self.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
         points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
