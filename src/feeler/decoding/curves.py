@@ -113,7 +113,7 @@ def _sweep_kind(codes, labels, kind, peak, plan: Plan, random_state) -> dict[Cur
                 array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
                 estimator=make_fitting_lda(len(labels), plan.n_copies), **options,
             )  # fmt: skip
-            if level == "relative":
+            if level == "relative" and kind in plan.other_kinds:
                 for n in plan.other_copies:
                     found[Curve(name, kind, level, n)] = compute_sweep(
                         array, labels, ratios=(plan.probe,), n_copies=n, n_repeats=plan.other_repeats,

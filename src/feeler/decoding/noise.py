@@ -69,7 +69,9 @@ def draw_copies(codes: np.ndarray, sd: np.ndarray, n_copies: int, rng: np.random
     if n_copies < 1:
         raise InvalidInput(f"n_copies must be ≥ 1, got {n_copies}.")
     noise = rng.standard_normal((n_copies, *codes.shape), dtype=np.float32)
-    return (codes + sd * noise).reshape(-1, *codes.shape[1:])
+    copies = np.multiply(noise, sd, dtype=float)
+    copies += codes
+    return copies.reshape(-1, *codes.shape[1:])
 
 
 def draw_rotated(

@@ -64,10 +64,12 @@ def map_locations(
         raise InvalidInput("A map of locations needs active codes at two locations at least.")
     share = energy / energy.sum(axis=1, keepdims=True)
     dominant, centre = share.argmax(axis=1), rankdata(share @ places)
-    real = _information(dominant, which), _correlation(centre, which)
+    order = rankdata(which)
+    real = _information(dominant, which), _correlation(centre, order)
     generator = np.random.default_rng(rng)
+    shuffles = [generator.permutation(which.size) for _ in range(n_shuffles)]
     null = np.array(
-        [(_information(dominant, w), _correlation(centre, w)) for w in map(generator.permutation, [which] * n_shuffles)]
+        [(_information(dominant, which[shuffle]), _correlation(centre, order[shuffle])) for shuffle in shuffles]
     ).reshape(n_shuffles, 2)
     entropy = _information(which, which)
     return LocationMapping(
@@ -91,8 +93,7 @@ def _information(first: np.ndarray, second: np.ndarray) -> float:
     return float((joint[held] * np.log2(joint[held] / independent[held])).sum())
 
 
-def _correlation(ranks: np.ndarray, which: np.ndarray) -> float:
-    """Spearman's correlation of ranks with ordered labels; 0 where one does not vary."""
-    other = rankdata(which)
+def _correlation(ranks: np.ndarray, other: np.ndarray) -> float:
+    """Spearman's correlation of two rankings; 0 where one does not vary."""
     spread = ranks.std() * other.std()
     return float(np.mean((ranks - ranks.mean()) * (other - other.mean())) / spread) if spread > 0 else 0.0

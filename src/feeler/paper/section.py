@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -44,7 +45,8 @@ class Section:
             FigureCanvasAgg(figure)
             draw(figure)
             figure.draw_without_rendering()
-            figure.set_layout_engine("none")  # laid out once, not once per file
+        with style(), mpl.rc_context({"figure.constrained_layout.use": False}):
+            figure.set_layout_engine(None)  # laid out once: with an engine each file would be drawn twice
             figure.savefig(self.folder / f"{name}.png")
             figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
         size = [round(width * 96), round(height * 96)]
