@@ -259,7 +259,8 @@ def _describe_copies(comparison: str, curves: Curves) -> list[str]:
     lines = []
     for kind in CODES:
         for n in sorted({c.n_copies for c in curves.sweeps if c.when == "after"}):
-            found = curves.find(kind, n_copies=n)
+            if not (found := curves.find(kind, n_copies=n)):
+                continue  # not tried with so many copies
             null = curves.find_null(kind, n_copies=n)
             accuracies = ", ".join(f"{name} {100 * s.noisy.mean():.0f} %" for name, s in found.items())
             lines.append(
