@@ -7,8 +7,10 @@ import pytest
 
 from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
+from feeler.tensors.export import save
 from feeler.tensors.limits import Limits, read_bytes
 from feeler.tensors.plain import restore
+from feeler.tensors.store import read_store
 from feeler.tensors.validate import find_breaches
 from feeler.tensors.zarr3 import parse_array_metadata
 from feeler.tracking.table import parse_table
@@ -69,6 +71,34 @@ def test_a_line_without_end_is_refused_before_it_is_read():
 
     with pytest.raises(InvalidInput, match=f"a line of more than {MAX_LINE} characters"):
         next(read_samples(read_lines(io.BufferedReader(Endless())), 3))
+
+
+@pytest.mark.parametrize("depth", [400, 100_000])
+@pytest.mark.parametrize("file", ["schema.json", "000000.json"])
+def test_deep_nesting_in_a_store_is_damage(tmp_path, depth, file):
+    save(make_set(), tmp_path / "set.zarr")
+    path = tmp_path / "set.zarr" / "progress" / file
+    path.write_text(path.read_text().replace("{", '{"deep": ' + "[" * depth + "]" * depth + ",", 1))
+    with pytest.raises(InvalidInput, match=rf"{file} is (damaged|not valid JSON)"):
+        read_store(tmp_path / "set.zarr")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("progress/schema.json", '"long_name": "hinge angle', '"long_name": "hinge angel'),
+        ("progress/000001.json", '"location": 0.7', '"location": 0.8'),
+        ("position/zarr.json", '"sensor"', '"axis"'),
+        ("angle/zarr.json", '"sensor"', '"axis"'),
+    ],
+)
+def test_a_change_that_is_good_json_is_noticed(tmp_path, file, old, new):
+    save(make_set(), tmp_path / "set.zarr")
+    path = tmp_path / "set.zarr" / file
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(InvalidInput, match=rf"{file} is damaged"):
+        read_store(tmp_path / "set.zarr")
 
 
 def test_an_absurd_reading_in_a_stream_is_refused():

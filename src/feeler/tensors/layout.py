@@ -62,15 +62,30 @@ class Layout:
 
 def write_schema(layout: Layout, files: dict[str, bytes]) -> bytes:
     """The text of ``schema.json``: the layout, and checksums of itself and of the files that all trials share."""
-    schema = layout.to_json() | {"files": {name: compute_sum(raw) for name, raw in files.items()}}
-    schema["checksum"] = compute_sum(write_canonical(schema).encode())
-    return json.dumps(schema, ensure_ascii=False).encode()
+    return _seal(layout.to_json() | {"files": {name: compute_sum(raw) for name, raw in files.items()}})
+
+
+def _seal(content: dict[str, Any]) -> bytes:
+    """JSON that carries its own checksum."""
+    content = make_plain(content)
+    return json.dumps(content | {"checksum": _sum_content(content)}, ensure_ascii=False).encode()
+
+
+def _is_sealed(content: dict[str, Any]) -> bool:
+    rest = {key: value for key, value in content.items() if key != "checksum"}
+    try:
+        return content.get("checksum") == _sum_content(rest)
+    except RecursionError:  # nested as no content of ours is
+        return False
+
+
+def _sum_content(content: dict[str, Any]) -> str:
+    return compute_sum(write_canonical(content).encode("utf-8", "surrogatepass"))
 
 
 def _check_sums(path: Path, schema: dict[str, Any], infos: dict[str, ArrayInfo], limits: Limits) -> None:
     """Raise where the schema or a file that all trials share is not what was written."""
-    rest = {key: value for key, value in schema.items() if key != "checksum"}
-    if schema.get("checksum") != compute_sum(write_canonical(rest).encode()):
+    if not _is_sealed(schema):
         raise InvalidInput(f"{path / PROGRESS / SCHEMA} is damaged: its checksum does not fit. {RESTORE}")
     names = [f"{name}/zarr.json" for name in infos]
     whole = {name: infos[name] for name in schema["fixed"]}
@@ -148,14 +163,15 @@ def make_record(layout: Layout, dataset: xr.Dataset, index: int, chunks: dict[st
     """The text that marks a trial as finished: its labels, and the checksum of each of its chunks."""
     values = {name: make_plain(dataset.variables[name].values[0]) for name in layout.recorded}
     sums = {name: compute_sum(raw) for name, raw in chunks.items()}
-    return json.dumps({"trial": index, "values": values, "chunks": sums}, ensure_ascii=False).encode()
+    return _seal({"trial": index, "values": values, "chunks": sums})
 
 
 def read_record(path: Path, index: int, layout: Layout) -> dict[str, Any]:
     """A trial's record, checked; values in their types."""
     record = parse_json(read_bytes(path, MAX_RECORD, follow=False), str(path))
     values, chunks = record.get("values"), record.get("chunks")
-    good = isinstance(values, dict) and isinstance(chunks, dict) and record.get("trial") == index
+    good = _is_sealed(record) and isinstance(values, dict) and isinstance(chunks, dict)
+    good = good and record.get("trial") == index
     if not (good and values.keys() == layout.recorded.keys() and chunks.keys() == layout.chunked.keys()):
         raise InvalidInput(f"{path} is damaged: it is no record of trial {index}.")
     try:
