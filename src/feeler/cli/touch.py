@@ -1,5 +1,9 @@
-"""``feeler touch``: one touch in seconds: tensor, picture and movie."""
+"""``feeler touch``: one touch in seconds: tensor, picture and movie; or many, kept in a store."""
 
+import itertools
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -10,42 +14,100 @@ EXAMPLES = """Examples:
   feeler touch --feature ball --size 1.53 --location 0.5 --speed 0.6
 
   feeler touch --feature triangle --size 3 --location 0.8 --speed 0.06 --side right --antenna linear
+
+  feeler touch --feature ball --feature box --location 0.3 --location 0.7 --store set.zarr
+
+The last one simulates every combination of the repeated options. Ctrl-C, a crash or a power cut costs nothing that is
+finished: the same command goes on where it stopped, and ends with the same numbers.
 """
+
+MANY = "; repeat it with --store"
+Features = Annotated[list[str], typer.Option(help=f"ball, box, triangle or wall{MANY}")]
+Sizes = Annotated[list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{MANY}")]
+Locations = Annotated[list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{MANY}")]
+Speeds = Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{MANY}")]
+StorePath = Annotated[
+    Path | None, typer.Option(help="folder that keeps each touch as it finishes; resumed if it is there already")
+]
 
 
 def touch(
-    feature: Annotated[str, typer.Option(help="ball, box, triangle or wall")] = "ball",
-    size: Annotated[float | None, typer.Option(help="ball's radius, box's or triangle's half-width [mm]")] = 1.53,
-    location: Annotated[float, typer.Option(help="fraction of the length from the base, in (0, 1]")] = 0.5,
-    speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
+    feature: Features = ["ball"],  # noqa: B006 - Typer copies defaults
+    size: Sizes = [1.53],  # noqa: B006
+    location: Locations = [0.5],  # noqa: B006
+    speed: Speeds = [0.6],  # noqa: B006
     approach: Annotated[float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")] = 90.0,
     side: Annotated[str, typer.Option(help="left or right")] = "left",
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
     duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0,
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",
+    engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",  # noqa: E501
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
-    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/touch"),
+    out: Annotated[Path, typer.Option(help="folder for the results of one touch")] = Path("out/touch"),
     movie: Annotated[bool, typer.Option(help="write the movie as well")] = True,
+    store: StorePath = None,
+    seed: Annotated[int, typer.Option(help="with --store: root of one seed per touch")] = 0,
+    workers: Annotated[int | None, typer.Option(help="with --store: how many at once; default one per core")] = None,
+    processes: Annotated[bool, typer.Option("--processes", help="with --store: in processes, memory bounded")] = False,
+    log_json: Annotated[bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")] = False,
 ) -> None:
-    """Touch an antenna once; writes tensor.nc, tensor.png/svg/pdf and movie.mp4."""
+    """Touch an antenna once (tensor.nc, tensor.png/svg/pdf and movie.mp4), or many times into a store."""
     import feeler
     from feeler.cli.choose import choose_antenna
-    from feeler.paper import movie_s2
+    from feeler.errors import InvalidInput
     from feeler.physics.engine import TIMESTEP
     from feeler.touch.feature import make_feature
 
     chosen = choose_antenna(antenna)
-    trial = feeler.Trial(
-        feature=make_feature(feature, size), location=location, speed=speed, approach=approach, side=side, friction=friction
-    )  # fmt: skip
+    trials = [
+        feeler.Trial(
+            feature=make_feature(kind, width), location=place, speed=pace, approach=approach, side=side, friction=friction
+        )
+        for kind, width, place, pace in itertools.product(feature, size, location, speed)
+    ]  # fmt: skip
     options = {"timestep": timestep or TIMESTEP, "engine": engine}
-    everything = movie_s2.compute(chosen, trial, duration, **options)
-    tensors = everything.isel(sensor=chosen.sensors - 1)
+    if store is not None:
+        _fill(store, chosen, trials, {**options, "duration": duration, "seed": seed}, workers, processes, log_json)
+    elif len(trials) > 1:
+        raise InvalidInput(f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one.")
+    else:
+        _show(chosen, trials[0], duration, options, out, movie)
+
+
+def _fill(store, antenna, trials, options, workers, processes, log_json: bool) -> None:
+    """Simulate what the store lacks, and say what it then holds."""
+    import feeler
+    from feeler.cli.progress import Progress
+    from feeler.execute import ProcessExecutor, ThreadExecutor
+
+    with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
+        if sys.stderr.isatty():
+            typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
+        with Progress("touches", log_json=log_json) as progress, _say_what_stays(store):
+            tensors = feeler.touch(antenna, trials, store=store, executor=executor, progress=progress, **options)
+        typer.echo(f"{store}: {tensors.sizes['trial']} of {len(trials)} touches finished ({executor.describe()})")
+
+
+@contextmanager
+def _say_what_stays(store: Path) -> Iterator[None]:
+    """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; finished touches are in {store}, and the same command goes on from there", err=True)
+        raise typer.Exit(130) from None
+
+
+def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> None:
+    """One touch as tensor, picture and movie."""
+    from feeler.paper import movie_s2
+
+    everything = movie_s2.compute(antenna, trial, duration, **options)
+    tensors = everything.isel(sensor=antenna.sensors - 1)
     out.mkdir(parents=True, exist_ok=True)
     _save(tensors, out)
     if movie:
-        movie_s2.write(chosen, trial, everything, out / "movie.mp4")
+        movie_s2.write(antenna, trial, everything, out / "movie.mp4")
     peak = tensors["angle"].max().item() * 57.29578
     typer.echo(
         f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {tensors['curvature'].max().item():.3g} /mm"

@@ -1,0 +1,121 @@
+"""``feeler touch --store``: resumes, reports to machines, and stops as asked, in real processes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from feeler.tensors.load import load
+
+FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
+SET = ["touch", "--store", "set.zarr", "--duration", "30", "--workers", "2"]
+SET += [word for place in range(20) for word in ("--location", f"{0.4 + 0.02 * place:g}")]
+SLOW = [*SET, "--engine", "mujoco", "--duration", "15"]  # a second or so per touch
+
+
+def run(*arguments, cwd):
+    return subprocess.run([*FEELER, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=300)
+
+
+def start(*arguments, cwd):
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([*FEELER, *arguments], cwd=cwd, start_new_session=True, **pipes)
+
+
+def find_finished(folder):
+    return {int(path.stem) for path in (folder / "set.zarr" / "progress").glob("[0-9]*.json")}
+
+
+def wait_for(condition, seconds=300):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+def list_session(leader):
+    """Living processes of a session, zombies apart."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            words = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(words[3]) == leader and words[0] != "Z":
+            found.append(int(path.parent.name))
+    return found
+
+
+def test_the_same_command_resumes_and_tells_machines(tmp_path):
+    first = run(*SET, cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "set.zarr: 20 of 20 touches finished (2 threads in this process)" in first.stdout
+    assert first.stderr == "" or "compiling" in first.stderr  # quiet where nobody looks
+    whole = load(tmp_path / "set.zarr")
+    for index in (3, 4, 11):
+        (tmp_path / "set.zarr" / "progress" / f"{index:06d}.json").unlink()
+    again = run(*SET, "--log-json", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    events = [json.loads(line) for line in again.stderr.splitlines() if line.startswith("{")]
+    assert [event["done"] for event in events] == [18, 19, 20]
+    assert all(event["total"] == 20 and event["seconds_left"] >= 0 and event["per_second"] > 0 for event in events)
+    xr.testing.assert_identical(load(tmp_path / "set.zarr"), whole)
+    other = run(*SET, "--speed", "0.3", cwd=tmp_path)
+    assert other.returncode == 2
+    assert "trials[0].speed: 0.6 → 0.3" in other.stderr and "Traceback" not in other.stderr
+
+
+def test_many_touches_need_a_store(tmp_path):
+    result = run("touch", "--location", "0.3", "--location", "0.5", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "2 touches need a --store" in result.stderr
+    assert "goes on where it stopped" in " ".join(run("touch", "--help", cwd=tmp_path).stdout.split())
+
+
+@pytest.mark.parametrize(
+    "workers", [[], pytest.param(["--processes"], marks=pytest.mark.slow)], ids=["threads", "processes"]
+)
+def test_one_interrupt_keeps_what_runs_and_ends(tmp_path, workers):
+    process = start(*SLOW, *workers, cwd=tmp_path)
+    wait_for(lambda: find_finished(tmp_path))
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=300)
+    assert process.returncode == 130, err
+    assert "stopping after the trials that are running" in err
+    assert "finished touches are in set.zarr, and the same command goes on" in err and "Traceback" not in err
+    assert 0 < len(find_finished(tmp_path)) < 20
+    assert load(tmp_path / "set.zarr").sizes["trial"] == len(find_finished(tmp_path))
+    assert list_session(process.pid) == []
+
+
+@pytest.mark.parametrize(
+    "workers", [["--processes"], pytest.param([], marks=pytest.mark.slow)], ids=["processes", "threads"]
+)
+def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
+    process = start(*SLOW, *workers, cwd=tmp_path)
+    wait_for(lambda: find_finished(tmp_path))
+    session = list_session(process.pid)
+    assert len(session) >= (3 if workers else 1)
+    process.send_signal(signal.SIGINT)
+    assert process.stderr.readline() is not None
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    wait_for(lambda: list_session(process.pid) == [])
+    assert load(tmp_path / "set.zarr").sizes["trial"] == len(find_finished(tmp_path)) < 20
+
+
+@pytest.mark.slow
+def test_a_killed_command_leaves_no_orphans(tmp_path):
+    process = start(*SLOW, "--processes", cwd=tmp_path)
+    wait_for(lambda: find_finished(tmp_path))
+    os.kill(process.pid, signal.SIGKILL)
+    process.communicate(timeout=60)
+    wait_for(lambda: list_session(process.pid) == [])
