@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from numba.core.runtime import _nrt_python, rtsys
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
@@ -88,6 +89,76 @@ def test_undamped_free_motion_keeps_its_energy_to_first_order():
         drift.append(np.abs(energy / energy[0] - 1).max())
     assert drift[0] < 0.05
     assert drift[1] < 0.6 * drift[0]
+
+
+def hit(n: int) -> Scene:
+    """A chain of hinges that are as good as free, hit at its last segment by a heavy ball without friction."""
+    antenna = uniform(n, stiffness=1e-20)
+    trial = Trial(feature=make_feature("ball", 0.3), location=1 - 0.4 / n, speed=0.3, lead=0.3, friction=0.0)
+    return make_scene(antenna, trial)
+
+
+def compute_momentum(antenna: Antenna, motion: Motion) -> np.ndarray:
+    """Angular momentum about the clamp at each sample, positive from +y towards +x [g·mm²/ms]."""
+    heading, turn = np.cumsum(motion.angle, axis=1), np.cumsum(motion.velocity, axis=1)
+    length, mass = antenna.segment_length, antenna.segment_mass
+    points = antenna.shape(motion.angle)
+    along = np.stack([np.cos(heading), -np.sin(heading)], axis=-1) * (turn * length)[..., None]
+    velocity = np.cumsum(along, axis=1) - along / 2
+    centre = (points[:, 1:] + points[:, :-1]) / 2
+    orbit = centre[..., 1] * velocity[..., 0] - centre[..., 0] * velocity[..., 1]
+    return (mass * orbit + mass * length**2 / 12 * turn).sum(axis=1)
+
+
+@pytest.mark.parametrize("scheme", chain.SCHEMES)
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_free_collision_gives_its_impulse_to_the_chain(n, scheme):
+    """Change of angular momentum about the clamp = impulse × lever; without friction the force goes through the ball's
+    centre. Hinges are free, so nothing else acts about the clamp. First order in the timestep."""
+    scene, errors = hit(n), []
+    for h in (2e-3, 1e-3):
+        motion = chain.run(scene, Clock(duration=1.5, sample_interval=h, timestep=h), scheme=scheme)
+        steps = np.arange(len(motion.time) - 1)[:, None]
+        centre = np.asarray(scene.origin) + (0.3 * h * steps - 0.3) * np.asarray(scene.forward)
+        torque = centre[:, 1] * motion.force[1:, 0] - centre[:, 0] * motion.force[1:, 1]
+        momentum = compute_momentum(scene.antenna, motion)
+        assert momentum[-1] > 1e-7
+        errors.append(np.abs(momentum[1:] - np.cumsum(h * torque)).max() / momentum.max())
+    assert errors[0] < 0.01
+    assert errors[1] < 0.7 * errors[0] or errors[1] < 1e-6
+
+
+@pytest.mark.parametrize("scheme", chain.SCHEMES)
+def test_a_collision_gives_no_more_energy_than_the_object_spends(scheme):
+    scene, h = hit(3), 1e-3
+    motion = chain.run(scene, Clock(duration=1.5, sample_interval=h, timestep=h), scheme=scheme)
+    work = h * (motion.force @ (0.3 * np.asarray(scene.forward))).sum()
+    energy = compute_energy(scene.antenna, motion)[-1]
+    assert 0 < energy < 1.01 * work
+
+
+@pytest.mark.parametrize("profile", ["exponential", "constant"])
+def test_consistent_scheme_is_stable_at_the_largest_timestep(profile):
+    """Half the contact's time constant, the fastest of the paper's touches, the stiffest damping."""
+    trial = Trial(feature=make_feature("box", 1.5), location=0.5, speed=0.6)
+    scene = make_scene(make_preset(profile), trial)
+    coarse, fine = (chain.run(scene, Clock(duration=60, timestep=h), scheme="consistent").angle for h in (0.1, 0.0125))
+    assert np.abs(coarse - fine).max() < 0.15 * np.abs(fine).max()
+
+
+@pytest.mark.parametrize("lanes", [1, 8])
+def test_a_step_allocates_nothing(lanes):
+    _nrt_python.memsys_enable_stats()
+    scene = touch()
+    batch = Batch([scene] * lanes, [make_model(scene, 0.02)] * lanes, Clock(duration=1, timestep=0.02))
+    batch._step(0, 200)
+    assert batch.contacts[3].max() >= 0
+    counts = []
+    for n_steps in (1, 1000):
+        before = rtsys.get_allocation_stats().alloc
+        batch._step(200, n_steps)
+        counts.append(rtsys.get_allocation_stats().alloc - before)
+    assert counts[0] == counts[1]
 
 
 def test_damping_only_takes_energy():

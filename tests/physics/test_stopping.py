@@ -1,0 +1,85 @@
+"""Divergence, Ctrl-C and bad input are the same to all engines."""
+
+import os
+import signal
+from dataclasses import replace
+from threading import Event, Timer
+
+import numpy as np
+import pytest
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.physics import chain
+from feeler.physics.chain.batch import Batch
+from feeler.physics.chain.model import make_model
+from feeler.physics.clock import Clock
+from feeler.physics.engine import ENGINES, run_scene
+from feeler.physics.scene import Motion, Scene, make_scene
+from feeler.physics.simulate import simulate
+from feeler.touch import Trial, make_feature
+
+ENDLESS = Clock(duration=1e8, sample_interval=1e6, timestep=0.02)  # 1e10 steps
+SHORT = Clock(duration=3, timestep=0.02)
+
+
+def stub(label: str = "") -> Scene:
+    antenna = Antenna(segment_length=np.full(8, 0.3), segment_mass=1e-6, radius=0.2, stiffness=1e-3, damping=1e-2)
+    trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432)
+    return replace(make_scene(antenna, trial), label=label)
+
+
+def press_ctrl_c() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
+    scenes = [stub(f"trial {k}") for k in range(10)]
+    scenes[4] = replace(scenes[4], velocity=np.full(8, 1e200))
+    outcomes = simulate(scenes, SHORT, engine=engine, workers=2)
+    ended = outcomes.pop(4)
+    assert isinstance(ended, SimulationDiverged)
+    assert "trial 4" in str(ended)
+    assert ended.time == 1.0
+    assert all(np.array_equal(outcome.angle, outcomes[0].angle) for outcome in outcomes)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_first_ctrl_c_keeps_what_is_finished(engine):
+    told = {}
+
+    def finished(index, outcome):
+        told[index] = outcome
+        if len(told) == 1:
+            press_ctrl_c()
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate([stub() for _ in range(80)], SHORT, engine=engine, workers=1, finished=finished)
+    assert 1 <= len(told) < 80
+    assert all(isinstance(outcome, Motion) for outcome in told.values())
+
+
+@pytest.mark.parametrize("run", [chain.run, lambda scene, clock: chain.run_batch([scene] * 20, clock, workers=2)])
+def test_ctrl_c_ends_a_run_between_samples(run):
+    run(stub(), SHORT)  # compiled by now
+    timer = Timer(0.2, press_ctrl_c)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):  # or this test would never end
+        run(stub(), ENDLESS)
+
+
+def test_a_stop_event_ends_a_batch():
+    stop = Event()
+    stop.set()
+    with pytest.raises(KeyboardInterrupt):
+        Batch([stub()], [make_model(stub(), 0.02)], ENDLESS).run(stop)
+
+
+def test_a_large_timestep_is_refused_in_the_same_words():
+    messages = set()
+    for engine in ENGINES:
+        with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms") as refused:
+            run_scene(stub(), Clock(duration=2, timestep=0.2), engine)
+        messages.add(str(refused.value))
+    assert len(messages) == 1
