@@ -1,4 +1,4 @@
-"""Wall room: cost of a sweep and of following, agreement with the simulated antenna, and following by profile.
+"""Wall room: cost of a sweep and of following, agreement with simulation, what R² depends on, following by profile.
 
 Run: python benchmarks/wall.py
 """
@@ -15,7 +15,20 @@ from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
 from feeler.presets import PROFILE_NAMES, cockroach
 from feeler.touch.feature import Wall
-from feeler.wall import FOLLOWING, Posture, approach, calibrate, follow, make_turn, map_distance
+from feeler.wall import (
+    FOLLOWING,
+    Posture,
+    approach,
+    calibrate,
+    compare,
+    count_orderings,
+    follow,
+    make_postures,
+    make_turn,
+    map_distance,
+    summarise,
+)
+from feeler.wall.sensitivity import BENDS, FRICTIONS, READINGS
 
 RESULTS = Path(__file__).parent / "results" / "wall.json"
 TURNS = (30.0, 45.0, -30.0, -45.0)
@@ -25,12 +38,31 @@ SPEEDS = (0.3, 0.45, 0.6)
 def time_sweeps() -> list[dict]:
     """CPU seconds of a sweep over 20 distances, warm."""
     rows = []
-    for label, posture in {"default": Posture(), "frictionless": Posture(friction=0.0), "straight": FOLLOWING}.items():
+    postures = {
+        "default": Posture(),
+        "frictionless": Posture(friction=0.0),
+        "whole-length hook": Posture(hook_share=1.0),
+        "rotation": Posture(prebend="rotation"),
+        "straight": FOLLOWING,
+    }
+    for label, posture in postures.items():
         for name in PROFILE_NAMES:
             antenna = cockroach(name)
             start = time.process_time()
             found = map_distance(approach(antenna, posture))
             rows.append({"posture": label, "antenna": name, "cpu_s": time.process_time() - start, "r2": found.r2})
+    return rows
+
+
+def tabulate_sensitivity() -> list[dict]:
+    """All combinations of the choices: R² over set-ups per profile, and how often the paper's order holds."""
+    antennas = {name: cockroach(name) for name in PROFILE_NAMES}
+    cases = compare(antennas, make_postures(READINGS, FRICTIONS, BENDS), n_threads=1)
+    rows = [{"antenna": name, **row} for name, row in summarise(cases, np.random.default_rng(0)).items()]
+    rows += [{"choice": key[0], "value": key[1], **counts} for key, counts in count_orderings(cases).items()]
+    for case in cases:
+        if case.measure == {"quantity": "bend", "method": "smooth"}:
+            rows.append({"antenna": case.antenna, "choice": list(case.choice), "r2": case.map.r2})
     return rows
 
 
@@ -72,28 +104,27 @@ def run_courses() -> list[dict]:
     """Tracking error by profile, speed and turn."""
     follow(cockroach(), make_turn(30.0), oracle=True)  # compile
     rows = []
-    for name in PROFILE_NAMES:
+    for name, friction in (*((name, 0.0) for name in PROFILE_NAMES), ("exponential", 0.3), (None, 0.0)):
+        posture = FOLLOWING.replace(friction=friction)
         for speed in SPEEDS:
-            found = calibrate(cockroach(name), FOLLOWING, speed=speed)
-            rows += [
-                {"antenna": name, "speed": speed, "turn": turn, **_run(name, speed, turn, found)} for turn in TURNS
-            ]
-    for speed in SPEEDS:
-        rows += [
-            {"antenna": "(truth)", "speed": speed, "turn": turn, **_run(None, speed, turn, None)} for turn in TURNS
-        ]
+            found = calibrate(cockroach(name), posture, speed=speed) if name else None
+            for turn in TURNS:
+                row = {"antenna": name or "(truth)", "friction": friction, "speed": speed, "turn": turn}
+                rows.append(row | _run(name, posture, speed, turn, found))
     return rows
 
 
-def _run(name, speed, turn, found) -> dict:
-    start = time.process_time()
-    try:
-        run = follow(
-            cockroach(name or "exponential"), make_turn(turn), speed=speed, distance_map=found, oracle=name is None
-        )
-    except FeelerError as error:
-        return {"failed": str(error)}
-    taken = time.process_time() - start
+def _run(name, posture, speed, turn, found) -> dict:
+    antenna, taken = cockroach(name or "exponential"), np.inf
+    for _ in range(3):
+        start = time.process_time()
+        try:
+            run = follow(
+                antenna, make_turn(turn), posture=posture, speed=speed, distance_map=found, oracle=name is None
+            )
+        except FeelerError as error:
+            return {"failed": str(error)}
+        taken = min(taken, time.process_time() - start)
     return {
         "error_mm": run.error,
         "estimate_error_mm": run.estimate_error if name else None,
@@ -111,6 +142,7 @@ def main() -> None:
         "sweeps": time_sweeps(),
         "static_against_simulated": compare_with_simulation(),
         "substep": refine(),
+        "sensitivity": tabulate_sensitivity(),
         "following": run_courses(),
     }
     for title, rows in tables.items():
@@ -118,7 +150,8 @@ def main() -> None:
         for row in rows:
             print("  " + "  ".join(f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))
     RESULTS.parent.mkdir(exist_ok=True)
-    text = json.dumps(tables, indent=1).replace("NaN", "null")
+    rounded = json.loads(json.dumps(tables), parse_float=lambda x: float(f"{float(x):.4g}"))
+    text = json.dumps(rounded, indent=1).replace("NaN", "null")
     RESULTS.write_text(text + "\n")
 
 

@@ -114,6 +114,26 @@ def test_white_noise_moves_frequency_and_damping_little():
     assert np.mean([free.damping_ratio for free in found]) == pytest.approx(0.3, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("time", "frequency", "match"),
+    [
+        (np.arange(0.0, 120.0), 0.45, "faster than its sampling rate"),
+        (1000.0 * np.arange(0.0, 120.0), 0.0175e-3, "Name the column time_ms"),
+    ],
+)
+def test_frequencies_beyond_sampling_and_beyond_antennae_are_refused(time, frequency, match):
+    trace = np.exp(-0.1 * frequency * time) * np.cos(2 * np.pi * frequency * time)
+    with pytest.raises(InvalidInput, match=match):
+        measure_trace(time, trace, "fast")
+
+
+def test_a_trace_that_starts_at_rest_is_refused():
+    time = np.arange(0.0, 120.0)
+    late = np.where(time < 50, 0.0, np.exp(-0.03 * (time - 50)) * np.cos(0.11 * (time - 50)))
+    with pytest.raises(InvalidInput, match="first sample is the release|starts at its rest position"):
+        measure_trace(time, late, "late")
+
+
 def test_seconds_taken_for_milliseconds_are_noticed():
     time = np.arange(0.0, 0.12, 0.001)
     trace = np.exp(-30 * time) * np.cos(2 * np.pi * 17.5 * time)

@@ -17,11 +17,12 @@ from feeler.calibration.protocol import Protocol
 from feeler.calibration.recording import Traces
 from feeler.calibration.targets import make_targets
 from feeler.errors import FeelerError, InvalidInput
-from feeler.response import measure_free_response
+from feeler.response import check_trace, measure_free_response
 
 WAYS = ("trace", "targets")
 MAX_ITERATIONS = 25
-MAX_FREQUENCY = 1.0  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
+MIN_FREQUENCY, MAX_FREQUENCY = 5e-4, 1.0  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
+MAX_JUMP = 0.25  # [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,9 +171,16 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     Raises
     ------
     InvalidInput
-        Over-damped: there is no frequency to fit.
+        Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another unit of time.
     """
-    noise = float(np.std(np.diff(trace, 2)) / np.sqrt(6.0) / abs(trace[0]))
+    check_trace(time, trace, f"trace {name!r}")
+    noise = float(np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max()))
+    if noise > MAX_JUMP:
+        raise InvalidInput(
+            f"trace {name!r} jumps from sample to sample by {noise:.0%} of its first deflection: it swings faster than "
+            f"its sampling rate ({1 / (time[1] - time[0]):g} kHz) can show, or is too noisy. Sample faster, and check "
+            "that the first sample is the release."
+        )
     try:
         free = measure_free_response(time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
     except FeelerError as error:
@@ -186,6 +194,11 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
         raise InvalidInput(
             f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, "
             "not ms. Name the column time_s."
+        )
+    if free.frequency < MIN_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time is probably in ms, "
+            "not s. Name the column time_ms."
         )
     return free
 
