@@ -1,43 +1,50 @@
-"""Write README's table (figure → command → seconds → headline) from the sections of a finished run in out/."""
+"""README's table (figure → command → seconds → headline), made from benchmarks/results/reproduce.json.
+
+python docs/make_table.py    writes it; tests/laws/test_readme.py fails where README says anything else.
+"""
 
 import json
 import re
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 HEADLINES = {
-    "antenna": ("Fig. 2A, C", "antenna.n_segments", "{:.0f} segments"),
-    "calibration": ("Fig. 2B, S1, Movie S1", "calibration.frequency", "{:.1f} Hz damped tip frequency"),
-    "tensors": ("Fig. 2D–E, S3, Movie S2", "tensors.count", "{:.0f} tensors of one antenna"),
-    "wall": ("Fig. 3, Movie S3", "wall.r2.exponential", "R² {:.3f}, exponential profile"),
-    "encoding": ("Fig. 4, 5F–G, S5", "encoding.location_p", "bases map to location: p = {:.3f}"),
-    "reading": ("Fig. 5A–E, S6", "dispersion.tensor.nmi.slow", "closest-match NMI {:.2f} at slow touch"),
-    "cnn": ("Fig. S4", "cnn.slow", "{:.2f} accuracy at slow touch"),
-    "robot": ("Fig. 6, S7, Movie S4", "robot.transfer", "{:.2f} of surrogate contacts read right"),
-    "tracking": ("Fig. S2", "tracking.mean", "{:.1f} °/s, synthetic tracks"),
-}
+    "The antenna": ("Fig. 2A, C", "antenna", "antenna.n_segments", "{:.0f} segments"),
+    "Calibration: does the model move like the animal?": (
+        "Fig. 2B, S1, Movie S1", "calibration", "calibration.frequency", "{:.1f} Hz damped tip frequency",
+    ),
+    "Tactile tensors": ("Fig. 2D–E, S3, Movie S2", "tensors", "tensors.count", "{:.0f} tensors of one antenna"),
+    "Wall distance": ("Fig. 3, Movie S3", "wall", "wall.r2.exponential", "R² {:.3f}, exponential profile"),
+    "Encoding": ("Fig. 4, 5F–G, S5", "encoding", "encoding.location_p", "bases map to location: p = {:.3f}"),
+    "Dispersion and classification": (
+        "Fig. 5A–E, S6", "reading", "dispersion.tensor.nmi.slow", "closest-match NMI {:.2f} at slow touch",
+    ),
+    "Convolutional network": ("Fig. S4", "cnn", "cnn.slow", "{:.2f} accuracy at slow touch"),
+    "The robotic antenna": ("Fig. 6, S7, Movie S4", "robot", "robot.transfer", "{:.2f} of surrogate contacts read right"),
+    "Active touch speed": ("Fig. S2", "tracking", "tracking.mean", "{:.1f} °/s, synthetic tracks"),
+}  # fmt: skip
+MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S)
 
 
-def make_rows(cache: Path) -> list[str]:
-    rows = []
-    for name, (figures, key, form) in HEADLINES.items():
-        files = sorted((cache / name).glob("*/section.json"), key=lambda path: path.stat().st_mtime)
-        data = json.loads(files[-1].read_text()) if files else {"values": {}, "seconds": 0.0}
-        value = data["values"].get(key)
+def make_table(results: dict) -> str:
+    """The table's lines: quick scale, and paper scale for what only that holds."""
+    lines = ["| figure | command | seconds | headline |", "|---|---|---|---|"]
+    for title, (figures, section, key, form) in HEADLINES.items():
+        scale = "paper" if section == "cnn" else "quick"
+        found = results.get(scale, {"stages": {}, "values": {}})
+        value = found["values"].get(section, {}).get(key)
         value = value.get("value") if isinstance(value, dict) else value
-        command = "`make reproduce SCALE=paper`" if name == "cnn" else "`make reproduce`"
+        command = "`make reproduce SCALE=paper`" if scale == "paper" else "`make reproduce`"
+        seconds = found["stages"].get(title)
         headline = form.format(value) if value is not None else "–"
-        rows.append(f"| {figures} | {command} | {data['seconds']:.0f} | {headline} |")
-    return rows
+        lines.append(f"| {figures} | {command} | {'–' if seconds is None else f'{seconds:.0f}'} | {headline} |")
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
-    cache = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "out") / "cache"
-    table = "\n".join(["| figure | command | seconds | headline |", "|---|---|---|---|", *make_rows(cache)])
-    readme = ROOT / "README.md"
-    pattern = r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)"
-    readme.write_text(re.sub(pattern, lambda found: f"{found[1]}{table}\n{found[2]}", readme.read_text(), flags=re.S))
+    readme, table = ROOT / "README.md", make_table(json.loads(RESULTS.read_text()))
+    readme.write_text(MARKS.sub(lambda found: f"{found[1]}{table}{found[2]}", readme.read_text()))
 
 
 if __name__ == "__main__":

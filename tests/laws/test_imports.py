@@ -12,7 +12,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"errors"},
+    {"errors", "compiled"},
     {"antenna"},
     {"touch"},
     {"execute"},

@@ -52,3 +52,25 @@ def test_an_interrupted_stage_leaves_nothing(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run_stage(make_stage(stop), Context(out=tmp_path))
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize("name", ["seed", "scale", "profiles", "pick"])
+def test_a_stage_cannot_read_what_its_key_does_not_hold(tmp_path, name):
+    stage = Stage(name="antenna", title="t", make=lambda context, section: getattr(context, name), reads=("engine",))
+    with pytest.raises(AttributeError, match=f"reads context.{name} but does not declare"):
+        run_stage(stage, Context(out=tmp_path))
+
+
+@pytest.mark.parametrize(("change", "same"), [({"seed": 1}, True), ({"engine": "mujoco"}, False)])
+def test_only_declared_parameters_change_the_key(change, same):
+    stage = Stage(name="antenna", title="t", make=lambda context, section: None, reads=("engine",))
+    assert (stage.key(Context(**change)) == stage.key(Context())) is same
+
+
+def test_a_fresh_run_uses_what_it_made_itself(tmp_path):
+    calls = []
+    stage = make_stage(lambda context, section: calls.append(1))
+    context = Context(out=tmp_path, fresh=True)
+    run_stage(stage, context)
+    assert run_stage(stage, context).cached
+    assert len(calls) == 1

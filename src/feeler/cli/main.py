@@ -2,6 +2,7 @@
 
 import sys
 from importlib import import_module
+from typing import Annotated
 
 import typer
 
@@ -23,7 +24,6 @@ VERBS = (
 )
 
 app = typer.Typer(
-    help="Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart. Units: g, mm, ms.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -31,6 +31,21 @@ app = typer.Typer(
 )
 for verb in VERBS:
     import_module(f"feeler.cli.{verb}").register(app)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from feeler.experiment.configuration import list_versions
+
+        typer.echo(" ".join(f"{name} {version}" for name, version in list_versions().items()))
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="versions")] = False,
+) -> None:
+    """Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart. Units: g, mm, ms."""
 
 
 def main() -> None:

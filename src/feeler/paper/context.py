@@ -1,7 +1,7 @@
 """What a run of the paper is made with: scale, seed, antenna, engine, and where things go."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +11,9 @@ from feeler.experiment.configuration import describe_antenna
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.presets import cockroach
 
+KEYED = ("scale", "seed", "engine", "timestep", "antenna")
+"""What can change a number; a stage says which of them it reads."""
+THROUGH = {"pick": "scale", "profiles": "antenna", "is_cockroach": "antenna"}
 SCALES = ("smoke", "quick", "paper")
 
 
@@ -47,12 +50,21 @@ class Context:
             return {self.antenna.name: self.antenna}
         return {"exponential": self.antenna, **{name: cockroach(name) for name in ("linear", "constant", "matched")}}
 
-    def describe(self) -> dict[str, object]:
+    def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:
         """Everything that can change a number, as plain data; not the number of workers, which cannot."""
-        return {
-            "scale": self.scale,
-            "seed": self.seed,
-            "engine": self.engine,
-            "timestep": self.timestep,
-            "antennas": {name: describe_antenna(antenna) for name, antenna in self.profiles.items()},
-        }
+        antennas = {name: describe_antenna(antenna) for name, antenna in self.profiles.items()}
+        return {name: antennas if name == "antenna" else getattr(self, name) for name in reads}
+
+
+@dataclass(frozen=True)
+class View:
+    """A context of which only some of ``KEYED`` can be read, so that no stage depends on what its key does not hold."""
+
+    context: Context
+    reads: tuple[str, ...]
+
+    def __getattr__(self, name: str) -> object:
+        source = THROUGH.get(name, name)
+        if source in KEYED and source not in self.reads:
+            raise AttributeError(f"this stage reads context.{name} but does not declare {source!r}: {self.reads}.")
+        return getattr(self.context, name)

@@ -2,6 +2,7 @@
 
 import base64
 import html
+import json
 import os
 import platform
 from importlib.resources import files
@@ -13,7 +14,7 @@ from feeler.experiment.configuration import list_versions
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
 from feeler.paper.places import PLACES
-from feeler.paper.section import Section
+from feeler.paper.section import Section, make_plain
 from feeler.physics.scene import Contact
 
 PAGE = """<!doctype html>
@@ -28,7 +29,7 @@ MIME = {".png": "image/png", ".mp4": "video/mp4"}
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
-    """Write ``report.html`` and ``figures.pdf`` and copy each figure's files and numbers to ``figures/``."""
+    """Write ``report.html``, ``figures.pdf`` and ``numbers.json``; copy each figure's files and numbers to ``figures/``."""
     path = context.out / "report.html"
     parts = [("claims", "What holds", _render_claims(claims))]
     parts += [(section.name, section.title, _render_section(section)) for section in sections]
@@ -52,6 +53,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     partial.write_text(page)
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
+    _write_numbers(context.out / "numbers.json", context, sections)
     return partial.replace(path)
 
 
@@ -175,6 +177,15 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
     partial = path.with_suffix(".part")
     with partial.open("wb") as stream:
         writer.write(stream)
+    partial.replace(path)
+
+
+def _write_numbers(path: Path, context: Context, sections: list[Section]) -> None:
+    """Everything the claims are judged by; no times, no machine: equal runs leave equal bytes."""
+    values = {section.name: make_plain(section.values) for section in sections}
+    data = {"configuration": context.describe(), "versions": list_versions(), "values": values}
+    partial = path.with_suffix(".part")
+    partial.write_text(json.dumps(data, sort_keys=True, indent=1))
     partial.replace(path)
 
 

@@ -10,33 +10,68 @@ from feeler.paper.claims import judge_claims
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
 from feeler.paper.section import Section
-from feeler.paper.stage import Stage, run_stage
+from feeler.paper.stage import Stage, find_kept, run_stage
 
 STAGES = (
-    Stage(name="antenna", title="The antenna", make=sections.antenna.make, rooms=("paper",)),
+    Stage(
+        name="antenna",
+        title="The antenna",
+        make=sections.antenna.make,
+        rooms=("paper",),
+        reads=("antenna",),
+    ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
         make=sections.calibration.make,
         rooms=("response", "calibration", "paper"),
+        reads=("scale", "seed", "engine", "antenna"),
     ),
-    Stage(name="tensors", title="Tactile tensors", make=sections.tensors.make, rooms=("paper",)),
-    Stage(name="wall", title="Wall distance", make=sections.wall.make, rooms=("wall", "paper")),
-    Stage(name="encoding", title="Encoding", make=sections.encoding.make, rooms=("encoding", "paper")),
+    Stage(
+        name="tensors",
+        title="Tactile tensors",
+        make=sections.tensors.make,
+        rooms=("paper",),
+    ),
+    Stage(
+        name="wall",
+        title="Wall distance",
+        make=sections.wall.make,
+        rooms=("wall", "paper"),
+        reads=("scale", "engine", "antenna"),
+    ),
+    Stage(
+        name="encoding",
+        title="Encoding",
+        make=sections.encoding.make,
+        rooms=("encoding", "paper"),
+    ),
     Stage(
         name="reading",
         title="Dispersion and classification",
         make=sections.reading.make,
         rooms=("encoding", "dispersion", "decoding", "paper"),
     ),
-    Stage(name="cnn", title="Convolutional network", make=sections.cnn.make, rooms=("decoding", "paper")),
+    Stage(
+        name="cnn",
+        title="Convolutional network",
+        make=sections.cnn.make,
+        rooms=("decoding", "paper"),
+    ),
     Stage(
         name="robot",
         title="The robotic antenna",
         make=sections.robot.make,
         rooms=("robot", "decoding", "calibration", "response", "encoding", "dispersion", "paper"),
+        reads=("scale", "seed"),
     ),
-    Stage(name="tracking", title="Active touch speed", make=sections.tracking.make, rooms=("tracking", "paper")),
+    Stage(
+        name="tracking",
+        title="Active touch speed",
+        make=sections.tracking.make,
+        rooms=("tracking", "paper"),
+        reads=("seed", "antenna"),
+    ),
 )
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")
@@ -47,10 +82,13 @@ def reproduce(context: Context, report: Callable[[str, Section | None], None] = 
     """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the sections.
 
     Stages run side by side in ``context.workers`` processes (default one per core); the numbers do not depend on it.
-    ``report(title, section)`` is called when a stage starts (section None) and when it ends. For another antenna the
-    sections that speak of the animal's or the robot's own data are left out, with a word why.
+    ``report(title, section)`` is called when a stage starts (section None) and when its section is there. For another
+    antenna the sections that speak of the animal's or the robot's own data are left out, with a word why.
     """
-    made = {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
+    kept = {stage.name: section for stage in STAGES if (section := find_kept(stage, context))}
+    made = kept | {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
+    for section in made.values():
+        report(section.title, section)
     todo = sorted((s for s in STAGES if s.name not in made), key=lambda stage: LONGEST_FIRST.index(stage.name))
     for section in _run_stages(todo, context, report):
         made[section.name] = section
@@ -62,7 +100,7 @@ def reproduce(context: Context, report: Callable[[str, Section | None], None] = 
 def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:
     """Sections as they are ready; the first error is raised when the other stages are done and kept."""
     workers = min(check_workers(context.workers), len(stages))
-    if workers == 1:
+    if workers <= 1:
         for stage in stages:
             report(stage.title, None)
             yield (section := run_stage(stage, context))

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from feeler.errors import FeelerError
 from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
-from feeler.paper.context import Context
+from feeler.paper.context import KEYED, Context, View
 from feeler.paper.section import Section
 
 PRINTED = ("report", "claims", "places", "compare", "reproduce")
@@ -29,11 +29,13 @@ class Stage:
     title: str
     make: Callable[[Context, Section], None]
     rooms: tuple[str, ...] = ()
+    reads: tuple[str, ...] = KEYED
+    """Which parameters its numbers depend on; it cannot read the others."""
 
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
         code = {room: hash_source(room) for room in (*COMMON, *self.rooms, f"paper/sections/{self.name}.py")}
-        return digest({"context": context.describe(), "versions": list_versions(), "code": code})
+        return digest({"context": context.describe(self.reads), "versions": list_versions(), "code": code})
 
 
 @cache
@@ -59,22 +61,32 @@ def hold(path: Path) -> Iterator[None]:
         yield
 
 
+def find_kept(stage: Stage, context: Context) -> Section | None:
+    """The stage's section if the cache holds it whole."""
+    folder = _find_folder(stage, context)
+    return Section.load(folder) if is_kept(folder / "section.json", context) else None
+
+
+def _find_folder(stage: Stage, context: Context) -> Path:
+    return context.out / "cache" / stage.name / stage.key(context)
+
+
 def run_stage(stage: Stage, context: Context) -> Section:
     """The stage's section: from the cache where its key stands there whole, else made now.
 
     The section is made in a folder of another name and renamed when it is whole, so that a killed run leaves either all
     of it or nothing. A FeelerError becomes the section's text; the other sections go on.
     """
-    final = context.out / "cache" / stage.name / stage.key(context)
-    if is_kept(final / "section.json", context):
-        return Section.load(final)
+    if kept := find_kept(stage, context):
+        return kept
+    final = _find_folder(stage, context)
     partial = final.with_name(f".{final.name}.{os.getpid()}")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
     section, start = Section(name=stage.name, title=stage.title, folder=partial), time.perf_counter()
     try:
         with threadpool_limits(1, user_api="blas"):  # sums in BLAS depend on its number of threads
-            stage.make(context, section)
+            stage.make(View(context, stage.reads), section)
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)

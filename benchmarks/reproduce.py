@@ -1,0 +1,55 @@
+"""Time of ``feeler reproduce`` by stage, and what it finds: benchmarks/results/reproduce.json, from which README's
+table is made (docs/make_table.py).
+
+    python benchmarks/reproduce.py smoke quick        # paper needs the extra cnn
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+RESULTS = Path(__file__).parent / "results" / "reproduce.json"
+
+
+def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict]]:
+    """Seconds of one run as a user waits for them, and its stages."""
+    command = [sys.executable, "-m", "feeler", "reproduce", "--scale", scale, "--out", str(out), "--log-json", *options]
+    start = time.perf_counter()
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    seconds = time.perf_counter() - start
+    events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
+    print(scale, *options, f"{seconds:.1f} s;", re.search("claims: .*", done.stdout).group())
+    return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None]
+
+
+def measure(scale: str) -> dict[str, object]:
+    """Warm run, second run from the cache, seconds of each stage, headline numbers."""
+    with TemporaryDirectory() as folder:
+        out = Path(folder)
+        first, stages = run(scale, out)
+        second, _ = run(scale, out)
+        values = json.loads((out / "numbers.json").read_text())["values"]
+    return {
+        "seconds": round(first, 1),
+        "seconds_cached": round(second, 1),
+        "cores": os.cpu_count(),
+        "stages": {stage["title"]: stage["seconds"] for stage in stages},
+        "values": values,
+    }
+
+
+def main() -> None:
+    run("smoke", Path(TemporaryDirectory().name))  # compiles, if need be
+    results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    for scale in sys.argv[1:] or ("smoke", "quick"):
+        results[scale] = measure(scale)
+    RESULTS.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n")
+
+
+if __name__ == "__main__":
+    main()

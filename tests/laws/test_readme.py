@@ -1,0 +1,34 @@
+"""README says what was measured, and its tree is the tree."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def table_maker():
+    spec = importlib.util.spec_from_file_location("make_table", ROOT / "docs" / "make_table.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_readme_holds_the_generated_table(table_maker):
+    table = table_maker.make_table(json.loads(table_maker.RESULTS.read_text()))
+    assert table in (ROOT / "README.md").read_text(), "run: python docs/make_table.py"
+
+
+def test_every_stage_has_a_row(table_maker):
+    from feeler.paper.reproduce import STAGES
+
+    assert [stage.title for stage in STAGES] == list(table_maker.HEADLINES)
+
+
+def test_the_tree_names_every_room():
+    rooms = [p.name for p in (ROOT / "src" / "feeler").iterdir() if p.is_dir() and (p / "__init__.py").exists()]
+    readme = (ROOT / "README.md").read_text()
+    assert not [room for room in rooms if f"  {room}/" not in readme]
