@@ -3,8 +3,6 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -14,27 +12,14 @@ import pytest
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES, reproduce
 
+from ._run import start
 
-
-def start(out, *options):
-    """``feeler reproduce`` at smoke scale in a process group of its own."""
-    command = [sys.executable, "-m", "feeler", "reproduce", "--scale", "smoke", "--out", str(out), *options]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
 
 
 def read_numbers(out: Path) -> dict[str, bytes]:
     """Every numbers file of a run."""
     files = [out / "numbers.json", *sorted((out / "figures").glob("*.json"))]
     return {file.name: file.read_bytes() for file in files}
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """An undisturbed run on one core."""
-    out = tmp_path_factory.mktemp("whole") / "out"
-    process = start(out, "--workers", "1")
-    assert process.wait(600) == 0, process.stderr.read().decode()
-    return out
 
 
 @pytest.mark.slow

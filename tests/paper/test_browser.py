@@ -1,0 +1,61 @@
+"""The report in a real browser: nothing broken, nothing too wide, nothing on the console, from phone to desktop."""
+
+import html
+import json
+import re
+import shutil
+import subprocess
+
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+FLAGS = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+CHECK = """<script>
+const problems = [];
+window.addEventListener('error', e => problems.push('error: ' + (e.message || e.target.outerHTML.slice(0, 80))), true);
+console.error = (...words) => problems.push('console: ' + words.join(' '));
+document.addEventListener('DOMContentLoaded', () => { for (const i of document.images) i.loading = 'eager'; });
+window.addEventListener('load', () => setTimeout(() => {
+  for (const i of document.images) if (!i.complete || !i.naturalWidth) problems.push('broken: ' + i.alt.slice(0, 40));
+  const videos = [...document.querySelectorAll('video')];
+  for (const v of videos) if (!v.videoWidth) problems.push('a movie does not play');
+  const width = document.documentElement.clientWidth;
+  if (document.documentElement.scrollWidth > width) problems.push('the page is wider than the window');
+  for (const e of document.querySelectorAll('body *'))
+    if (!e.closest('.scroll') && e.getBoundingClientRect().right > width + 1) problems.push('too wide: ' + e.outerHTML);
+  parent.postMessage({width: innerWidth, images: document.images.length, videos: videos.length, problems}, '*');
+}, 3000));
+</script>"""
+FRAME = """<body style="margin:0"><iframe src="page.html" style="border:0;width:{width}px;height:800px"></iframe><script>
+window.addEventListener('message', e => {{ const found = document.createElement('pre'); found.id = 'found';
+  found.textContent = JSON.stringify(e.data); document.body.append(found); }});</script>"""
+
+
+def look(page: str, width: int, folder) -> dict:
+    """What Chromium finds at this width; in a frame, because its own window cannot be as narrow as a phone."""
+    (folder / "page.html").write_text(page.replace("<head>", "<head>" + CHECK, 1))
+    (folder / "frame.html").write_text(FRAME.format(width=width))
+    options = [*FLAGS.split(), f"--user-data-dir={folder}/user", "--window-size=1600,900", "--virtual-time-budget=20000"]
+    command = [CHROMIUM, *options, "--dump-dom", f"file://{folder}/frame.html"]
+    shown = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
+    return json.loads(html.unescape(re.search(r'<pre id="found">(.*?)</pre>', shown, re.S)[1]))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+@pytest.mark.parametrize("width", [390, 820, 1440])
+def test_the_report_holds_at_every_width(whole, tmp_path, width):
+    found = look((whole / "report.html").read_text(), width, tmp_path)
+    assert found["width"] == width
+    assert found["problems"] == []
+    assert found["images"] >= 10
+    assert found["videos"] >= 3
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_the_check_itself_finds_what_is_broken(tmp_path):
+    page = "<html><head></head><body><img alt='gone' src='nothing.png'><p style='width:2000px'>x</p></body></html>"
+    problems = " ".join(look(page, 390, tmp_path)["problems"])
+    assert "broken: gone" in problems
+    assert "wider than the window" in problems
