@@ -10,9 +10,11 @@ from pathlib import Path
 
 from pypdf import PdfReader, PdfWriter
 
+from feeler.decoding.plan import get_plan
 from feeler.experiment.configuration import list_versions
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
+from feeler.paper.encoder import EFFORT
 from feeler.paper.places import PLACES
 from feeler.paper.section import Section, make_plain
 from feeler.physics.scene import Contact
@@ -145,8 +147,9 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
         f"{1e3 * antenna.segment_mass.sum():.3g} mg, joined by damped hinge springs in one plane, clamped at its base. Objects "
         f"move on straight lines at constant velocity. Contact is MuJoCo's soft contact with a pyramidal friction cone, "
         f"solref {contact.solref} [ms, 1], solimp {contact.solimp}; no gravity; integration step {context.timestep:g} ms, "
-        f"one sample per ms at {antenna.sensors.size} hinges. Tensors hold curvature (hinge angle over segment length), "
-        "rectified and scaled by one common factor on the way to the encoder. Physics: the "
+        f"one sample per ms at {antenna.sensors.size} hinges. Tensors hold joint angle and curvature (angle over segment "
+        "length) with their signs; pictures show curvature, encoder and indices take angles with negative values set to 0 "
+        "and one common scale for a whole set. Physics: the "
         f"{context.engine} engine"
         + (
             ", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the tests."
@@ -160,10 +163,28 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
         [section.title, f"{section.seconds:.1f}", "kept from an earlier run" if section.cached else ""]
         for section in sections
     ]
-    table = _render_table(
+    times = _render_table(
         {"header": ["stage", "seconds", ""], "rows": rows, "caption": "Time each stage took when it was made."}
     )
-    return f"<p>{html.escape(words)}</p><p class='small'>Versions: {versions}. Machine: {machine}. Seed: {context.seed}.</p>{table}"
+    return (
+        f"<p>{html.escape(words)}</p>{_render_effort(context)}"
+        f"<p class='small'>Versions: {versions}. Machine: {machine}. Seed: {context.seed}.</p>{times}"
+    )
+
+
+def _render_effort(context: Context) -> str:
+    """How much was computed at this scale, from the plans themselves."""
+    n_restarts, max_iter, tol = EFFORT[context.scale]
+    plan = get_plan(context.scale)
+    rows = [
+        ["encoder", f"3 bases of 40 ms, sparseness 0.8; {n_restarts} restarts, at most {max_iter} iterations, tol {tol:g}"],
+        ["noise ratios", ", ".join(f"{100 * ratio:g} %" for ratio in plan.ratios)],
+        ["repeats, copies per trial", f"{plan.n_repeats}, {plan.n_copies}"],
+        ["other numbers of copies", ", ".join(map(str, plan.other_copies)) or "none"],
+        ["noise before encoding", f"{plan.before_repeats} repeats" if plan.before_repeats else "left out at this scale"],
+        ["timestep, engine", f"{context.timestep:g} ms, {context.engine}"],
+    ]
+    return _render_table({"header": ["what", "how much"], "rows": rows, "caption": f"Effort at scale '{context.scale}'."})
 
 
 def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:

@@ -1,13 +1,12 @@
 """The convolutional network of Fig. S4."""
 
-from feeler.errors import MissingExtra
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, load_tensors
 from feeler.paper.section import Section
 
 
 def make(context: Context, section: Section) -> None:
-    """Fig. S4 where torch is installed; below paper scale, how to add it."""
+    """Fig. S4, which needs torch; below paper scale, how to add it."""
     if context.scale != "paper":
         section.text(
             "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce SCALE=paper` installs it and runs "
@@ -18,11 +17,7 @@ def make(context: Context, section: Section) -> None:
 
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets))
-    try:
-        data = figS4.compute(sets, scale=context.scale, reference=first, random_state=context.seed)
-    except MissingExtra as error:
-        section.text(f"Left out: {error}")
-        return
+    data = figS4.compute(sets, scale=context.scale, reference=first, random_state=context.seed)
     speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     section.figure(
         "figS4_cnn",

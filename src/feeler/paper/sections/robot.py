@@ -32,6 +32,8 @@ def make(context: Context, section: Section) -> None:
         lambda figure: figS7.plot(data, figure),
         height=3.4,
     )
+    differences = {" ".join(map(str, label)): value for label, value in figS7.compute_differences(data).items()}
+    section.numbers("figS7_tensors", relative_difference=differences)
     _write_movie(context, section, data)
     _list_scores(section, data)
     if context.scale != "smoke":

@@ -19,8 +19,12 @@ def make(context: Context, section: Section) -> None:
     names, first = list_profiles(context), next(iter(context.profiles))
     sets = {name: load_tensors(context, name) for name in names}
     section.figure(
-        "fig2d_stimuli", "What touches, and where. (Fig. 2D)", lambda f: fig2.plot_stimuli(context.antenna, f)
+        "fig2d_stimuli",
+        "What touches, and where. (Fig. 2D)",
+        lambda figure: fig2.plot_stimuli(context.antenna, figure),
     )
+    slow = select_speed(sets[first], SPEEDS["slow"])
+    section.numbers("fig2d_stimuli", feature=slow["feature"], size=slow["size"], location=slow["location"])
     _draw_sets(context, section, sets)
     _write_movies(context, section)
     _tabulate(section, sets)
