@@ -22,11 +22,13 @@ def compare(
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
+    from feeler.experiment.configuration import list_versions
     from feeler.experiment.touch import touch
     from feeler.paper.compare import compare as compute
     from feeler.paper.compare import write_page
     from feeler.paper.encoder import make_encoder
     from feeler.paper.trials import SPEEDS, trials
+    from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 
     if len(set(antennas)) < 2:
         raise InvalidInput(
@@ -43,7 +45,11 @@ def compare(
     data = compute(tensors, make_encoder(scale, random_state=seed), scale=scale, random_state=seed, report=typer.echo)
     for title, *cells in data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
-    typer.echo(f"page: {write_page(data, out)}")
+    conditions = (
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {TIMESTEP:g} ms, {len(touches)} touches at "
+        f"{SPEEDS['slow']:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+    )
+    typer.echo(f"page: {write_page(data, out, conditions)}")
 
 
 def register(app: typer.Typer) -> None:

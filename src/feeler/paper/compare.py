@@ -1,15 +1,12 @@
 """Any antennas side by side: dispersion, entropy, accuracy against noise, on one self-contained page."""
 
-import base64
-import html
-import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from feeler.decoding.codes import make_codes
@@ -20,15 +17,10 @@ from feeler.encoding import compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
 from feeler.paper.fig5 import LABELS, list_groups, plot_curves
 from feeler.paper.figS6 import NAMES, compute_groups, plot_index
+from feeler.paper.report import render_page
+from feeler.paper.section import Section
 
 KINDS = ("sparse", "raw")
-PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,"><style>
-body{{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#111;background:#fff}}
-table{{border-collapse:collapse;font-size:.9rem}}
-td,th{{padding:.2rem .7rem;border-bottom:1px solid #ccc;text-align:left}}
-img{{max-width:100%;height:auto}}.scroll{{overflow-x:auto}}</style></head><body><h1>{title}</h1>{body}</body></html>
-"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,38 +120,34 @@ def plot(data: Comparison, figure: Figure) -> None:
         ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
         ax.set_xlabel("noise (%)", fontsize=7)
     axes[0].set_ylabel("accuracy (%)", fontsize=7)
-    axes[0].legend(fontsize=5, frameon=False)
+    bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
 
 
-def write_page(data: Comparison, path: str | Path) -> Path:
-    """One HTML file with everything inside."""
-    figure = Figure(figsize=(10, 6.5), layout="constrained")
-    FigureCanvasAgg(figure)
-    plot(data, figure)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
-    picture = base64.b64encode(buffer.getvalue()).decode()
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in data.names)
-    cells = ("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in data.list_rows())
-    first = html.escape(data.names[0])
-    items = "".join(
-        f"<li>{html.escape(measure)}: {first} minus {html.escape(name)} {html.escape(str(interval))}, "
-        f"d<sub>z</sub> {interval.effect:.2g}</li>"
-        for (measure, name), interval in data.differences.items()
-    )
-    body = (
-        "<p>The same touches at the slowest speed. Dispersion carries 95 % bootstrap intervals over stimuli; "
-        "low Pearson r, SSIM and NMI and high MSE mean more dispersed. Dashed: the null, one tensor repeated.</p>"
-        f'<img alt="Dispersion and accuracy of {html.escape(", ".join(data.names))}; the numbers are in the table" '
-        f'src="data:image/png;base64,{picture}">'
-        f'<div class="scroll"><table><thead><tr><th>measure</th>{head}</tr></thead>'
-        f"<tbody>{''.join(cells)}</tbody></table></div>"
-        f"<h2>Differences</h2><ul>{items}</ul>"
-    )
-    path = Path(path)
+def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+    """One HTML file with everything inside; ``conditions`` says how it was made."""
+    title, path = " against ".join(data.names), Path(path)
+    lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."
+    with TemporaryDirectory() as folder:
+        section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
+        section.figure(
+            "comparison",
+            "Above: closest matches of every tensor, and their average with its 95 % bootstrap interval over stimuli; low "
+            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy of 30 classes against noise; dashed: "
+            "the null, one tensor repeated.",
+            lambda figure: plot(data, figure),
+            width=10.0,
+            height=6.5,
+        )
+        section.table(["measure", *data.names], data.list_rows())
+        section.heading("Differences over the same stimuli, with effect size")
+        for (measure, name), interval in data.differences.items():
+            section.text(f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}")
+        section.text(conditions)
+        page = render_page(title, lead, [section])
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(PAGE.format(title=html.escape(" against ".join(data.names)), body=body), encoding="utf-8")
-    return path
+    partial = path.with_name(f".{path.name}.part")
+    partial.write_text(page, encoding="utf-8")
+    return partial.replace(path)
 
 
 __all__ = ["Comparison", "compare", "plot", "write_page"]

@@ -290,11 +290,11 @@ def plot(data: Fig5Data, figure: Figure) -> None:
         for level, line in zip(LEVELS, axes, strict=True):
             for kind, ax in zip(CODES, line, strict=True):
                 plot_curves(curves, kind, level, ax)
-                ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
-            line[0].set_ylabel("accuracy (%)", fontsize=7)
-        for ax in axes[-1]:
-            ax.set_xlabel("noise (%)", fontsize=7)
-        axes[0, -1].legend(fontsize=5, frameon=False, loc="lower left")
+            line[0].set_ylabel(f"accuracy (%)\n{level} noise", fontsize=7)
+        for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
+            above.set_title(LABELS[kind], fontsize=7)
+            below.set_xlabel("noise (%)", fontsize=7)
+        block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=6)
 
 
 def plot_top(data: Fig5Data, figure: SubFigure) -> None:
@@ -332,7 +332,7 @@ def plot_curves(curves: Curves, kind: str, level: str, ax) -> None:
         place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
         ax.plot(*place, ls="-.", marker="x", ms=3, lw=0.7, color=colour, label=label)
     ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
-    ax.set_ylim(0, 103)
+    ax.set(xlim=(0, 32), ylim=(0, 103))
     ax.tick_params(labelsize=6)
 
 

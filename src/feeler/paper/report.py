@@ -23,7 +23,7 @@ PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <link rel="icon" href="data:,"><title>{title}</title><style>{css}</style></head><body>
 <header><h1>{title}</h1><p class="lead">{lead}</p></header>
-<nav aria-label="contents"><ol>{contents}</ol></nav><main>{body}</main>
+{contents}<main>{body}</main>
 <footer><p class="small">Made by feeler {version}. Paper: Meng, McDonnell, Jayaram, Mongeau 2025,
 <a href="https://doi.org/10.1101/2025.10.20.683587">doi:10.1101/2025.10.20.683587</a>.</p></footer></body></html>
 """
@@ -39,24 +39,37 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
         ("places", "Every figure and movie", _render_places(sections)),
         ("methods", "Methods and conditions", _render_methods(context, sections)),
     ]
-    page = PAGE.format(
-        title="Soft antennae, touched"
-        if context.is_cockroach
-        else f"The antenna '{html.escape(context.antenna.name)}', touched",
-        lead=_lead(context),
-        css=files("feeler.paper").joinpath("report.css").read_text(),
-        contents="".join(f'<li><a href="#{name}">{html.escape(title)}</a></li>' for name, title, _ in parts),
-        body="".join(
-            f'<section id="{name}"><h2>{html.escape(title)}</h2>{text}</section>' for name, title, text in parts
-        ),
-        version=list_versions()["feeler"],
-    )
+    other = f"The antenna '{context.antenna.name}', touched"
+    page = _fill_page("Soft antennae, touched" if context.is_cockroach else other, _lead(context), parts)
     partial = path.with_suffix(".part")
     partial.write_text(page)
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
     _write_numbers(context.out / "numbers.json", context, sections)
     return partial.replace(path)
+
+
+def render_page(title: str, lead: str, sections: list[Section]) -> str:
+    """Sections as one self-contained page."""
+    return _fill_page(title, lead, [(section.name, section.title, _render_section(section)) for section in sections])
+
+
+def _fill_page(title: str, lead: str, parts: list[tuple[str, str, str]]) -> str:
+    return PAGE.format(
+        title=html.escape(title),
+        lead=html.escape(lead),
+        css=files("feeler.paper").joinpath("report.css").read_text(),
+        contents=_list_contents(parts) if len(parts) > 1 else "",
+        body="".join(
+            f'<section id="{name}"><h2>{html.escape(name_of)}</h2>{text}</section>' for name, name_of, text in parts
+        ),
+        version=list_versions()["feeler"],
+    )
+
+
+def _list_contents(parts: list[tuple[str, str, str]]) -> str:
+    items = "".join(f'<li><a href="#{name}">{html.escape(title)}</a></li>' for name, title, _ in parts)
+    return f'<nav aria-label="contents"><ol>{items}</ol></nav>'
 
 
 def _lead(context: Context) -> str:
