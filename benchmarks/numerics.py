@@ -32,6 +32,7 @@ FACTORS = [10.0**n for n in range(-6, 7)]
 SEGMENTS = [1, 2, 3, 5, 10, 20, 50, 140, 300, 500, 1000]
 SPEEDS = [1e-3, 1e-2, 0.06, 0.3, 0.6, 1.0, 2.0, 5.0, 10.0]
 SIZES = [0.05, 0.1, 0.3, 1.5, 3.0, 10.0, 20.0, 50.0]
+CONTACT = "diverged (named): in contact"
 KINDS = ("ball", "box", "triangle", "wall")
 
 
@@ -159,9 +160,23 @@ def run_random(n: int, seed: int = 0, duration: float = 30.0, batch: int = 200) 
                 scenes.append(make_scene(antenna, trial))
             except InvalidInput as error:
                 ends[f"refused: {shorten(error)}"] += 1
-        for scene, outcome in zip(scenes, simulate(scenes, Clock(duration=duration, timestep=TIMESTEP)), strict=True):
-            ends[name_end(scene, outcome)] += 1
+        outcomes = simulate(scenes, Clock(duration=duration, timestep=TIMESTEP))
+        named = [(scene, name_end(scene, outcome)) for scene, outcome in zip(scenes, outcomes, strict=True)]
+        ends.update(end for _, end in named if end != CONTACT)
+        ends.update(find_cures([scene for scene, end in named if end == CONTACT], duration))
     return ends
+
+
+def find_cures(scenes: list[Scene], duration: float) -> Counter:
+    """For scenes that diverge in contact: at which smaller timestep, if any that was tried, they do not."""
+    cures = Counter()
+    for timestep in (TIMESTEP / 4, TIMESTEP / 16):
+        outcomes = simulate(scenes, Clock(duration=duration, timestep=timestep))
+        left = [scene for scene, outcome in zip(scenes, outcomes, strict=True) if isinstance(outcome, Exception)]
+        cures[f"{CONTACT}; finite at {timestep:g} ms"] += len(scenes) - len(left)
+        scenes = left
+    cures[f"{CONTACT}; also at {timestep:g} ms"] += len(scenes)
+    return +cures
 
 
 def is_free_stable(antenna: Antenna, timestep: float) -> bool:
@@ -180,8 +195,7 @@ def name_end(scene: Scene, outcome: object) -> str:
     """How a simulation ended, in words; an error that is not feeler's is raised."""
     if isinstance(outcome, SimulationDiverged):
         free = is_free_stable(scene.antenna, TIMESTEP)
-        cause = "in contact" if free else "hinges too stiff for their damping at this timestep"
-        return f"diverged (named): {cause}"
+        return CONTACT if free else "diverged (named): hinges too stiff for their damping at this timestep"
     if isinstance(outcome, FeelerError):
         return f"refused: {shorten(outcome)}"
     if isinstance(outcome, Exception):

@@ -47,6 +47,13 @@ def test_a_shape_too_large_for_a_float_is_refused():
         restore(content, {"a": np.zeros(1)}, "file")
 
 
+@pytest.mark.parametrize("dims", [["x", "x"], [2, 8], "xy"])
+def test_dims_are_names_each_given_once(dims):
+    content = {"variables": {"a": {"dims": dims, "shape": [1, 1], "type": "<f8"}}}
+    with pytest.raises(InvalidInput, match="dims are names, each given once"):
+        restore(content, {"a": np.zeros((1, 1))}, "file")
+
+
 @pytest.mark.parametrize("name", ["time", "position"])
 def test_text_in_place_of_numbers_is_a_breach(name):
     dataset = make_set()
