@@ -174,7 +174,7 @@ class Batch:
 
     def warm_up(self) -> None:
         """Compile, or load what was compiled before."""
-        with announce_compiling(step_many):
+        with announce_compiling(len(self.width)):
             self._step(0, 0)
 
     def _step(self, step: int, n_steps: int) -> None:
