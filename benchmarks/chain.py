@@ -1,9 +1,9 @@
 """The chain engine against MuJoCo: time per step and core, growth with the number of segments, the paper's 90 touches.
 
 Both engines run the same steps of the same scene in turns, in one process on one thread; times are the median of the
-turns in processor time, ratios the median of the turns' ratios, so that a busy machine disturbs little. MuJoCo is tuned:
-dense Jacobian, only the pairs object–segment collide, many steps per call. "Converged" is the reference engine's setting
-(tolerance 0, 25 iterations), "quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
+turns in processor time, ratios the median of the turns' ratios, so that a busy machine disturbs little. MuJoCo is
+tuned: dense Jacobian, only the pairs object–segment collide, many steps per call. "Converged" is the reference engine's
+setting (tolerance 0, 25 iterations), "quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
 
     python benchmarks/chain.py
 """
