@@ -17,7 +17,7 @@ from feeler.encoding import (
     locate_components,
     map_locations,
 )
-from feeler.paper.encoder import make_encoder, prepare
+from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
 from feeler.plotting.style import PALETTE
 from feeler.plotting.tensor import plot_tensor
 
@@ -71,7 +71,7 @@ def compute(
     for name, dataset in chosen.items():
         data = prepare(dataset, quantity)
         if name not in encoders:
-            encoders[name] = make_encoder(scale, random_state=random_state).fit(data)
+            encoders[name] = make_encoder(scale, n_restarts=SIDE_RESTARTS[scale], random_state=random_state).fit(data)
         code = encoders[name].transform(data, code="ridge")
         mapping[name] = map_locations(code, dataset["location"].values, locate_components(encoders[name].components_))
     entropy = {

@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import ConvolutiveNMF, match_components
-from feeler.paper.encoder import make_encoder, prepare
+from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
 from feeler.plotting.tensor import plot_tensor
 
 DURATIONS = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
@@ -52,8 +52,8 @@ def compute(
         if fitted is not None and fitted.n_lags == n_lags:
             encoders[n_lags] = fitted
         else:
-            one = {"n_restarts": 1} if scale == "quick" else {}
-            encoders[n_lags] = make_encoder(scale, n_lags=n_lags, random_state=random_state, **one).fit(data)
+            options = {"n_lags": n_lags, "n_restarts": SIDE_RESTARTS[scale], "random_state": random_state}
+            encoders[n_lags] = make_encoder(scale, **options).fit(data)
     reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
     profiles = [encoder.components_.sum(axis=2, keepdims=True) for encoder in encoders.values()]
     return FigS5Data(
