@@ -31,20 +31,29 @@ def wall(
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
     import numpy as np
 
+    from feeler.errors import InvalidInput
     from feeler.presets import make_preset
     from feeler.wall import Posture, approach, map_distance
 
+    if not near <= far:
+        raise InvalidInput(f"--near must not exceed --far, got {near:g} and {far:g} mm.")
     posture = Posture(inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction)
-    typer.echo("antenna        contact  inverted  fitted      R²   slope   error mm  told apart mm")
-    for name in antennas or ["exponential", "linear", "constant", "matched"]:
-        sweep = approach(make_preset(name), posture, np.linspace(far, near, steps))
+    distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
+    names = antennas or ["exponential", "linear", "constant", "matched"]
+    sweeps = {name: approach(make_preset(name), posture, distances) for name in names}
+    typer.echo(
+        f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm  monotone  told apart mm"
+    )
+    for name, sweep in sweeps.items():
         found = map_distance(sweep)
         counts = f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d} {found.used.sum():7d}"
         if found.undefined:
             typer.echo(f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base hinge)")
             continue
         low, high = found.told_apart
-        typer.echo(f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.error:10.2f}  {low:.1f} to {high:.1f}")
+        apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
+        line = f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f} {found.error:9.2f}"
+        typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
 
 
 def follow(
