@@ -77,10 +77,16 @@ def follow(
         oracle=oracle,
     )
     end = "ran into the wall" if run.collided else "passed"
-    typer.echo(
+    words = (
         f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest {run.nearest:.2f} mm"
-        + ("" if oracle else f", estimate off by {run.estimate_error:.2f} mm (map R² {run.map.r2:.3f})")
     )
+    if not oracle:
+        touched = run.estimate_error == run.estimate_error  # NaN: the antenna never touched
+        off = (
+            f"estimate off by {run.estimate_error:.2f} mm" if touched else "it never touched, so there was no estimate"
+        )
+        words += f", {off} (map R² {run.map.r2:.3f})"
+    typer.echo(words)
 
 
 def register(app: typer.Typer) -> None:
