@@ -46,7 +46,11 @@ def reproduce(
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start = time.perf_counter()
-    made = run(context, _make_reporter(log_json, len(STAGES), start))
+    try:
+        made = run(context, _make_reporter(log_json, len(STAGES), start))
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; finished stages are in {out / 'cache'}, and the same command goes on from there", err=True)
+        raise typer.Exit(130) from None
     _summarise(context, made, time.perf_counter() - start)
 
 
