@@ -5,15 +5,17 @@ it reads: after a change in a neighbouring file, numba's own cache would go on g
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from numba import njit
 
 
-def compiled(function: Callable) -> Callable:
-    """``function`` compiled at its first call, without Python's lock, errors as in NumPy."""
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
+def compiled(function: Callable | None = None, **options: object) -> Callable:
+    """``function`` compiled at its first call, without Python's lock, errors as in NumPy; ``options`` are numba's."""
+    if function is None:
+        return partial(compiled, **options)
+    dispatcher = njit(cache=True, nogil=True, error_model="numpy", **options)(function)
     if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
         file = dispatcher._cache._cache_file
         file._source_stamp = (file._source_stamp, stamp_folder(Path(function.__code__.co_filename).parent))

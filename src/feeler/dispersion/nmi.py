@@ -5,6 +5,7 @@ from typing import Any
 import numba as nb
 import numpy as np
 
+from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.errors import InvalidInput
 
@@ -105,7 +106,7 @@ def _check(n_bins: int, low: float, high: float, common_zeros: str) -> None:
         raise InvalidInput(f"common_zeros must be one of {', '.join(ZEROS)}, got {common_zeros!r}.")
 
 
-@nb.njit(cache=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _compare_pairs(a, histogram_a, b, histogram_b, pairs, self_information, gain, zero):
     """NMI of each pair; entropies from Σ c log c over the cells, built up point by point."""
     values = np.empty(len(pairs))
@@ -134,7 +135,7 @@ def _compare_pairs(a, histogram_a, b, histogram_b, pairs, self_information, gain
     return values
 
 
-@nb.njit(cache=True, error_model="numpy")
+@compiled
 def _normalise(together, alone_a, alone_b, n):
     """2 I / (H_A + H_B) from the sums Σ c log c of the joint table and of its two margins, n points."""
     if n == 0:

@@ -6,6 +6,7 @@ from typing import Any
 import numba as nb
 import numpy as np
 
+from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.errors import InvalidInput
 
@@ -107,7 +108,7 @@ def _pad(images: np.ndarray, border: str) -> np.ndarray:
     return np.pad(images, ((0, 0), (RADIUS, RADIUS), (RADIUS, RADIUS)), mode=mode)
 
 
-@nb.njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _filter(image, taps, column, out):
     """Separable window over ``image`` (Gaussian, symmetric) into ``out``; ``column`` holds the half-filtered rows."""
     height, width = out.shape
@@ -133,7 +134,7 @@ def _filter(image, taps, column, out):
             )
 
 
-@nb.njit(cache=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _filter_all(images, taps):
     """Windowed mean and mean square of every image, (image, height − 10, width − 10) each."""
     n, height, width = images.shape
@@ -146,7 +147,7 @@ def _filter_all(images, taps):
     return mean, square
 
 
-@nb.njit(cache=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _compare_pairs(a, mean_a, variance_a, b, mean_b, variance_b, pairs, taps, c1, c2):
     """Mean SSIM of each pair (row of a, row of b)."""
     values = np.empty(len(pairs))

@@ -1,13 +1,13 @@
 """Steps of the activations on fixed bases, from what the bases see (A) and from their inner products (kernel, edge)."""
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.encoding.gram import add_convolved
 from feeler.encoding.sparseness import project_row
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def apply_gram(kernel, edge, activations, out):
     """out = G·activations for one trial, both (component, time)."""
     n_components, n_times = activations.shape
@@ -21,7 +21,7 @@ def apply_gram(kernel, edge, activations, out):
             add_convolved(kernel[m, k], edge[m, k], padded, first, stop, out[m])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _find_extent(row):
     """First entry that is not zero, and the one after the last."""
     first, stop = 0, row.size
@@ -32,7 +32,7 @@ def _find_extent(row):
     return first, stop
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def multiply_activations(seen, kernel, edge, activations, n_sweeps):
     """Multiplicative updates H ← H·A/(G H), n_sweeps of them: activations (trial, component, time) change in place."""
     tiny = np.finfo(np.float32).eps  # what scikit-learn's NMF puts in place of a vanishing denominator
@@ -47,7 +47,7 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
                     activations[n, m, t] = ratio * max(seen[n, m, t], 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
     """Projected-gradient sweeps under the sparseness constraint: activations (trial, component, time) change in place.
 
@@ -70,7 +70,7 @@ def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_swe
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, tol):
     """Sweeps over the components of trials that share one constraint per component."""
     n_trials, n_components, n_times = activations.shape
@@ -94,7 +94,7 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
     return n_sweeps
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull):
     """One step of component m: halve it until the loss falls, then try a longer one next time. Returns the fall."""
     n_trials, _, n_times = activations.shape

@@ -6,8 +6,9 @@ to these.
 """
 
 import numpy as np
-from numba import njit
 from scipy import fft
+
+from feeler.compiled import compiled
 
 
 def reconstruct(components: np.ndarray, activations: np.ndarray) -> np.ndarray:
@@ -57,7 +58,7 @@ def invert_spectra(spectra: np.ndarray, length: int, keep: int) -> np.ndarray:
     return np.ascontiguousarray(fft.irfft(transform, length, overwrite_x=True)[..., :keep])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def correlate_with_bases(v_re, v_im, w_re, w_im, out):
     """Transform of A_m(s) = Σ_x Σ_τ W_m(x, τ) V(x, s + τ): what each basis sees in each trial."""
     n_trials, n_sensors, n_frequencies = v_re.shape
@@ -73,7 +74,7 @@ def correlate_with_bases(v_re, v_im, w_re, w_im, out):
                     im[f] += b[f] * c[f] - a[f] * d[f]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def correlate_with_activations(v_re, v_im, h_re, h_im, out):
     """Add to `out` the transform of B_m(x, τ) = Σ_n Σ_t H_nm(t − τ) V_n(x, t)."""
     n_trials, n_sensors, n_frequencies = v_re.shape

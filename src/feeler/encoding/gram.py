@@ -5,7 +5,8 @@ Both matrices are Toeplitz up to the end of the window, so two small sums along 
 """
 
 import numpy as np
-from numba import njit
+
+from feeler.compiled import compiled
 
 
 def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -36,7 +37,7 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return kernel, edge
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})  # fused multiply-add: half the instructions
+@compiled(fastmath={"contract"})  # fused multiply-add: half the instructions
 def add_convolved(kernel, edge, padded, first, stop, out):
     """Add G·h to out (time), G of the pair (m, k); h stands in `padded` with n_lags − 1 zeros each side, and is zero
     outside [first, stop)."""
@@ -80,7 +81,7 @@ def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:
     return np.maximum(gram, 0, out=gram)  # rounding may leave −1e-16
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _correlate_lags(activations, out):
     """Add Σ_n Σ_u H_nk(u) H_nm(u + d) to out[m, k, d], d ≥ 0; moments without activation cost nothing."""
     n_trials, n_components, n_times = activations.shape

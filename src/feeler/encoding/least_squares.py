@@ -1,14 +1,14 @@
 """Non-negative least squares on shifted bases, solved exactly: block principal pivoting on a banded system."""
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.encoding.activations import apply_gram
 
 MOST_PIVOTS = 300  # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def solve_nonnegative(seen, kernel, edge, activations):
     """The least ½ h·G h − A·h over h ≥ 0 for each trial, G positive definite; activations are overwritten.
 
@@ -28,7 +28,7 @@ def solve_nonnegative(seen, kernel, edge, activations):
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _pivot(seen, kernel, edge, h, slope):
     """One trial of solve_nonnegative."""
     n_components, n_times = h.shape
@@ -63,13 +63,13 @@ def _pivot(seen, kernel, edge, h, slope):
     return MOST_PIVOTS
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _is_wrong(active, value, slope, top):
     """An active variable below zero, or an idle one that would lower the loss; rounding does not count."""
     return value < 0.0 if active else slope < -1e-10 * top
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _solve_active(seen, kernel, edge, active, h):
     """Solve G h = A for the active variables; the others become 0."""
     n_components, n_times = h.shape
@@ -98,7 +98,7 @@ def _solve_active(seen, kernel, edge, active, h):
         h[component[i], time[i]] = value[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _look_up(kernel, edge, m, s, k, place, n_times):
     """⟨basis m at s, basis k at place⟩, place ≤ s."""
     n_lags = edge.shape[2]
@@ -107,7 +107,7 @@ def _look_up(kernel, edge, m, s, k, place, n_times):
     return edge[m, k, n_times - 1 - s, n_times - 1 - place]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in vector registers
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _solve_banded(factor, first, value):
     """Cholesky in place and both substitutions; row i of the lower half begins at column first[i]."""
     for i in range(value.size):
@@ -133,7 +133,7 @@ def _solve_banded(factor, first, value):
             value[begin + k] -= row[k] * value[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def polish_nonnegative(seen, kernel, edge, activations, n_steps):
     """Lower ½ h·G h − A·h over h ≥ 0 by n_steps of accelerated projected gradient, from these activations, in place.
 

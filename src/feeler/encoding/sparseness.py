@@ -1,8 +1,8 @@
 """Hoyer's sparseness of a vector, and the exact projection onto vectors of a given sparseness."""
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 
 
@@ -74,7 +74,7 @@ def l1_of_unit_vector(size: int, sparseness: float) -> float:
     return float(root - sparseness * (root - 1))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in vector registers
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def project_row(v, l1, out):
     """Write into `out` the point nearest to `v` among the non-negative vectors with ‖·‖₁ = l1·‖·‖₂."""
     n = v.size
@@ -104,7 +104,7 @@ def project_row(v, l1, out):
         out[i] *= scale
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rank_ties(z):
     """Too many equal peaks leave the nearest point undefined: prefer the earlier moment by a ramp of 1 in 10⁶."""
     low = 0.0
@@ -120,7 +120,7 @@ def _rank_ties(z):
         z[i] -= top
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in vector registers
+@compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _threshold(z, l1):
     """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂; max(z) is 0. z is used up.
 

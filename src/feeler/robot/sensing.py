@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.robot.gap import Gap
 from feeler.robot.sensor import SensorCalibration, fit_sensors
 
@@ -82,7 +82,7 @@ def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
     )
 
 
-@njit(cache=True)
+@compiled
 def play(signal: np.ndarray, half_width: float) -> np.ndarray:
     """Play (backlash) operator on each row: the output moves only when pushed by either end of the gap.
 
