@@ -141,19 +141,20 @@ def bootstrap(
     n_draws: int = 200,
     n_animals: int = 5,
     refits: int = 0,
+    directions: Directions | None = None,
 ) -> np.ndarray:
     """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread (parametric bootstrap).
 
     Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is
     one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, and along loose directions only
     an indication, because the model is not linear that far; directions a thousand times looser than the stiffest are
-    not moved at all. More refits run the model.
+    not moved at all. More refits run the model. ``directions`` taken at ``p`` save its Jacobian.
     """
     if np.all(problem.targets.spreads == 0):
         raise InvalidInput("the targets carry no spread between animals: there is nothing to draw from. Give spreads.")
     x, (low, high), scale = problem.hinges.to_x(p), problem.hinges.bounds, problem.hinges.scale
     values, spreads = problem.targets.values, problem.targets.spreads / np.sqrt(n_animals)
-    jacobian = problem.compute_jacobian(x, 0.05) * scale
+    jacobian = problem.compute_jacobian(x, 0.05) * scale if directions is None else directions.jacobian
     gain = np.linalg.pinv(jacobian, rcond=1e-3)
     drawn = values + spreads * rng.standard_normal((n_draws, values.size))
     steps = ((drawn - values) / values) @ -gain.T

@@ -168,7 +168,9 @@ def compute(
         directions=directions,
         walked=walk_loose(problem, directions, WALK),
         profiles=compute_profiles(problem, best, n_places=effort.places, refits=6) if effort.places else None,
-        draws=bootstrap(problem, np.array(PAPER_P), rng, n_draws=effort.draws, refits=effort.refits),
+        draws=bootstrap(
+            problem, np.array(PAPER_P), rng, n_draws=effort.draws, refits=effort.refits, directions=directions
+        ),
         ratios=_sweep(make, effort),
     )
 

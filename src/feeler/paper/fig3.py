@@ -63,7 +63,8 @@ def compute(
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
     axes = {"smoke": None, "quick": (ONE_CHANGE,), "paper": (READINGS, FRICTIONS, BENDS)}[scale]
-    cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads) if axes else []
+    known = [*sweeps.items(), *straight.items()]
+    cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads, known=known) if axes else []
     return Fig3Data(
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},

@@ -11,7 +11,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, approach
+from feeler.wall.sweep import DISTANCES, Sweep, approach
 
 READINGS = ({"reading": "midline"}, {"reading": "total"})
 FRICTIONS = ({"friction": 0.0}, {"friction": 0.3}, {"friction": 1.0})
@@ -66,8 +66,13 @@ def compare(
     distances: np.ndarray = DISTANCES,
     measures: Iterable[Mapping[str, str]] = MEASURES,
     n_threads: int = 2,
+    known: Iterable[tuple[str, Sweep]] = (),
 ) -> list[Case]:
-    """Sweep every antenna in every posture and fit the map of every measure."""
+    """Sweep every antenna in every posture and fit the map of every measure.
+
+    ``known`` sweeps over the same distances, by the antenna's name, are not done again.
+    """
+    done = {(name, sweep.posture): sweep for name, sweep in known}
     postures, measures = list(postures), list(measures)
     if not antennas or not postures or not measures:
         raise InvalidInput("compare needs at least one antenna, one posture and one measure.")
@@ -75,7 +80,7 @@ def compare(
 
     def work(job: tuple[str, Antenna, Posture]) -> list[Case]:
         name, antenna, posture = job
-        sweep = approach(antenna, posture, distances)
+        sweep = done.get((name, posture)) or approach(antenna, posture, distances)
         return [
             Case(
                 antenna=name,
