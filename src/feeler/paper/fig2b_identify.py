@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.calibration import Directions, Profiles
+from feeler.calibration.problem import FAILED
 from feeler.paper.calibration_report import PAPER_ERROR, PAPER_P, Calibration
 from feeler.plotting.style import PALETTE
 
@@ -54,10 +55,10 @@ def _draw_out(base: float | np.ndarray, rate: float | np.ndarray, n_hinges: int)
 
 
 def plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
-    """Error of the best fit with one parameter held."""
+    """Error of the best fit with one parameter held; a gap where no antenna could be measured."""
     axes = figure.subplots(1, len(profiles.names), sharey=True, squeeze=False)[0]
     for ax, name, value, error in zip(axes, profiles.names, profiles.value, profiles.error, strict=True):
-        ax.plot(value, error, "o-", ms=3, color=PALETTE[0])
+        ax.plot(value, np.where(error < FAILED, error, np.nan), "o-", ms=3, color=PALETTE[0])
         ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8)
         ax.set(xlabel=name, yscale="log")
     axes[0].set_ylabel("error, the others refitted")
