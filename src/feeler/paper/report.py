@@ -10,11 +10,9 @@ from pathlib import Path
 
 from pypdf import PdfReader, PdfWriter
 
-from feeler.decoding.plan import get_plan
 from feeler.experiment.configuration import list_versions
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
-from feeler.paper.encoder import EFFORT
 from feeler.paper.places import PLACES
 from feeler.paper.section import Section, make_plain
 from feeler.physics.scene import Contact
@@ -187,6 +185,9 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
 
 def _render_effort(context: Context) -> str:
     """How much was computed at this scale, from the plans themselves."""
+    from feeler.decoding.plan import get_plan  # with scikit-learn behind them, too slow for the top of the page
+    from feeler.paper.encoder import EFFORT
+
     n_restarts, max_iter, tol = EFFORT[context.scale]
     plan = get_plan(context.scale)
     rows = [

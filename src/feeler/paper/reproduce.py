@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
-from feeler.paper import sections
 from feeler.paper.claims import judge_claims
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
@@ -16,59 +15,50 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        make=sections.antenna.make,
         rooms=("paper",),
         reads=("antenna",),
     ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
-        make=sections.calibration.make,
         rooms=("response", "calibration", "paper"),
         reads=("scale", "seed", "engine", "antenna"),
     ),
     Stage(
         name="tensors",
         title="Tactile tensors",
-        make=sections.tensors.make,
         rooms=("paper",),
     ),
     Stage(
         name="wall",
         title="Wall distance",
-        make=sections.wall.make,
         rooms=("wall", "paper"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        make=sections.encoding.make,
         rooms=("encoding", "paper"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
-        make=sections.reading.make,
         rooms=("encoding", "dispersion", "decoding", "paper"),
     ),
     Stage(
         name="cnn",
         title="Convolutional network",
-        make=sections.cnn.make,
         rooms=("decoding", "paper"),
     ),
     Stage(
         name="robot",
         title="The robotic antenna",
-        make=sections.robot.make,
         rooms=("robot", "decoding", "calibration", "response", "encoding", "dispersion", "paper"),
         reads=("scale", "seed"),
     ),
     Stage(
         name="tracking",
         title="Active touch speed",
-        make=sections.tracking.make,
         rooms=("tracking", "paper"),
         reads=("seed", "antenna"),
     ),

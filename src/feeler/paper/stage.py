@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -23,14 +24,19 @@ COMMON = ("antenna", "touch", "physics", "tensors", "experiment", "plotting", "e
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """One step: ``make(context, section)`` fills a section; ``rooms`` are the folders or files whose code it runs."""
+    """One step, made by ``make(context, section)`` of the module ``feeler.paper.sections.<name>``.
+
+    The module is imported where the stage runs, so that who only hands out stages starts in no time.
+    """
 
     name: str
     title: str
-    make: Callable[[Context, Section], None]
     rooms: tuple[str, ...] = ()
+    """Folders or files whose code it runs."""
     reads: tuple[str, ...] = KEYED
     """Which parameters its numbers depend on; it cannot read the others."""
+    make: Callable[[Context, Section], None] | None = None
+    """Another maker than the module's."""
 
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
@@ -86,7 +92,8 @@ def run_stage(stage: Stage, context: Context) -> Section:
     section, start = Section(name=stage.name, title=stage.title, folder=partial), time.perf_counter()
     try:
         with threadpool_limits(1, user_api="blas"):  # sums in BLAS depend on its number of threads
-            stage.make(View(context, stage.reads), section)
+            make = stage.make or import_module(f"feeler.paper.sections.{stage.name}").make
+            make(View(context, stage.reads), section)
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)
