@@ -178,27 +178,9 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
         {"header": ["stage", "seconds", ""], "rows": rows, "caption": "Time each stage took when it was made."}
     )
     return (
-        f"<p>{html.escape(words)}</p>{_render_effort(context)}"
+        f"<p>{html.escape(words)}</p>"
         f"<p class='small'>Versions: {versions}. Machine: {machine}. Seed: {context.seed}.</p>{times}"
     )
-
-
-def _render_effort(context: Context) -> str:
-    """How much was computed at this scale, from the plans themselves."""
-    from feeler.decoding.plan import get_plan  # with scikit-learn behind them, too slow for the top of the page
-    from feeler.paper.encoder import EFFORT
-
-    n_restarts, max_iter, tol = EFFORT[context.scale]
-    plan = get_plan(context.scale)
-    rows = [
-        ["encoder", f"3 bases of 40 ms, sparseness 0.8; {n_restarts} restarts, at most {max_iter} iterations, tol {tol:g}"],
-        ["noise ratios", ", ".join(f"{100 * ratio:g} %" for ratio in plan.ratios)],
-        ["repeats, copies per trial", f"{plan.n_repeats}, {plan.n_copies}"],
-        ["other numbers of copies", ", ".join(map(str, plan.other_copies)) or "none"],
-        ["noise before encoding", f"{plan.before_repeats} repeats" if plan.before_repeats else "left out at this scale"],
-        ["timestep, engine", f"{context.timestep:g} ms, {context.engine}"],
-    ]
-    return _render_table({"header": ["what", "how much"], "rows": rows, "caption": f"Effort at scale '{context.scale}'."})
 
 
 def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:

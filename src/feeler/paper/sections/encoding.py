@@ -5,6 +5,7 @@ import numpy as np
 from feeler.paper import fig4, fig5_bases, figS5
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors
+from feeler.paper.encoder import EFFORT, SIDE_RESTARTS
 from feeler.paper.section import Section
 
 
@@ -19,6 +20,11 @@ def make(context: Context, section: Section) -> None:
     _show_profiles(context, section, sets)
     if context.scale != "smoke":
         _show_durations(context, section, sets[first], main)
+    n_restarts, max_iter, tol = EFFORT[context.scale]
+    section.text(
+        f"Effort at this scale: {n_restarts} random starts by rank, {SIDE_RESTARTS[context.scale]} by profile and duration, "
+        f"at most {max_iter} iterations, stopping when one gains less than {tol:g}."
+    )
 
 
 def _show_ranks(section: Section, main: fig4.Fig4Data) -> None:

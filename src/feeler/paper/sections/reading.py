@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from feeler.decoding.plan import get_plan
 from feeler.decoding.sensitivity import compute_sensitivity, write_table
 from feeler.decoding.splits import jitter_trials
 from feeler.experiment.touch import DURATION, touch
@@ -30,6 +31,12 @@ def make(context: Context, section: Section) -> None:
     speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     _show_dispersion(section, data, speeds)
     _show_accuracy(section, data, speeds)
+    plan = get_plan(context.scale)
+    section.text(
+        f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)} %, {plan.n_repeats} repeats "
+        f"with {plan.n_copies} copies per trial; {', '.join(map(str, plan.other_copies)) or 'no other'} copies at "
+        f"{100 * plan.probe:g} %; noise before encoding with {plan.before_repeats} repeats."
+    )
     if context.scale == "paper":
         _show_sensitivity(context, section, sets)
 
