@@ -3,7 +3,7 @@ PYTHON ?= python3
 SCALE ?= quick
 VENV := .venv
 BIN := $(VENV)/bin
-comma := ,
+CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
@@ -41,7 +41,7 @@ test-slow: $(BIN)/.test  ## the long tests: fuzzing, kills, full disks
 	@$(BIN)/python -m pytest -q -m slow
 
 check: $(BIN)/.test  ## style
-	@$(PIP) ruff && $(BIN)/ruff check src tests benchmarks && $(BIN)/ruff format --check src tests benchmarks
+	@$(PIP) ruff && $(BIN)/ruff check $(CODE) && $(BIN)/ruff format --check $(CODE)
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done

@@ -39,8 +39,10 @@ def main(out: Path) -> None:
         found = measure_free_response(motion["time"].values, tip)
         modes = 1e3 * compute_modes(antenna, 2).frequency
         ratio = found.damping_ratio
-        print(f"{antenna.name}: modes at {modes[0]:.0f} and {modes[1]:.0f} Hz, damping ratio {ratio:.2f}, "
-              f"at rest within 5 % after {found.settle_5:.0f} ms")
+        print(
+            f"{antenna.name}: modes at {modes[0]:.0f} and {modes[1]:.0f} Hz, damping ratio {ratio:.2f}, "
+            f"at rest within 5 % after {found.settle_5:.0f} ms"
+        )
     ax.set(xlabel="time since release [ms]", ylabel="tip displacement [mm]")
     ax.legend(frameon=False)
     figure.savefig(out / "design_an_antenna.png", dpi=160)

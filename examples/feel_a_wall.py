@@ -18,7 +18,7 @@ def main(out: Path) -> None:
 
     figure = Figure(figsize=(7, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for distance, points in zip(sweep.distance, sweep.points, strict=True):
+    for points in sweep.points:
         left.plot(points[:, 0], points[:, 1], color="#0072B2", alpha=0.5, lw=1)
     left.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="equilibria, one per distance")
     right.plot(found.position, found.distance, "o", ms=4)

@@ -91,7 +91,7 @@ def test_every_fact_has_a_tag_and_a_unit():
 
 @pytest.mark.parametrize("call", [lambda: presets.cockroach("cubic"), lambda: presets.make_preset("spider")])
 def test_unknown_names_list_the_valid_ones(call):
-    with pytest.raises(InvalidInput, match="valid: .*exponential.*constant"):
+    with pytest.raises(InvalidInput, match=r"valid: .*exponential.*constant"):
         call()
 
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from .small_antenna import make_small
 
 from feeler.errors import InvalidInput
 from feeler.experiment.impulse import LEAD, hit
+
+from .small_antenna import make_small
 
 
 def test_nothing_moves_before_contact_and_the_tip_leads():

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from .small_antenna import make_small
 
 from feeler.calibration import (
     Protocol,
@@ -14,6 +13,8 @@ from feeler.calibration import (
     save_traces,
 )
 from feeler.errors import InvalidInput
+
+from .small_antenna import make_small
 
 PLANTED = (1.25, 0.7)
 QUICK = Protocol(timestep=0.05)
@@ -130,7 +131,7 @@ def test_frequencies_beyond_sampling_and_beyond_antennae_are_refused(time, frequ
 def test_a_trace_that_starts_at_rest_is_refused():
     time = np.arange(0.0, 120.0)
     late = np.where(time < 50, 0.0, np.exp(-0.03 * (time - 50)) * np.cos(0.11 * (time - 50)))
-    with pytest.raises(InvalidInput, match="first sample is the release|starts at its rest position"):
+    with pytest.raises(InvalidInput, match=r"first sample is the release|starts at its rest position"):
         measure_trace(time, late, "late")
 
 

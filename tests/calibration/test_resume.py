@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from .small_antenna import make_small
 
 from feeler.calibration import METHODS, Problem, Protocol, fit, make_hinges, make_starts, make_targets, search
 from feeler.calibration.journal import Journal
 from feeler.errors import InvalidInput
+
+from .small_antenna import make_small
 
 
 def make_problem(**protocol):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from .small_antenna import make_small
 
 from feeler.calibration import (
     METHODS,
@@ -19,6 +18,8 @@ from feeler.calibration import (
 )
 from feeler.calibration import problem as problem_module
 from feeler.errors import InvalidInput, SimulationDiverged
+
+from .small_antenna import make_small
 
 NAMES = ("frequency", "damping_ratio")
 PLANTED = np.array([1.3, 0.8])

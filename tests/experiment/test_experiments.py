@@ -92,7 +92,7 @@ def test_a_diverging_trial_is_named_and_the_others_survive():
     """Without damping, hinges this stiff for their mass make any explicit spring unstable at this step."""
     wild = ANTENNA.replace(stiffness=ANTENNA.stiffness * 1e6, damping=0.0)
     trials = [Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead) for lead in (5.0, 400.0)]
-    with pytest.raises(SimulationDiverged, match="ball 1 mm at 0.5 L.* diverged at") as caught:
+    with pytest.raises(SimulationDiverged, match=r"ball 1 mm at 0.5 L.* diverged at") as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
     assert caught.value.tensors.sizes["trial"] == 1
     with np.load(caught.value.state_file) as state:

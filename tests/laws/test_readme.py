@@ -9,6 +9,10 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
+def list_rooms() -> list[str]:
+    return [p.name for p in (ROOT / "src" / "feeler").iterdir() if p.is_dir() and (p / "__init__.py").exists()]
+
+
 @pytest.fixture(scope="module")
 def table_maker():
     spec = importlib.util.spec_from_file_location("make_table", ROOT / "docs" / "make_table.py")
@@ -29,6 +33,11 @@ def test_every_stage_has_a_row(table_maker):
 
 
 def test_the_tree_names_every_room():
-    rooms = [p.name for p in (ROOT / "src" / "feeler").iterdir() if p.is_dir() and (p / "__init__.py").exists()]
     readme = (ROOT / "README.md").read_text()
-    assert not [room for room in rooms if f"  {room}/" not in readme]
+    assert not [room for room in list_rooms() if f"  {room}/" not in readme]
+
+
+def test_every_room_stands_in_the_api_reference():
+    reference = (ROOT / "docs" / "api.md").read_text()
+    inner = {"cli", "paper", "physics"}  # the command line, the paper itself, and engines chosen by name
+    assert not [room for room in list_rooms() if room not in inner and f"::: feeler.{room}" not in reference]

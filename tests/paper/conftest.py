@@ -12,5 +12,3 @@ def whole(tmp_path_factory):
     process = start(out, "--workers", "1")
     assert process.wait(600) == 0, process.stderr.read().decode()
     return out
-
-

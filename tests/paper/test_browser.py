@@ -35,7 +35,12 @@ def look(page: str, width: int, folder) -> dict:
     """What Chromium finds at this width; in a frame, because its own window cannot be as narrow as a phone."""
     (folder / "page.html").write_text(page.replace("<head>", "<head>" + CHECK, 1))
     (folder / "frame.html").write_text(FRAME.format(width=width))
-    options = [*FLAGS.split(), f"--user-data-dir={folder}/user", "--window-size=1600,900", "--virtual-time-budget=20000"]
+    options = [
+        *FLAGS.split(),
+        f"--user-data-dir={folder}/user",
+        "--window-size=1600,900",
+        "--virtual-time-budget=20000",
+    ]
     command = [CHROMIUM, *options, "--dump-dom", f"file://{folder}/frame.html"]
     shown = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True).stdout
     return json.loads(html.unescape(re.search(r'<pre id="found">(.*?)</pre>', shown, re.S)[1]))

@@ -15,7 +15,6 @@ from feeler.paper.reproduce import STAGES, reproduce
 from ._run import start
 
 
-
 def read_numbers(out: Path) -> dict[str, bytes]:
     """Every numbers file of a run."""
     files = [out / "numbers.json", *sorted((out / "figures").glob("*.json"))]

@@ -125,8 +125,6 @@ def test_no_trials_and_no_common_frames():
     with pytest.raises(InvalidInput, match="at least one trial"):
         measure_exploration([])
     tracks = make_synthetic_tracks(np.random.default_rng(0))
-    lost = Tracks(
-        position=np.full_like(tracks.position, np.nan), landmarks=tracks.landmarks, interval=tracks.interval
-    )
+    lost = Tracks(position=np.full_like(tracks.position, np.nan), landmarks=tracks.landmarks, interval=tracks.interval)
     with pytest.raises(InvalidInput, match="no angle to measure"):
         measure_exploration([lost])

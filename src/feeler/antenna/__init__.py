@@ -14,5 +14,4 @@ __all__ = [
     "Tabulated",
     "compute_modes",
     "make_even_sensors",
-
 ]

@@ -23,7 +23,9 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="folder for the report, the figures and the cache")] = Path("out"),
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     change: Annotated[list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")] = [],  # noqa: B006
-    engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",
+    engine: Annotated[
+        str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")
+    ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
     workers: Annotated[int | None, typer.Option(help="processes side by side; default one per core")] = None,
@@ -49,7 +51,9 @@ def reproduce(
     try:
         made = run(context, _make_reporter(log_json, len(STAGES), start))
     except KeyboardInterrupt:
-        typer.echo(f"interrupted; finished stages are in {out / 'cache'}, and the same command goes on from there", err=True)
+        typer.echo(
+            f"interrupted; finished stages are in {out / 'cache'}, and the same command goes on from there", err=True
+        )
         raise typer.Exit(130) from None
     _summarise(context, made, time.perf_counter() - start)
 

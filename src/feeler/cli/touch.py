@@ -41,7 +41,9 @@ def touch(
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
     duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0,
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    engine: Annotated[str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")] = "chain-consistent",  # noqa: E501
+    engine: Annotated[
+        str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")
+    ] = "chain-consistent",
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     out: Annotated[Path, typer.Option(help="folder for the results of one touch")] = Path("out/touch"),
     movie: Annotated[bool, typer.Option(help="write the movie as well")] = True,

@@ -25,9 +25,7 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
         try:
             columns.append(np.asarray(trials[name]))
         except KeyError:
-            raise InvalidInput(
-                f"the trials have no coordinate {name!r}; labels need {', '.join(by)}."
-            ) from None
+            raise InvalidInput(f"the trials have no coordinate {name!r}; labels need {', '.join(by)}.") from None
     return np.array([" ".join(_write(value) for value in row) for row in zip(*columns, strict=True)])
 
 

@@ -36,9 +36,7 @@ def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], *
     """
     codes, labels = as_codes(codes), np.asarray(labels)
     if len(labels) != len(codes) or len(groups) != len(codes):
-        raise InvalidInput(
-            f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match."
-        )
+        raise InvalidInput(f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match.")
     return {
         name: compute_sweep(codes[train], labels[train], held_out=(codes[test], labels[test]), **options)
         for name, train, test in iterate_left_out(groups)

@@ -128,9 +128,7 @@ def compute_sweep(
     """
     sets = _check_sets(codes, labels, held_out)
     if rotate and (encode is not None or level == "vector"):
-        raise InvalidInput(
-            "rotate needs noise that is the same over a trial: level 'tensor' or 'common', no encode."
-        )
+        raise InvalidInput("rotate needs noise that is the same over a trial: level 'tensor' or 'common', no encode.")
     classes = np.unique(sets[1])
     estimator = make_lda() if estimator is None else estimator
     if n_repeats < 1:
@@ -169,9 +167,7 @@ def compute_sweep(
 def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     train, labels = _check_labels(as_codes(codes), labels)
     if np.unique(labels).size < 2:
-        raise InvalidInput(
-            f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes."
-        )
+        raise InvalidInput(f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes.")
     test, test_labels = (train, labels) if held_out is None else _check_labels(as_codes(held_out[0]), held_out[1])
     if test.shape[1:] != train.shape[1:]:
         raise InvalidInput(f"held-out trials have shape {test.shape[1:]}, training trials {train.shape[1:]}.")

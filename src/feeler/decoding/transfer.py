@@ -41,9 +41,7 @@ class Aligned:
         return self.peak >= 0
 
 
-def find_first_peak(
-    tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION
-) -> int:
+def find_first_peak(tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION) -> int:
     """Sample of the first positive peak of a tip trace (time,) [mm] measured from rest; −1 where there is none.
 
     A peak counts if it is at least ``min_deflection`` high and its prominence is that share of the trace's maximum.

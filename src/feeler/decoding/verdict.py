@@ -71,10 +71,9 @@ def judge_order(
     difference = bootstrap_difference(sign * groups[0], sign * groups[-1], np.random.default_rng(random_state))
     means = [float(v.mean()) for v in groups]
     ordered = all(sign * a > sign * b for a, b in pairwise(means))
+    word = "opposite" if difference.high < 0 else "undecided"
     if difference.low > 0:
         word = "agrees" if ordered else "ends agree"
-    else:
-        word = "opposite" if difference.high < 0 else "undecided"
     return Verdict(
         claim=claim,
         measure=measure,

@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 
 from feeler.paper.context import Context
 from feeler.paper.section import Section
@@ -114,7 +115,7 @@ def _judge_value(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
 
 def _judge_order(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
     points = [number[0] for number in numbers]
-    rising = [b > a for a, b in zip(points, points[1:], strict=False)]
+    rising = [b > a for a, b in pairwise(points)]
     apart = numbers[-1][1] > numbers[0][2] or numbers[0][1:] == numbers[0][:1] * 2
     if all(rising):
         return (

@@ -221,7 +221,10 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
 def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
     """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what it changed."""
     robot, angles = make_robot(), (data.release.values, data.simulated_release)
-    looks = ({"color": SURROGATE, "label": "surrogate"}, {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"})
+    looks = (
+        {"color": SURROGATE, "label": "surrogate"},
+        {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"},
+    )
     lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
     clock = ax.text(0.98, 0.98, "", transform=ax.transAxes, ha="right", va="top")
     ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm")
@@ -311,4 +314,4 @@ def _hinge_colour(k: int) -> tuple:
     return colormaps["viridis"](k / 8)
 
 
-__all__ = ["Fig6Data", "compute", "plot", "draw_release"]
+__all__ = ["Fig6Data", "compute", "draw_release", "plot"]

@@ -103,9 +103,7 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
 
 def _list_trials(recordings: Sequence[Recording], antenna: Antenna) -> dict[str, list]:
     labels = [recording.labels for recording in recordings]
-    numbers = {
-        name: [float(label.get(name, np.nan)) for label in labels] for name in ("size", "location", "speed")
-    }
+    numbers = {name: [float(label.get(name, np.nan)) for label in labels] for name in ("size", "location", "speed")}
     return {
         "feature": [str(label.get("feature", "")) for label in labels],
         **numbers,

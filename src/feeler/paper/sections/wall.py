@@ -108,6 +108,10 @@ def _list_cases(section: Section, data: fig3.Fig3Data) -> None:
     section.heading("What R² depends on")
     counts = count_orderings(data.cases)
     section.text(_count_orders(counts))
+    section.text(
+        "Below paper scale each set-up changes one choice of the default. The hook over the whole length is among them because "
+        "the paper's order had been seen to hold there; the full table of paper scale has every combination."
+    )
     section.table(
         ["choice", "value", "order holds", "does not", "cannot be judged"],
         [[*key, n["yes"], n["no"], n["undefined"]] for key, n in counts.items() if key[0] != "all"],

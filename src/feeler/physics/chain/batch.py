@@ -77,7 +77,7 @@ def _choose_leg(step, legs, place):
 
 @compiled
 def _near(kind, place):
-    for lane in range(kind.shape[0]):
+    for lane in range(kind.shape[0]):  # noqa: SIM110 (numba knows no generators)
         if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
             return True
     return False
