@@ -11,7 +11,7 @@ from feeler.errors import InvalidInput
 QUANTITIES = ("angle", "curvature")
 # restarts, iterations, tolerance. Ten restarts [P] (Fig. 4B); the rest is cost against accuracy [C].
 EFFORT = {"smoke": (1, 5, 1e-3), "quick": (2, 20, 1e-3), "paper": (10, 200, 1e-4)}
-SIDE_RESTARTS = {"smoke": 1, "quick": 1, "paper": 3}
+SIDE_RESTARTS = {"smoke": 1, "quick": 1, "paper": 2}
 """Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G) [C]."""
 
 

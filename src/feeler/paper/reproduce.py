@@ -65,8 +65,10 @@ STAGES = (
 )
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")
-LONGEST_FIRST = ("tensors", "calibration", "robot", "cnn", "reading", "encoding", "wall", "antenna", "tracking")
-"""Tensors are what most others wait for; calibration is long at paper scale and waits for nothing."""
+QUEUE = ("tensors", "robot", "reading", "encoding", "wall", "calibration", "antenna", "tracking", "cnn")
+PAPER_QUEUE = ("tensors", "calibration", "cnn", "reading", "encoding", "robot", "wall", "antenna", "tracking")
+"""Longest first, so that no core waits at the end; but first tensors, for which most others wait, beside one that
+needs none of them."""
 
 
 def reproduce(context: Context, report: Callable[[str, Section | None], None] = lambda *_: None) -> list[Section]:
@@ -80,7 +82,8 @@ def reproduce(context: Context, report: Callable[[str, Section | None], None] = 
     made = kept | {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
     for section in made.values():
         report(section.title, section)
-    todo = sorted((s for s in STAGES if s.name not in made), key=lambda stage: LONGEST_FIRST.index(stage.name))
+    queue = PAPER_QUEUE if context.scale == "paper" else QUEUE
+    todo = sorted((s for s in STAGES if s.name not in made), key=lambda stage: queue.index(stage.name))
     for section in _run_stages(todo, context, report):
         made[section.name] = section
     ordered = [made[stage.name] for stage in STAGES]
