@@ -8,8 +8,8 @@ from feeler.decoding.sensitivity import (
     compute_sensitivity,
     count_agreement,
     iterate_choices,
+    make_table,
     prepare,
-    write_table,
 )
 
 
@@ -66,4 +66,6 @@ def test_planted_order_agrees_and_its_reverse_does_not():
     assert counts["right", "mse"] == (len(rows), len(rows))
     assert counts["wrong", "mse"] == (0, len(rows))
     assert counts["right", "accuracy of tensors"][0] > counts["wrong", "accuracy of tensors"][0]
-    assert f"right, mse: {len(rows)} of {len(rows)} agree" in write_table(rows)
+    header, cells = make_table(rows)
+    assert cells[-1][header.index("right, mse")] == f"{len(rows)} of {len(rows)} agree"
+    assert len(cells) == len(rows) + 1 and all(len(line) == len(header) for line in cells)

@@ -131,15 +131,14 @@ def count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
     return counts
 
 
-def write_table(rows: list[Row]) -> str:
-    """The table as text: a line per combination, then how many agree."""
+def make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
+    """Header and cells: a row per combination with each verdict and its effect size, then how many agree."""
     default = rows[0].choices
-    lines = []
+    totals = count_agreement(rows)
+    cells = []
     for row in rows:
         changed = [f"{k}: {v}" for k, v in row.choices.items() if v != default[k]]
-        words = "; ".join(
-            f"{v.claim}, {v.measure}: {v.word} (d_z {v.difference.effect:.2g}, {v.difference})" for v in row.verdicts
-        )
-        lines.append(f"{', '.join(changed) or 'default'} | {words}")
-    totals = count_agreement(rows).items()
-    return "\n".join(lines + [f"{claim}, {measure}: {a} of {n} agree" for (claim, measure), (a, n) in totals])
+        verdicts = {(v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in row.verdicts}
+        cells.append([", ".join(changed) or "default", *(verdicts.get(key, "–") for key in totals)])
+    cells.append(["in all", *(f"{agree} of {n} agree" for agree, n in totals.values())])
+    return ["choice", *(f"{claim}, {measure}" for claim, measure in totals)], cells

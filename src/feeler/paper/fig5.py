@@ -58,10 +58,10 @@ class Fig5Data:
     """Accuracy on clean touches never trained on, by split and group: unseen size, shifted place, other speed."""
 
     def describe(self) -> str:
-        """All verdicts, the copies, the variance kept and the confusions in words."""
+        """All verdicts, the variance kept, unseen touches and the confusions in words."""
         lines = [v.describe() for v in (*self.dispersion.verdicts, *self.verdicts)]
         for comparison, curves in self.curves.items():
-            lines += _describe_copies(comparison, curves) + _describe_kept(comparison, curves)
+            lines += _describe_kept(comparison, curves)
         for split, accuracies in self.splits.items():
             found = ", ".join(f"{name} {100 * value:.0f} %" for name, value in accuracies.items())
             lines.append(f"unseen touches, {split}: {found}")
@@ -255,20 +255,19 @@ def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
     return found
 
 
-def _describe_copies(comparison: str, curves: Curves) -> list[str]:
-    lines = []
-    for kind in CODES:
-        for n in sorted({c.n_copies for c in curves.sweeps if c.when == "after"}):
-            if not (found := curves.find(kind, n_copies=n)):
-                continue  # not tried with so many copies
-            null = curves.find_null(kind, n_copies=n)
-            accuracies = ", ".join(f"{name} {100 * s.noisy.mean():.0f} %" for name, s in found.items())
-            lines.append(
-                f"by {comparison}, {LABELS[kind]}, {n} copies, noise "
-                f"{'/'.join(f'{100 * r:.0f}' for r in next(iter(found.values())).ratios)} %: {accuracies}; "
-                f"null {100 * null.noisy.mean():.0f} %"
-            )
-    return lines
+def list_copies(curves: Mapping[str, Curves]) -> list[list[str]]:
+    """Rows of accuracy after noise of the paper's kind: comparison, code, copies, noise, each group, null."""
+    rows = []
+    for comparison, found_here in curves.items():
+        for kind in CODES:
+            for n in sorted({c.n_copies for c in found_here.sweeps if c.when == "after"}):
+                if not (found := found_here.find(kind, n_copies=n)):
+                    continue  # not tried with so many copies
+                ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
+                accuracies = ", ".join(f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items())
+                null = found_here.find_null(kind, n_copies=n)
+                rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, f"{100 * null.noisy.mean():.0f}"])
+    return rows
 
 
 def _describe_kept(comparison: str, curves: Curves) -> list[str]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from feeler.decoding.plan import get_plan
-from feeler.decoding.sensitivity import compute_sensitivity, write_table
+from feeler.decoding.sensitivity import compute_sensitivity, make_table
 from feeler.decoding.splits import jitter_trials
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper import fig5, figS6
@@ -60,8 +60,13 @@ def _show_sensitivity(context: Context, section: Section, sets: dict) -> None:
     by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in fig5.PROFILES if name in sets}
     rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
     section.heading("What depends on unstated choices")
-    for line in write_table(rows).splitlines():
-        section.text(line)
+    header, cells = make_table(rows)
+    section.table(
+        header,
+        cells,
+        "One choice changed at a time. 'speed': slower touch spreads and is classified better; 'profile': exponential spreads "
+        "most and is classified best. d_z: effect size over the same stimuli.",
+    )
 
 
 def _show_dispersion(section: Section, data: fig5.Fig5Data, speeds: dict[str, str]) -> None:
@@ -105,7 +110,12 @@ def _show_accuracy(section: Section, data: fig5.Fig5Data, speeds: dict[str, str]
     sweep = next(iter(next(iter(data.curves.values())).find("joint").values()))
     section.values["classification.pca_variance"] = float(np.nanmean(sweep.kept_clean[np.argmin(sweep.ratios)]))
     _list_verdicts(section, data.verdicts, "The order of accuracies for each kind of code and noise.")
-    section.heading("Copies, variance kept, confusions")
+    section.table(
+        ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
+        fig5.list_copies(data.curves),
+        "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor repeated.",
+    )
+    section.heading("Variance kept, unseen touches, confusions")
     for line in data.describe().splitlines()[len(data.dispersion.verdicts) + len(data.verdicts) :]:
         section.text(line)
     section.numbers(
