@@ -21,6 +21,7 @@ from feeler.physics.scene import Contact, Path, Scene, make_scene
 from feeler.presets import make_preset
 from feeler.touch import Outline, Trial, Wall, make_feature
 from feeler.touch.convex import split_convex
+
 from .mesh import make_model_like_mujoco, run_like_mujoco
 
 PROFILES = ("exponential", "linear", "constant")
