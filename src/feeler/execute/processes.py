@@ -1,5 +1,6 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them."""
 
+import errno
 import multiprocessing
 import os
 import pickle
@@ -167,15 +168,24 @@ def _answer(message: bytes) -> bytes:
     try:
         function, args = pickle.loads(message)
         return pickle.dumps((True, function(*args)))
-    except MemoryError:
-        words = "a worker reached its memory limit; use fewer workers or shorter trials"
-        return pickle.dumps((False, OutOfMemory(words)))
     except Exception as error:
+        if _lacks_memory(error):
+            words = "a worker reached its memory limit; use fewer workers or shorter trials"
+            return pickle.dumps((False, OutOfMemory(words)))
         try:
             pickle.loads(pickle.dumps(error))  # an error that cannot travel is reported by its words
             return pickle.dumps((False, error))
         except Exception:
             return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+
+
+def _lacks_memory(error: BaseException | None) -> bool:
+    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load says it otherwise."""
+    if error is None:
+        return False
+    said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
+    said = said or any(words in str(error) for words in ("Cannot allocate memory", "failed to map segment"))
+    return said or _lacks_memory(error.__cause__ or error.__context__)
 
 
 def _die_with_parent() -> None:
