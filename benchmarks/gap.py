@@ -21,7 +21,7 @@ PARTS = {
     "mechanics alone": MECHANICS,
     "touch alone": TOUCH,
     "sensing alone": SENSING,
-    **{f"{name} alone": (name,) for name in ("noise", "drift", "gain", "crosstalk", "hysteresis")},
+    **{f"{name} alone": (name,) for name in ("noise", "drift", "gain", "crosstalk")},
 }
 
 
@@ -32,7 +32,7 @@ def keep(names: tuple[str, ...]) -> Gap:
 
 
 def describe(score) -> dict[str, list[float]]:
-    return {what: [round(value, 3) for value in score.share(what)] for what in ("all", "feature", "top2")}
+    return {what: [round(float(value), 3) for value in score.share(what)] for what in ("all", "feature", "top2")}
 
 
 def main() -> None:

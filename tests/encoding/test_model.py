@@ -292,3 +292,17 @@ def test_other_sensors_than_in_the_fit_are_refused(fitted):
 def test_no_convergence_warns_and_says_what_to_change(touches):
     with pytest.warns(ConvergenceWarning, match="Raise max_iter"):
         ConvolutiveNMF(2, 10, max_iter=2, n_restarts=1).fit(touches)
+
+
+def test_a_stream_of_signed_tensors_is_prepared_batch_by_batch():
+    signed = np.random.default_rng(5).standard_normal((6, 4, 30))
+    model = ConvolutiveNMF(n_components=2, n_lags=5, random_state=0)
+    prepared = model.fit_stream(
+        signed, batch_size=2, n_epochs=2, prepare=lambda batch: np.maximum(batch, 0)
+    ).components_
+    same = ConvolutiveNMF(n_components=2, n_lags=5, random_state=0).fit_stream(
+        np.maximum(signed, 0), batch_size=2, n_epochs=2
+    )
+    np.testing.assert_array_equal(prepared, same.components_)
+    with pytest.raises(InvalidInput, match="negative entries"):
+        model.fit_stream(signed)

@@ -185,11 +185,12 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             self.components_ = learn_batch(tensors, self.components_, self._sums, self._settings(), forget, run)
         return self
 
-    def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7):
+    def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
 
         source : anything with a shape (trial, sensor, time) that gives tensors when sliced over trials: a Zarr array,
             a NumPy memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
+        prepare : applied to each batch first, for instance ``feeler.tensors.rectify`` to stored tensors, which are signed.
         """
         if len(getattr(source, "shape", ())) != 3:
             raise InvalidInput("fit_stream needs something with a shape (trial, sensor, time), such as a Zarr array.")
@@ -197,7 +198,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             del self._sums
         for _ in range(n_epochs):
             for start in range(0, source.shape[0], batch_size):
-                self.partial_fit(source[start : start + batch_size], forget=forget)
+                batch = source[start : start + batch_size]
+                self.partial_fit(batch if prepare is None else prepare(batch), forget=forget)
         self.components_, _ = canonicalise(self.components_, np.zeros((0, self.n_components, 1)))
         return self
 
