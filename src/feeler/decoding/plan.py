@@ -34,7 +34,9 @@ class Plan:
 
 PLANS = {
     "smoke": Plan(ratios=(0.2,), n_repeats=1, n_copies=3, other_copies=(), before_repeats=0, n_restarts=1),
-    "quick": Plan(ratios=(0.1, 0.3), n_repeats=2, other_kinds=("joint", "raw"), before_copies=2, n_restarts=1),
+    "quick": Plan(
+        ratios=(0.1, 0.3), n_repeats=2, other_copies=(3,), other_kinds=("joint", "raw"), before_copies=2, n_restarts=1
+    ),
     "paper": Plan(
         ratios=(0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
         n_repeats=10,

@@ -10,7 +10,7 @@ from feeler.experiment.configuration import describe_antenna, digest, list_versi
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
 from feeler.paper.stage import COMMON, hash_source, hold, is_kept
-from feeler.paper.trials import SPEEDS, trials
+from feeler.paper.trials import LOCATIONS, SPEEDS, trials
 
 
 def list_profiles(context: Context) -> list[str]:
@@ -27,14 +27,21 @@ def list_speeds(context: Context, profile: str) -> dict[str, float]:
     return {name: SPEEDS[name] for name in (("fast", "slow") if first else ("slow",))}
 
 
+def list_locations(context: Context) -> tuple[float, ...]:
+    """Places of touch [fractions of length]; smoke leaves out every other one."""
+    return LOCATIONS[::2] if context.scale == "smoke" else LOCATIONS
+
+
 @lru_cache(maxsize=16)
 def load_tensors(context: Context, profile: str) -> xr.Dataset:
     """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
     antenna, speeds = context.profiles[profile], tuple(list_speeds(context, profile).values())
+    locations = list_locations(context)
     key = digest(
         {
             "antenna": describe_antenna(antenna),
             "speeds": speeds,
+            "locations": locations,
             "timestep": context.timestep,
             "engine": context.engine,
             "seed": context.seed,
@@ -55,7 +62,7 @@ def load_tensors(context: Context, profile: str) -> xr.Dataset:
         with hold(path):
             if not is_kept(path, context):
                 shutil.rmtree(path, ignore_errors=True)
-            return touch(antenna, trials(speeds), store=path, **options)
+            return touch(antenna, trials(speeds, locations), store=path, **options)
     except StoreError as error:
         raise StoreError(f"{error} Remove {path} or choose another --out.") from error
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PROFILE_COLOURS, style
+from feeler.plotting.style import PROFILE_COLOURS, fix_layout, style
 from feeler.wall.peak import find_peak
 from feeler.wall.posture import Posture
 from feeler.wall.sliding import WallTouch, drive
@@ -34,8 +34,7 @@ def write(touches: Mapping[str, WallTouch], path: Path, n_frames: int = FRAMES, 
         ]
         samples = len(next(iter(touches.values())).motions[0].time)
         frames = np.unique(np.linspace(0, samples - 1, min(n_frames, samples)).astype(int))
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # laid out once; frames only change data
+        fix_layout(figure)
 
         def draw(k: int) -> list:
             return [artist for panel in panels for artist in panel.draw(frames[k])]

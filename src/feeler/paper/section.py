@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from feeler.plotting.style import DOUBLE, style
+from feeler.plotting.style import DOUBLE, fix_layout, style
 
 
 @dataclass(kw_only=True)
@@ -44,10 +43,8 @@ class Section:
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
-            figure.draw_without_rendering()
-        with style(), mpl.rc_context({"figure.constrained_layout.use": False}):
-            figure.set_layout_engine(None)  # laid out once: with an engine each file would be drawn twice
-            figure.savefig(self.folder / f"{name}.png")
+            fix_layout(figure)
+            figure.savefig(self.folder / f"{name}.png", pil_kwargs={"compress_level": 3})
             figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
         size = [round(width * 96), round(height * 96)]
         self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})

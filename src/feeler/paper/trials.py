@@ -18,6 +18,6 @@ def make_features() -> list[Feature]:
     ]
 
 
-def trials(speeds: tuple[float, ...] | None = None) -> list[Trial]:
+def trials(speeds: tuple[float, ...] | None = None, locations: tuple[float, ...] = LOCATIONS) -> list[Trial]:
     """Six features at five locations and three speeds (fast, medium, slow): 90 trials (Results, Fig. 2D)."""
-    return make_grid(make_features(), list(LOCATIONS), list(speeds or SPEEDS.values()))
+    return make_grid(make_features(), list(locations), list(speeds or SPEEDS.values()))

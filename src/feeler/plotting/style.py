@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import matplotlib as mpl
+from matplotlib.figure import Figure
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
@@ -43,3 +44,9 @@ def style() -> Iterator[None]:
     """Draw inside this context to get feeler's look; nothing outside it changes."""
     with mpl.rc_context(RC):
         yield
+
+
+def fix_layout(figure: Figure) -> None:
+    """Lay the figure out once; with a live layout engine every file and every frame would be laid out anew."""
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
