@@ -5,6 +5,7 @@ An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code
 """
 
 from importlib import import_module
+from importlib.metadata import version
 
 from feeler import presets
 from feeler.antenna import Antenna
@@ -52,6 +53,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return version("feeler")
     if name not in _LAZY:
         raise AttributeError(f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}")
     room = _LAZY[name]

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from feeler.decoding.decoder import StreamDecoder
+from feeler.decoding.early import measure_early_accuracy
 from feeler.decoding.samples import open_serial, parse_sample, read_samples
-from feeler.decoding.stream import StreamDecoder, measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
 
 REST = 30

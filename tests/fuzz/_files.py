@@ -9,7 +9,7 @@ import numpy as np
 
 import feeler
 from feeler.antenna.file import save_antenna
-from feeler.decoding.stream import StreamDecoder
+from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import ConvolutiveNMF, save_encoder
 from feeler.robot.sensor import load_calibration_table, save_calibration
 from feeler.tensors import make_tensors

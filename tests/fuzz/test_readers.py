@@ -20,7 +20,7 @@ from feeler.calibration.journal import read_journal
 from feeler.calibration.recording import load_traces
 from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
-from feeler.decoding.stream import parse_sample, read_samples
+from feeler.decoding.samples import parse_sample, read_samples
 from feeler.encoding import load_encoder
 from feeler.robot.recording import load_recording
 from feeler.robot.repair import repair

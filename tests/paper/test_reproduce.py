@@ -56,3 +56,10 @@ def test_another_antenna_leaves_out_what_makes_no_sense_and_says_so(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("Left out: this section compares") == 3
     assert json.loads((tmp_path / "out" / "numbers.json").read_text())["values"]["tensors"]
+
+
+@pytest.mark.slow
+def test_every_figure_has_its_vector_file_and_its_numbers(whole):
+    for picture in (whole / "figures").glob("*.png"):
+        assert picture.with_suffix(".pdf").exists()
+        assert picture.with_suffix(".json").exists() or picture.with_suffix(".nc").exists(), picture.name

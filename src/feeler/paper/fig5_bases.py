@@ -114,7 +114,7 @@ def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
         ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
     known = [name for name in names if name in PAPER]
     ax.plot([names.index(n) for n in known], [PAPER[n] for n in known], "kx", label="paper (definition not stated)")
-    ax.set_xticks(range(len(names)), names, rotation=20)
+    ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
     ax.set_ylabel("mean entropy of the bases [bits]")
     ax.set_ylim(top=1.45 * max(np.nanmax(values) for by in data.entropy.values() for values in by.values()))
     ax.legend(loc="upper left")

@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding.stream import EarlyAccuracy, StreamDecoder, measure_early_accuracy
+from feeler.decoding.decoder import StreamDecoder
+from feeler.decoding.early import EarlyAccuracy, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.robot import (
     Recording,
@@ -272,10 +273,8 @@ def plot_gap(data: Fig6Data, ax: Axes) -> None:
     """Accuracy against the size of the reality gap, 95 % intervals."""
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
-    ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--")
-    ax.set(xlabel="size of the reality gap", ylabel="share right", ylim=(0, 1.05))
-    ax.set_title("surrogates:\nreality gap", fontsize="small")
-    ax.legend(frameon=False, fontsize="xx-small")
+    ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
+    _label_share(ax, "surrogates:\nreality gap", "size of the reality gap")
 
 
 def plot_closing(data: Fig6Data, ax: Axes) -> None:
@@ -285,10 +284,7 @@ def plot_closing(data: Fig6Data, ax: Axes) -> None:
         _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models")
     if data.shots:
         _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches")
-    ax.set(xlabel="how many", ylabel="share right", ylim=(0, 1.05))
-    ax.set_title("surrogates:\nclosing the gap", fontsize="small")
-    if data.variants or data.shots:
-        ax.legend(frameon=False, fontsize="xx-small", loc="lower left")
+    _label_share(ax, "surrogates:\nclosing the gap", "how many")
 
 
 def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
@@ -298,9 +294,14 @@ def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
     ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="decided: right")
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 50, 1000], ["0", "50", "1000"])
-    ax.set(xlabel="since contact (ms)", ylabel="share", ylim=(0, 1.05))
-    ax.set_title("surrogates:\nstreaming", fontsize="small")
-    ax.legend(frameon=False, fontsize="xx-small", loc="upper left")
+    _label_share(ax, "surrogates:\nstreaming", "since contact (ms)")
+
+
+def _label_share(ax: Axes, title: str, xlabel: str) -> None:
+    ax.set(xlabel=xlabel, ylabel="share of touches", ylim=(0, 1.5), yticks=np.linspace(0, 1, 6))
+    ax.set_title(title, fontsize="small")
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(frameon=False, fontsize="xx-small", loc="upper left")
 
 
 def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:

@@ -79,8 +79,10 @@ def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
     rows = [(comparison, kind) for comparison, kinds in data.dispersions.items() for kind in kinds]
     axes = figure.subplots(len(rows), len(INDICES), squeeze=False)
     for (comparison, kind), line in zip(rows, axes, strict=True):
+        is_last = kind == list(data.dispersions[comparison])[-1]
         for index, ax in zip(INDICES, line, strict=True):
             plot_index(data.dispersions[comparison][kind], index, ax)
+            ax.tick_params(axis="x", labelbottom=is_last)
             if ax in axes[0]:
                 ax.set_title(f"{NAMES[index]}\n{'lower' if GREATEST[index] else 'higher'} = more dispersed", fontsize=8)
         line[0].set_ylabel(f"{kind}\nby {comparison}", fontsize=8)
@@ -95,5 +97,6 @@ def plot_index(dispersion: Dispersion, index: str, ax) -> None:
         ax.plot(place + rng.uniform(-0.15, 0.15, values.size), values, ".", ms=2, color=colour, alpha=0.4)
         error = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
         ax.errorbar(place + 0.28, mean.estimate, error, fmt="o", ms=4, capsize=2, color=colour)
-    ax.set_xticks(range(len(dispersion.groups)), [str(g) for g in dispersion.groups], rotation=30, fontsize=6)
+    names = [str(group) for group in dispersion.groups]
+    ax.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=6)
     ax.tick_params(axis="y", labelsize=6)

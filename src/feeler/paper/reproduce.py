@@ -66,7 +66,7 @@ STAGES = (
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")
 QUEUE = ("tensors", "robot", "reading", "encoding", "wall", "calibration", "antenna", "tracking", "cnn")
-PAPER_QUEUE = ("tensors", "calibration", "cnn", "reading", "encoding", "robot", "wall", "antenna", "tracking")
+PAPER_QUEUE = ("tensors", "calibration", "reading", "cnn", "encoding", "robot", "wall", "antenna", "tracking")
 """Longest first, so that no core waits at the end; but first tensors, for which most others wait, beside one that
 needs none of them."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.decoding.stream import StreamDecoder
+from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import Aligned, TransferClassifier, TransferScore, align, score_transfer
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial

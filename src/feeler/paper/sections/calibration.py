@@ -44,7 +44,11 @@ def _show_lengths(context: Context, section: Section) -> None:
         width=3.5,
         height=2.6,
     )
-    section.values["calibration.sigmoid_residual"] = lengths.fit.squared_residual
+    fit = lengths.fit
+    section.numbers(
+        "figS1_lengths", segment=fit.x, share=fit.share, sigmoid=fit.sigmoid.at(fit.x), planted=lengths.planted
+    )
+    section.values["calibration.sigmoid_residual"] = fit.squared_residual
 
 
 def _show_fit(context: Context, section: Section) -> None:
@@ -126,6 +130,13 @@ def _show_directions(section: Section, found) -> None:
         lambda figure: fig2b_identify.plot(found, figure),
         height=2.6,
     )
+    section.numbers(
+        "fig2b_directions",
+        names=found.directions.names,
+        sensitivity=found.directions.sensitivity,
+        direction=found.directions.direction,
+        draws=found.draws,
+    )
     section.text(f"{found.describe()} {found.describe_bands()}")
     if found.profiles is not None:
         section.figure(
@@ -133,6 +144,9 @@ def _show_directions(section: Section, found) -> None:
             "Least error with one parameter held and the others refitted; dashed: the paper's error.",
             lambda figure: fig2b_identify.plot_profiles(found.profiles, figure),
             height=2.6,
+        )
+        section.numbers(
+            "fig2b_error_profiles", names=found.profiles.names, value=found.profiles.value, error=found.profiles.error
         )
     low, high = np.percentile(found.draws, [2.5, 97.5], axis=0)
     section.table(

@@ -25,5 +25,12 @@ def make(context: Context, section: Section) -> None:
         lambda figure: figS4.plot(data, figure),
         height=3.2,
     )
+    section.numbers(
+        "figS4_cnn",
+        **{
+            comparison: {name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()}
+            for comparison, sweeps in data.sweeps.items()
+        },
+    )
     for name, spread in data.summarise().items():
         section.values[f"cnn.{speeds.get(name, name)}"] = spread

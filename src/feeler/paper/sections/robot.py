@@ -68,9 +68,7 @@ def _list_scores(section: Section, data: fig6.Fig6Data) -> None:
         "robot.p1": data.fit.stiffness_factor,
         "robot.p2": data.fit.damping_factor,
         "robot.fit_error": data.fit.error,
-        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution)))
-        if hasattr(data, "calibration")
-        else None,
+        "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
     }
     section.numbers(
         "fig6_robot",

@@ -57,6 +57,7 @@ def _show_slides(section: Section, data: fig3.Fig3Data) -> None:
         lambda figure: plot_shapes(shapes, figure.subplots()),
         height=3.2,
     )
+    section.numbers("fig3_slides", **{name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()})
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     section.text(f"The inverted J still stands after sliding, of the distances in contact: {', '.join(words)}.")
 
