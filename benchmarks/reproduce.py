@@ -16,28 +16,31 @@ from tempfile import TemporaryDirectory
 RESULTS = Path(__file__).parent / "results" / "reproduce.json"
 
 
-def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict]]:
-    """Seconds of one run as a user waits for them, and its stages."""
+def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict], dict[str, int]]:
+    """Seconds of one run as a user waits for them, its stages, and how many claims got which verdict."""
     command = [sys.executable, "-m", "feeler", "reproduce", "--scale", scale, "--out", str(out), "--log-json", *options]
     start = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds = time.perf_counter() - start
     events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
-    print(scale, *options, f"{seconds:.1f} s;", re.search("claims: .*", done.stdout).group())
-    return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None]
+    claims = re.search("claims: .*", done.stdout).group()
+    print(scale, *options, f"{seconds:.1f} s;", claims)
+    counts = {verdict: int(n) for n, verdict in re.findall(r"(\d+) ([a-z ]+)", claims)}
+    return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None], counts
 
 
 def measure(scale: str) -> dict[str, object]:
     """Warm run, second run from the cache, seconds of each stage, headline numbers."""
     with TemporaryDirectory() as folder:
         out = Path(folder)
-        first, stages = run(scale, out)
-        second, _ = run(scale, out)
+        first, stages, claims = run(scale, out)
+        second, *_ = run(scale, out)
         values = json.loads((out / "numbers.json").read_text())["values"]
     return {
         "seconds": round(first, 1),
         "seconds_cached": round(second, 1),
         "cores": os.cpu_count(),
+        "claims": claims,
         "stages": {stage["title"]: stage["seconds"] for stage in stages},
         "values": values,
     }

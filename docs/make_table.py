@@ -24,6 +24,7 @@ HEADLINES = {
     "The robotic antenna": ("Fig. 6, S7, Movie S4", "robot", "robot.transfer", "{:.2f} of surrogate contacts read right"),
     "Active touch speed": ("Fig. S2", "tracking", "tracking.mean", "{:.1f} °/s, synthetic tracks"),
 }  # fmt: skip
+SCALES = ("smoke", "quick", "paper")
 MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S)
 
 
@@ -39,7 +40,14 @@ def make_table(results: dict) -> str:
         seconds = found["stages"].get(title)
         headline = form.format(value) if value is not None else "–"
         lines.append(f"| {figures} | {command} | {'–' if seconds is None else f'{seconds:.0f}'} | {headline} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines + [_make_total(scale, results[scale]) for scale in SCALES if scale in results]) + "\n"
+
+
+def _make_total(scale: str, found: dict) -> str:
+    command = "`make reproduce`" if scale == "quick" else f"`make reproduce SCALE={scale}`"
+    claims = found["claims"]
+    headline = f"{claims['reproduced']} of {sum(claims.values())} claims reproduced, {claims['not reproduced']} not"
+    return f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | {headline} |"
 
 
 def main() -> None:

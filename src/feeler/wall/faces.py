@@ -1,10 +1,9 @@
 """Contact of an antenna's nodes with straight faces: pressure, and friction with a stored place of sticking."""
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.wall.table import (
-    COMPILE,
     F_END,
     F_LENGTH,
     F_NX,
@@ -21,7 +20,7 @@ CONCAVE_REACH = 5.0  # mm; a face is prolonged by this beyond a corner that turn
 NEW_FACE = 10.0  # mm; a node this far from its anchor has gone to another face with the same slot
 
 
-@njit(**COMPILE)
+@compiled
 def _touch(face, faces, k, x, y, radius):
     """(depth, normal x, normal y, place along the face) of one node at face k; depth < 0: no contact."""
     dx, dy = x - face[F_X], y - face[F_Y]
@@ -45,7 +44,7 @@ def _touch(face, faces, k, x, y, radius):
     return -1.0, nx, ny, along
 
 
-@njit(**COMPILE)
+@compiled
 def add_contacts(table, faces, friction, points, anchor, pressed, force, stiffness):
     """Force (segment, 2) and stiffness (segment, 3: xx, xy, yy) at every node; returns (energy, touching nodes).
 
@@ -87,7 +86,7 @@ def add_contacts(table, faces, friction, points, anchor, pressed, force, stiffne
     return energy, count
 
 
-@njit(**COMPILE)
+@compiled
 def move_anchors(table, faces, friction, points, anchor, pressed):
     """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that left forget it."""
     for i in range(table.shape[0]):

@@ -13,10 +13,10 @@ positive the turning of the levers is left out, so that every step descends.
 """
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.wall.faces import add_contacts, move_anchors
-from feeler.wall.table import COMPILE, R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
+from feeler.wall.table import R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
 
 MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
 MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
@@ -25,7 +25,7 @@ CALM = 0.05  # rad per step
 ROUNDING = 1e-9  # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
 
 
-@njit(**COMPILE)
+@compiled
 def place_nodes(table, base, heading, points):
     """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
     points[0, 0], points[0, 1] = base[0], base[1]
@@ -34,7 +34,7 @@ def place_nodes(table, base, heading, points):
         points[i + 1, 1] = points[i, 1] + table[i, R_LENGTH] * np.cos(heading[i])
 
 
-@njit(**COMPILE)
+@compiled
 def _add_inertia(table, points, target, rate, force, stiffness):
     """Add the inertia of the nodes to the forces; returns its part of the potential."""
     energy = 0.0
@@ -49,7 +49,7 @@ def _add_inertia(table, points, target, rate, force, stiffness):
     return energy
 
 
-@njit(**COMPILE)
+@compiled
 def _balance(table, base, heading, points, old_angle, rate, force, out):
     """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of the hinges)."""
     n, worst, energy = table.shape[0], 0.0, 0.0
@@ -68,7 +68,7 @@ def _balance(table, base, heading, points, old_angle, rate, force, out):
     return worst, energy
 
 
-@njit(**COMPILE)
+@compiled
 def _newton(table, points, rate, force, stiffness, residual, full, work, change):
     """Fill ``change`` (segment,) with the Newton step; False where a pivot is not positive.
 
@@ -97,7 +97,7 @@ def _newton(table, points, rate, force, stiffness, residual, full, work, change)
     return _sweep_out(points, work, change)
 
 
-@njit(**COMPILE)
+@compiled
 def _sweep_out(points, work, change):
     x = y = phi = 0.0
     for i in range(work.shape[0]):
@@ -108,7 +108,7 @@ def _sweep_out(points, work, change):
     return np.isfinite(phi)
 
 
-@njit(**COMPILE)
+@compiled
 def _potential(scene, base, heading, points, state, past, rate, inertia, force, stiffness, residual):
     """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force, stiffness, residual."""
     table, faces, friction = scene
@@ -120,7 +120,7 @@ def _potential(scene, base, heading, points, state, past, rate, inertia, force, 
     return worst, energy + own, count
 
 
-@njit(**COMPILE)
+@compiled
 def _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance):
     """Newton's method from ``now``, in place; (largest imbalance [rad], touching nodes).
 
@@ -161,7 +161,7 @@ def _minimise(scene, base, now, place, state, past, rate, inertia, bold, toleran
     return worst, count
 
 
-@njit(**COMPILE)
+@compiled
 def _coast(table, base, heading, points, target, now):
     """First guess of a moving antenna's headings: nodes go on with their velocities."""
     x, y = base[0], base[1]
@@ -173,7 +173,7 @@ def _coast(table, base, heading, points, target, now):
         x, y = target[i, 0], target[i, 1]
 
 
-@njit(**COMPILE)
+@compiled
 def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, bold, tolerance):
     """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
 
@@ -210,7 +210,7 @@ def step(table, faces, friction, base, heading, points, velocity, anchor, presse
     return True, static, count, moved
 
 
-@njit(**COMPILE)
+@compiled
 def settle(table, faces, friction, base, heading, points, anchor, pressed, tolerance, max_steps):
     """Relax to an equilibrium in place; returns (imbalance [rad], touching nodes, time it took [ms], steps).
 

@@ -1,10 +1,10 @@
 """The compiled loop of a body that runs along a wall with one antenna on it."""
 
 import numpy as np
-from numba import njit
 
+from feeler.compiled import compiled
 from feeler.wall.rod import place_nodes, step
-from feeler.wall.table import COMPILE, F_LENGTH, F_NX, F_NY, F_X, F_Y, R_REST
+from feeler.wall.table import F_LENGTH, F_NX, F_NY, F_X, F_Y, R_REST
 
 TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
@@ -14,7 +14,7 @@ MAX_SPLITS = 4  # a step that fails is taken in 4, 16, … parts
 STRAIGHT, BY_TOUCH, BY_TRUTH = range(3)
 
 
-@njit(**COMPILE)
+@compiled
 def find_distance(faces, x, y):
     """Distance to the nearest face, with the sign of its side."""
     best, side = np.inf, 1.0
@@ -29,7 +29,7 @@ def find_distance(faces, x, y):
     return side * best
 
 
-@njit(**COMPILE)
+@compiled
 def find_bend(table, base, heading, place, weight):
     """Arc length of the greatest smoothed bend beyond the slack shape [mm]."""
     bend = np.empty(table.shape[0])
@@ -44,7 +44,7 @@ def find_bend(table, base, heading, place, weight):
     return place[best] + min(max(shift, -0.5), 0.5) * (place[1] - place[0])
 
 
-@njit(**COMPILE)
+@compiled
 def _advance(table, faces, friction, start, end, alpha, heading, points, velocity, anchor, pressed, timestep):
     """Carry the base from ``start`` to ``end`` (x, y, heading) in one step, or more; touching nodes or −1."""
     base, parts = np.empty(4), 1
@@ -81,7 +81,7 @@ def _advance(table, faces, friction, start, end, alpha, heading, points, velocit
     return -1
 
 
-@njit(**COMPILE)
+@compiled
 def run_loop(
     table, faces, friction, start, alpha, angle, speed, timestep, n_steps, place, weight, steer, delay, line, mode
 ):

@@ -4,8 +4,6 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 
-COMPILE = {"cache": True, "nogil": True, "error_model": "numpy"}
-
 # columns of the antenna's table, one row per segment
 R_LENGTH, R_STIFFNESS, R_DAMPING, R_REST, R_RADIUS, R_MASS, R_FIRMNESS = range(7)
 # columns of the walls' table: a straight face, its first point, the unit normal of its free side, its length, and
