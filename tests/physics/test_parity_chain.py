@@ -69,7 +69,7 @@ def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
 @pytest.mark.parametrize("speed", [0.6, 0.3, 0.06])
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"])
 def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
-    """1e-6 rad, or, where the scene is chaotic, no more than the chain's own answer to a start 1e-9 mm later.
+    """1e-6 rad, or, where the scene is chaotic, no more than the chain's own answers to starts within 1e-9 mm spread.
 
     Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both engines have the
     same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
@@ -80,9 +80,16 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
     scene, clock = make_scene(make_preset(profile), trial), Clock(duration=101, timestep=0.02)
     found = difference(scene, clock)
     assert found[:12].max() < 1e-9
-    later = replace(scene, origin=tuple(np.asarray(scene.origin) - 1e-9 * np.asarray(scene.forward)))
-    own = np.abs(chain.run(scene, clock).angle - chain.run(later, clock).angle).max()
-    assert found.max() < (1e-6 if own < 1e-7 else 5 * own)
+    own = spread(scene, clock)
+    assert found.max() < (1e-6 if own < 1e-7 else 2 * own)
+
+
+def spread(scene: Scene, clock: Clock) -> float:
+    """Largest difference [rad] that a start up to 1e-9 mm earlier or later makes; one start alone may happen to fall near."""
+    angle = chain.run(scene, clock).angle
+    starts = [np.asarray(scene.origin) + shift * np.asarray(scene.forward) for shift in (-1e-9, -5e-10, 5e-10, 1e-9)]
+    moved = [chain.run(replace(scene, origin=tuple(start)), clock).angle for start in starts]
+    return max(np.abs(other - angle).max() for other in moved)
 
 
 @pytest.mark.parametrize("kind", MESHES)
