@@ -12,6 +12,7 @@ from sklearn.base import BaseEstimator
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.paper import compare, fig5, figS6
+from feeler.paper.groups import list_groups
 
 matplotlib.use("Agg")
 PLAN = Plan(ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True)
@@ -72,7 +73,7 @@ def test_planted_orders_are_found_and_put_into_words(data):
 
 
 def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
-    listed = fig5.list_groups(tensors)
+    listed = list_groups(tensors)
     assert list(listed["speed"]) == ["0.06 m/s", "0.6 m/s"]
     assert list(listed["profile"]) == ["exponential", "linear", "constant"]
     labels = [tuple(y) for groups in listed.values() for _, y in groups.values()]
@@ -114,4 +115,4 @@ def test_bad_input_is_refused(tensors):
     with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"):
         fig5.compute(tensors, SumEncoder(), reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):
-        fig5.list_groups({"exponential": 0 * tensors["linear"]})
+        list_groups({"exponential": 0 * tensors["linear"]})

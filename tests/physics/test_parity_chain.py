@@ -69,10 +69,11 @@ def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
 @pytest.mark.parametrize("speed", [0.6, 0.3, 0.06])
 @pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"])
 def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
-    """1e-6 rad, or, where the scene is chaotic, no more than the chain's own answers to starts within 1e-9 mm spread.
+    """1e-6 rad, or, where the scene is chaotic, no more than five times what starts within 1e-9 mm spread on the chain.
 
-    Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both engines have the
-    same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
+    Five times, because that error enters once at the start, while MuJoCo's search for the distance to a mesh leaves one of
+    this size at every step. Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both
+    engines have the same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
     """
     feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
     approach = 63.7 if "turned" in kind else 90.0
@@ -81,7 +82,7 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
     found = difference(scene, clock)
     assert found[:12].max() < 1e-9
     own = spread(scene, clock)
-    assert found.max() < (1e-6 if own < 1e-7 else 2 * own)
+    assert found.max() < (1e-6 if own < 1e-7 else 5 * own)
 
 
 def spread(scene: Scene, clock: Clock) -> float:

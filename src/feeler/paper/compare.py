@@ -15,8 +15,9 @@ from feeler.decoding.plan import Plan, get_plan
 from feeler.dispersion import INDICES, Dispersion, Interval, bootstrap_difference
 from feeler.encoding import compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
-from feeler.paper.fig5 import LABELS, list_groups, plot_curves
+from feeler.paper.fig5 import LABELS, plot_curves
 from feeler.paper.figS6 import NAMES, compute_groups, plot_index
+from feeler.paper.groups import list_groups
 from feeler.paper.report import render_page
 from feeler.paper.section import Section
 

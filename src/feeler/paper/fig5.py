@@ -6,31 +6,22 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
-from sklearn.base import clone
 
 from feeler.decoding import (
     CODES,
     Confused,
     Sweep,
-    compute_left_out,
-    compute_sweep,
     explain_confusion,
-    make_codes,
     make_labels,
 )
-from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.curves import LEVELS, Curves, Group, compute_curves
+from feeler.decoding.curves import LEVELS, Curves, compute_curves
 from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
-from feeler.errors import InvalidInput
 from feeler.paper import figS6
+from feeler.paper.fig5_splits import compute_splits
 from feeler.paper.figS6 import COLOURS, FigS6Data, plot_index
+from feeler.paper.groups import CLAIMS, PROFILES, make_groups
 
-CLAIMS = {
-    "speed": "slower touch is classified better",
-    "profile": "exponential is classified best, constant worst",
-}
-PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
 LABELS = {
     "joint": "joint fit (paper)",
     "sparse": "fixed bases, sparse",
@@ -38,7 +29,6 @@ LABELS = {
     "raw": "tensors",
 }
 MAIN = ("joint", "raw")
-JITTERS = {"place shifted by up to 2 % of the length": (0.02, 0.0), "speed changed by up to 10 %": (0.0, 0.1)}  # [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,70 +108,6 @@ def compute(
     )
 
 
-def make_groups(
-    tensors: Mapping[str, Any],
-    encoder: Any,
-    plan: Plan,
-    *,
-    quantity: str = "angle",
-    reference: str = "exponential",
-    random_state: int = 0,
-) -> dict[str, dict[str, Group]]:
-    """Both comparisons of ``list_groups``, encoded."""
-    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
-    listed = list_groups(tensors, quantity=quantity, reference=reference)
-    groups: dict[str, dict[str, Group]] = {}
-    if "speed" in listed:
-        fitted = _configure(encoder, settings)
-        ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
-        codes = make_codes(np.concatenate([array for array, _ in listed["speed"].values()]), fitted)
-        parts = {kind: np.split(code, ends) for kind, code in codes.items()}
-        groups["speed"] = {
-            name: Group(tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts})
-            for k, (name, (a, y)) in enumerate(listed["speed"].items())
-        }
-    if "profile" in listed:
-        groups["profile"] = {}
-        for name, (array, labels) in listed["profile"].items():
-            fitted = _configure(encoder, settings)
-            codes = make_codes(array, fitted)
-            groups["profile"][name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
-    return groups
-
-
-def list_groups(
-    tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
-) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order everywhere.
-
-    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the slowest speed. A
-    comparison with one group only is left out.
-    """
-    if reference not in tensors:
-        raise InvalidInput(f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}.")
-    peak = max(float(data[quantity].max()) for data in tensors.values())
-    if not peak > 0:
-        raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")
-    speed = np.asarray(tensors[reference]["speed"])
-
-    def pick(data: Any, wanted: float) -> tuple[np.ndarray, np.ndarray]:
-        every = make_labels(data)
-        trials = np.flatnonzero(np.asarray(data["speed"]) == wanted)
-        trials = trials[np.argsort(every[trials], kind="stable")]
-        return np.maximum(data[quantity].values[trials], 0.0) / peak, every[trials]
-
-    listed = {
-        "speed": {f"{v:g} m/s": pick(tensors[reference], v) for v in np.unique(speed)},
-        "profile": {name: pick(data, speed.min()) for name, data in tensors.items()},
-    }
-    return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
-
-
-def _configure(encoder: Any, settings: dict) -> Any:
-    known = encoder.get_params()
-    return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})
-
-
 def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]) -> list[Verdict]:
     """The verdict on every accuracy curve, with what the null explains of the best group's."""
     verdicts = []
@@ -201,44 +127,6 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                     )
                 )
     return verdicts
-
-
-def compute_splits(
-    groups: Mapping[str, Mapping[str, Group]],
-    tensors: Mapping[str, Any],
-    plan: Plan,
-    *,
-    quantity: str = "angle",
-    jitter: Callable[[str, float, float], Any] | None = None,
-    random_state: int = 0,
-) -> dict[str, dict[str, float]]:
-    """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
-    options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
-    options |= {"level": "tensor", "rotate": True, "random_state": random_state}
-    found: dict[str, dict[str, float]] = {}
-    for comparison, members in groups.items():
-        accuracies = {}
-        for name, group in members.items():
-            feature, size, location = np.array([label.rsplit(" ", 2) for label in group.labels]).T
-            most = np.unique(size, return_counts=True)[1].min()
-            lda = make_fitting_lda(int(most), plan.n_copies)
-            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, estimator=lda, **options)
-            accuracies[name] = float(np.mean([sweep.clean.mean() for sweep in folds.values()]))
-        found[f"by {comparison}, the other size trained, tensors (chance {100 / 15:.0f} %)"] = accuracies
-    if jitter is None or "profile" not in groups:
-        return found
-    peak = max(float(data[quantity].max()) for data in tensors.values())
-    for title, shift in JITTERS.items():
-        accuracies = {}
-        for name, group in groups["profile"].items():
-            speed = np.asarray(tensors[name]["speed"])
-            labels = make_labels(tensors[name])[speed == speed.min()]
-            shifted = np.maximum(jitter(name, *shift)[quantity].values, 0.0) / peak
-            lda = make_fitting_lda(len(group.labels), plan.n_copies)
-            sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), estimator=lda, **options)
-            accuracies[name] = float(sweep.clean.mean())
-        found[f"by profile, {title}, tensors"] = accuracies
-    return found
 
 
 def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:

@@ -12,8 +12,9 @@ from feeler.decoding import Sweep, compute_sweep
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.errors import InvalidInput
-from feeler.paper.fig5 import CLAIMS, PROFILES, list_groups, plot_sweep
+from feeler.paper.fig5 import plot_sweep
 from feeler.paper.figS6 import COLOURS
+from feeler.paper.groups import CLAIMS, PROFILES, list_groups
 
 LAYERS = (
     "input {h} × {w} × 1", "convolution 15 × 15, 32, padding 2", "batch norm", "ReLU", "max pool 2 × 2",

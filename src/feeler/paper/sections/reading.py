@@ -10,6 +10,7 @@ from feeler.paper import fig5, figS6
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, load_tensors, select_speed
 from feeler.paper.encoder import make_encoder
+from feeler.paper.groups import PROFILES
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS, trials
 
@@ -57,7 +58,7 @@ def _show_sensitivity(context: Context, section: Section, sets: dict) -> None:
     """How many of the unstated choices agree with the paper's orders."""
     first = next(iter(sets))
     by_speed = {name: select_speed(sets[first], SPEEDS[name]) for name in ("slow", "medium", "fast")}
-    by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in fig5.PROFILES if name in sets}
+    by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets}
     rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
     section.heading("What depends on unstated choices")
     header, cells = make_table(rows)

@@ -1,0 +1,51 @@
+"""Accuracy on touches that no training copy was made of: another size, a shifted place, another speed."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from feeler.decoding import compute_left_out, compute_sweep, make_labels
+from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.curves import Group
+from feeler.decoding.plan import Plan
+
+JITTERS = {"place shifted by up to 2 % of the length": (0.02, 0.0), "speed changed by up to 10 %": (0.0, 0.1)}  # [C]
+
+
+def compute_splits(
+    groups: Mapping[str, Mapping[str, Group]],
+    tensors: Mapping[str, Any],
+    plan: Plan,
+    *,
+    quantity: str = "angle",
+    jitter: Callable[[str, float, float], Any] | None = None,
+    random_state: int = 0,
+) -> dict[str, dict[str, float]]:
+    """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
+    options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
+    options |= {"level": "tensor", "rotate": True, "random_state": random_state}
+    found: dict[str, dict[str, float]] = {}
+    for comparison, members in groups.items():
+        accuracies = {}
+        for name, group in members.items():
+            feature, size, location = np.array([label.rsplit(" ", 2) for label in group.labels]).T
+            most = np.unique(size, return_counts=True)[1].min()
+            lda = make_fitting_lda(int(most), plan.n_copies)
+            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, estimator=lda, **options)
+            accuracies[name] = float(np.mean([sweep.clean.mean() for sweep in folds.values()]))
+        found[f"by {comparison}, the other size trained, tensors (chance {100 / 15:.0f} %)"] = accuracies
+    if jitter is None or "profile" not in groups:
+        return found
+    peak = max(float(data[quantity].max()) for data in tensors.values())
+    for title, shift in JITTERS.items():
+        accuracies = {}
+        for name, group in groups["profile"].items():
+            speed = np.asarray(tensors[name]["speed"])
+            labels = make_labels(tensors[name])[speed == speed.min()]
+            shifted = np.maximum(jitter(name, *shift)[quantity].values, 0.0) / peak
+            lda = make_fitting_lda(len(group.labels), plan.n_copies)
+            sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), estimator=lda, **options)
+            accuracies[name] = float(sweep.clean.mean())
+        found[f"by profile, {title}, tensors"] = accuracies
+    return found

@@ -1,0 +1,82 @@
+"""The paper's two comparisons: one antenna at several speeds, several antennas at the slowest speed."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from sklearn.base import clone
+
+from feeler.decoding import make_codes, make_labels
+from feeler.decoding.curves import Group
+from feeler.decoding.plan import Plan
+from feeler.errors import InvalidInput
+
+CLAIMS = {
+    "speed": "slower touch is classified better",
+    "profile": "exponential is classified best, constant worst",
+}
+PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
+
+
+def make_groups(
+    tensors: Mapping[str, Any],
+    encoder: Any,
+    plan: Plan,
+    *,
+    quantity: str = "angle",
+    reference: str = "exponential",
+    random_state: int = 0,
+) -> dict[str, dict[str, Group]]:
+    """Both comparisons of ``list_groups``, encoded."""
+    settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
+    listed = list_groups(tensors, quantity=quantity, reference=reference)
+    groups: dict[str, dict[str, Group]] = {}
+    if "speed" in listed:
+        fitted = _configure(encoder, settings)
+        ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
+        codes = make_codes(np.concatenate([array for array, _ in listed["speed"].values()]), fitted)
+        parts = {kind: np.split(code, ends) for kind, code in codes.items()}
+        groups["speed"] = {
+            name: Group(tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts})
+            for k, (name, (a, y)) in enumerate(listed["speed"].items())
+        }
+    if "profile" in listed:
+        groups["profile"] = {}
+        for name, (array, labels) in listed["profile"].items():
+            fitted = _configure(encoder, settings)
+            codes = make_codes(array, fitted)
+            groups["profile"][name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
+    return groups
+
+
+def list_groups(
+    tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
+) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
+    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order everywhere.
+
+    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the slowest speed. A
+    comparison with one group only is left out.
+    """
+    if reference not in tensors:
+        raise InvalidInput(f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}.")
+    peak = max(float(data[quantity].max()) for data in tensors.values())
+    if not peak > 0:
+        raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")
+    speed = np.asarray(tensors[reference]["speed"])
+
+    def pick(data: Any, wanted: float) -> tuple[np.ndarray, np.ndarray]:
+        every = make_labels(data)
+        trials = np.flatnonzero(np.asarray(data["speed"]) == wanted)
+        trials = trials[np.argsort(every[trials], kind="stable")]
+        return np.maximum(data[quantity].values[trials], 0.0) / peak, every[trials]
+
+    listed = {
+        "speed": {f"{v:g} m/s": pick(tensors[reference], v) for v in np.unique(speed)},
+        "profile": {name: pick(data, speed.min()) for name, data in tensors.items()},
+    }
+    return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
+
+
+def _configure(encoder: Any, settings: dict) -> Any:
+    known = encoder.get_params()
+    return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})
