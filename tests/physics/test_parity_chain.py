@@ -73,7 +73,8 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
 
     Five times, because that error enters once at the start, while MuJoCo's search for the distance to a mesh leaves one of
     this size at every step. Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both
-    engines have the same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
+    engines have the same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a
+    chaotic scene shows.
     """
     feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
     approach = 63.7 if "turned" in kind else 90.0
