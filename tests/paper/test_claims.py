@@ -52,3 +52,12 @@ def test_there_are_enough_claims_and_each_names_a_section():
 )
 def test_rules(claim, values, verdict):
     assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"), [(2.0, "2"), ({"undefined": "no contact"}, "undefined: no contact"), (None, "–")]
+)
+def test_another_antenna_is_measured_but_not_judged(value, shown):
+    judged = judge(make_claim(target=2.0, tolerance=0.1), {"a": value}, Context(is_cockroach=False))
+    assert (judged.verdict, judged.ours) == ("not comparable", shown)
+    assert "another antenna" in judged.why

@@ -55,6 +55,7 @@ def test_another_antenna_leaves_out_what_makes_no_sense_and_says_so(tmp_path):
     assert process.wait(600) == 0, process.stderr.read().decode()
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("Left out: this section compares") == 3
+    assert "none is judged here" in page
     assert json.loads((tmp_path / "out" / "numbers.json").read_text())["values"]["tensors"]
 
 

@@ -97,8 +97,9 @@ def _summarise(context, made, seconds: float) -> None:
 
     from feeler.paper.claims import VERDICTS, judge_claims
 
-    counts = Counter(judged.verdict for judged in judge_claims(made, context))
-    typer.echo("claims: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS))
+    if context.is_cockroach:
+        counts = Counter(judged.verdict for judged in judge_claims(made, context))
+        typer.echo("claims: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS))
     typer.echo(
         f"report: {context.out / 'report.html'}   figures: {context.out / 'figures'}, {context.out / 'figures.pdf'}   "
         f"({seconds:.1f} s)"

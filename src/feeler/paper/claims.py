@@ -60,11 +60,10 @@ def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
 
 def judge(claim: Claim, values: dict[str, object], context: Context) -> Judged:
     """Hold one claim against our values."""
-    if claim.kind == "none":
+    if claim.kind == "none" or not context.is_cockroach:
         shown = "; ".join(_show(values[key]) for key in claim.keys if values.get(key) is not None)
-        return Judged(claim=claim, ours=shown or "–", verdict="not comparable", why=claim.why)
-    if not context.is_cockroach:
-        return Judged(claim=claim, ours="–", verdict="not comparable", why="another antenna than the paper's")
+        why = claim.why if context.is_cockroach else "another antenna than the paper's"
+        return Judged(claim=claim, ours=shown or "–", verdict="not comparable", why=why)
     missing = [key for key in claim.keys if values.get(key) is None]
     if missing:
         why = f"not computed in this run (scale {context.scale}): {', '.join(missing)}"
@@ -152,6 +151,8 @@ def _judge_below(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
 
 def _show(value: object) -> str:
     if isinstance(value, dict):
+        if "undefined" in value:
+            return f"undefined: {value['undefined']}"
         spread = "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
         return f"{value['value']:.3g}{spread}"
     return f"{value:.4g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)

@@ -31,7 +31,10 @@ MIME = {".png": "image/png", ".mp4": "video/mp4"}
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
     """Write ``report.html``, ``figures.pdf`` and ``numbers.json``; copy each figure's files and numbers to ``figures/``."""
     path = context.out / "report.html"
-    parts = [("claims", "What holds", _render_claims(claims))]
+    if context.is_cockroach:
+        parts = [("claims", "What holds", _render_claims(claims))]
+    else:
+        parts = [("claims", "The paper's measures, of this antenna", _render_measures(claims))]
     parts += [(section.name, section.title, _render_section(section)) for section in sections]
     parts += [
         ("places", "Every figure and movie", _render_places(sections)),
@@ -71,6 +74,12 @@ def _list_contents(parts: list[tuple[str, str, str]]) -> str:
 
 
 def _lead(context: Context) -> str:
+    if not context.is_cockroach:
+        return (
+            f"What “{context.antenna.name}” feels and can tell apart: the analyses of “Physically intelligent soft antennae "
+            "enhance tactile perception by active touch” (Meng et al. 2025), done on another antenna than the paper's. "
+            f"Scale: {context.scale}; seed {context.seed}; physics: {context.engine} engine."
+        )
     return (
         "Everything that “Physically intelligent soft antennae enhance tactile perception by active touch” (Meng et al. "
         "2025) claims and a computer can check, made anew from the mechanics up. Each claim stands beside what came out "
@@ -93,6 +102,21 @@ def _render_claims(claims: list[Judged]) -> str:
         "at. Brackets hold the spread. For orders, ours are listed in the order in which they should rise.</p>"
         f"<ul class='counts'>{items}</ul><div class='scroll'><table><thead><tr><th>claim</th><th>paper</th><th>ours</th>"
         f"<th>verdict</th><th>why</th></tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+
+
+def _render_measures(claims: list[Judged]) -> str:
+    """For another antenna: no verdicts, its numbers beside what the paper says of its own."""
+    rows = "".join(
+        f"<tr><td>{html.escape(j.claim.says)}</td><td>{html.escape(j.claim.paper)}</td>"
+        f"<td>{html.escape(j.ours)} <a href='#{j.claim.section}'>see</a></td></tr>"
+        for j in claims
+        if j.ours != "–"
+    )
+    return (
+        "<p>The paper's claims speak of its own antennae, so none is judged here. Orders compare profiles or speeds; ours are "
+        "listed in the order in which the paper's should rise.</p><div class='scroll'><table><thead><tr>"
+        f"<th>what the paper says of its antenna</th><th>paper</th><th>here</th></tr></thead><tbody>{rows}</tbody></table></div>"
     )
 
 
