@@ -21,6 +21,11 @@ def run(*arguments, cwd):
         (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
         (("reproduce", "--scale", "huge"), "smoke, quick, paper"),
         (("reproduce", "--set", "colour=2"), "stiffness, damping"),
+        (("reproduce", "--timestep", "5"), "timestep=1"),
+        (("reproduce", "--timestep", "0.5"), "use at most 0.1 ms"),
+        (("reproduce", "--timestep", "0"), "timestep must be finite and > 0"),
+        (("reproduce", "--seed", "-1"), "greater than or equal to 0"),
+        (("calibrate", "--seed", "-1"), "greater than or equal to 0"),
         (("touch", "--out", "/proc/nowhere"), "check the path"),
     ],
 )

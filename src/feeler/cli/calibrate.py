@@ -30,7 +30,7 @@ def calibrate(
     method: Annotated[str, typer.Option(help="least-squares, powell or nelder-mead")] = "least-squares",
     starts: Annotated[int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)] = 1,
     spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = 0.7,
-    seed: Annotated[int, typer.Option(help="seed of the starts")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0,
     evaluations: Annotated[int, typer.Option(help="antennas simulated per start, at most", min=2)] = 1500,
     checkpoint: Annotated[
         Path | None, typer.Option(help="file that keeps every simulated antenna; an interrupted fit goes on from it")

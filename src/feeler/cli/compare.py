@@ -17,7 +17,7 @@ def compare(
     antennas: Annotated[list[str], typer.Argument(help="presets or antenna files (TOML), at least two")],
     out: Annotated[Path, typer.Option(help="page to write")] = Path("out/compare.html"),
     scale: Annotated[str, typer.Option(help="smoke, quick or paper")] = "quick",
-    seed: Annotated[int, typer.Option(help="seed of noise and encoder")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of noise and encoder")] = 0,
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna

@@ -27,7 +27,7 @@ def reproduce(
         str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    seed: Annotated[int, typer.Option(help="root of all randomness")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="root of all randomness")] = 0,
     workers: Annotated[int | None, typer.Option(help="processes side by side; default one per core")] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
@@ -44,7 +44,7 @@ def reproduce(
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
-        scale=scale, seed=seed, engine=engine, timestep=timestep or TIMESTEP, workers=workers, antenna=chosen,
+        scale=scale, seed=seed, engine=engine, timestep=TIMESTEP if timestep is None else timestep, workers=workers, antenna=chosen,
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start = time.perf_counter()

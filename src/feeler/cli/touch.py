@@ -48,7 +48,7 @@ def touch(
     out: Annotated[Path, typer.Option(help="folder for the results of one touch")] = Path("out/touch"),
     movie: Annotated[bool, typer.Option(help="write the movie as well")] = True,
     store: StorePath = None,
-    seed: Annotated[int, typer.Option(help="with --store: root of one seed per touch")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="with --store: root of one seed per touch")] = 0,
     workers: Annotated[int | None, typer.Option(help="with --store: how many at once; default one per core")] = None,
     processes: Annotated[bool, typer.Option("--processes", help="with --store: in processes, memory bounded")] = False,
     log_json: Annotated[bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")] = False,

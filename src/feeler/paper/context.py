@@ -8,7 +8,10 @@ from pathlib import Path
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiment.configuration import describe_antenna
+from feeler.experiment.touch import spawn_seeds
+from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.scene import Contact
 from feeler.presets import cockroach
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
@@ -38,6 +41,9 @@ class Context:
     def __post_init__(self) -> None:
         if self.scale not in SCALES:
             raise InvalidInput(f"unknown scale {self.scale!r}; valid: {', '.join(SCALES)}.")
+        spawn_seeds(self.seed, 0)  # refuses what is no seed
+        Clock(duration=1.0, timestep=self.timestep)
+        Contact().check_timestep(self.timestep)
 
     def pick(self, *, smoke: object, quick: object, paper: object) -> object:
         """The value that belongs to this scale."""
