@@ -50,3 +50,14 @@ def slow(x):
 def sleep_long(path):
     Path(path, str(os.getpid())).touch()
     time.sleep(600)
+
+
+def step_mujoco(seconds):
+    """Go in and out of the interpreter's lock, as MuJoCo's engine does, for so long."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    data = mujoco.MjData(model)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        mujoco.mj_step(model, data)

@@ -138,6 +138,16 @@ def test_first_interrupt_finishes_what_runs():
     assert len(out.splitlines()) < 12
 
 
+def test_two_interrupts_with_threads_inside_an_engine_end_without_a_crash():
+    process = start(function="_tasks.step_mujoco", item="1.0", executor="ThreadExecutor(2)")
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert (process.returncode, out) == (0, "interrupted\n"), err
+
+
 @pytest.mark.parametrize("end", ["two interrupts", "kill"])
 def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
     process = start(function="_tasks.sleep_long", item=repr(str(tmp_path)), executor="ProcessExecutor(2)")

@@ -1,5 +1,6 @@
 """``feeler``: gathers the verbs, and turns feeler's errors into one message and exit code 2."""
 
+import os
 import sys
 from importlib import import_module
 from typing import Annotated
@@ -22,6 +23,8 @@ VERBS = (
     "info",
     "validate",
 )
+
+INTERRUPTED = 130  # the shells' exit code after Ctrl-C
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -51,11 +54,20 @@ def _options(
 def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
+        _run()
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            _leave()
+        raise
+
+
+def _run() -> None:
+    try:
         app()
     except FeelerError as error:
         _fail(str(error), 2)
     except KeyboardInterrupt:
-        _fail("interrupted; finished results are on disk, and the same command goes on where it stopped", 130)
+        _fail("interrupted; finished results are on disk, and the same command goes on where it stopped", INTERRUPTED)
     except OSError as error:
         _fail(f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions and free space)", 2)
 
@@ -63,3 +75,10 @@ def main() -> None:
 def _fail(message: str, code: int) -> None:
     print(f"feeler: {message}", file=sys.stderr)
     sys.exit(code)
+
+
+def _leave() -> None:
+    """End at once: worker threads may still be inside an engine, which the interpreter's own end would pull away."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)

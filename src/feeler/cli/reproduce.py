@@ -43,8 +43,9 @@ def reproduce(
     chosen = change_antenna(choose_antenna(antenna), change)
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     out.mkdir(parents=True, exist_ok=True)
+    timestep = TIMESTEP if timestep is None else timestep
     context = Context(
-        scale=scale, seed=seed, engine=engine, timestep=TIMESTEP if timestep is None else timestep, workers=workers, antenna=chosen,
+        scale=scale, seed=seed, engine=engine, timestep=timestep, workers=workers, antenna=chosen,
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start = time.perf_counter()

@@ -1,13 +1,18 @@
 """Threads: the default workers, since both engines release the interpreter's lock while they simulate."""
 
+import atexit
 import os
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from queue import SimpleQueue
 from typing import Any
 
 from feeler.errors import InvalidInput
+
+GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
+_leaving: list[threading.Thread] = []
 
 
 def count_cores() -> int:
@@ -50,6 +55,7 @@ class ThreadExecutor:
                 task[0].cancel()
         for _ in self._threads:
             self._tasks.put(None)
+        _leaving[:] = [thread for thread in _leaving if thread.is_alive()] + self._threads
         self._threads, self._tasks = [], SimpleQueue()
 
     def __enter__(self) -> "ThreadExecutor":
@@ -73,3 +79,11 @@ def _work(tasks: SimpleQueue) -> None:
         except BaseException as error:
             future.set_exception(error)
         del future, function, args, task
+
+
+@atexit.register
+def _see_off() -> None:
+    """Wait for threads sent home: one still inside an engine when the interpreter ends would crash the process."""
+    end = time.monotonic() + GRACE
+    for thread in _leaving:
+        thread.join(max(end - time.monotonic(), 0))
