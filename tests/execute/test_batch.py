@@ -148,6 +148,15 @@ def test_two_interrupts_with_threads_inside_an_engine_end_without_a_crash():
     assert (process.returncode, out) == (0, "interrupted\n"), err
 
 
+def test_workers_that_are_starting_leave_ctrl_c_to_their_parent():
+    process = start(function="_tasks.slow", item="i", executor="ProcessExecutor(2)")
+    time.sleep(0.3)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out, err = process.communicate(timeout=30)
+    assert out.endswith("interrupted\n") and "done" in out, err
+    assert "Traceback" not in err
+
+
 @pytest.mark.parametrize("end", ["two interrupts", "kill"])
 def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
     process = start(function="_tasks.sleep_long", item=repr(str(tmp_path)), executor="ProcessExecutor(2)")

@@ -7,8 +7,10 @@ import pickle
 import resource
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from queue import SimpleQueue
@@ -122,7 +124,8 @@ class _Keeper(threading.Thread):
         self._process = _SPAWN.Process(
             target=_serve, args=(theirs, self._memory_limit), daemon=True, name="feeler worker"
         )
-        self._process.start()
+        with _uninterrupted():
+            self._process.start()
         theirs.close()
         if self._killed:
             self._process.kill()
@@ -147,6 +150,17 @@ class _Keeper(threading.Thread):
             self._process.kill()
             self._process.join(timeout=5)
             self._process = None
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what is to end."""
+    resource_tracker.ensure_running()  # it would lift the block while it starts itself
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(pipe: Connection, memory_limit: int) -> None:
