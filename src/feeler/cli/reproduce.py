@@ -19,7 +19,9 @@ EXAMPLES = """Examples:
 
 
 def reproduce(
-    scale: Annotated[str, typer.Option(help="smoke (seconds), quick (a minute) or paper (as published)")] = "quick",
+    scale: Annotated[
+        str, typer.Option(help="smoke (seconds; no PDF), quick (a minute) or paper (as published)")
+    ] = "quick",
     out: Annotated[Path, typer.Option(help="folder for the report, the figures and the cache")] = Path("out"),
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
     change: Annotated[list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")] = [],  # noqa: B006
@@ -101,10 +103,8 @@ def _summarise(context, made, seconds: float) -> None:
     if context.is_cockroach:
         counts = Counter(judged.verdict for judged in judge_claims(made, context))
         typer.echo("claims: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS))
-    typer.echo(
-        f"report: {context.out / 'report.html'}   figures: {context.out / 'figures'}, {context.out / 'figures.pdf'}   "
-        f"({seconds:.1f} s)"
-    )
+    pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
+    typer.echo(f"report: {context.out / 'report.html'}   figures: {context.out / 'figures'}{pdf}   ({seconds:.1f} s)")
 
 
 def register(app: typer.Typer) -> None:

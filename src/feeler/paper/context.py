@@ -50,6 +50,11 @@ class Context:
         return {"smoke": smoke, "quick": quick, "paper": paper}[self.scale]
 
     @property
+    def vector(self) -> bool:
+        """Whether figures are also drawn as PDF; a smoke run, which only shows that all works, would double its time."""
+        return self.scale != "smoke"
+
+    @property
     def profiles(self) -> dict[str, Antenna]:
         """The antenna and its controls: for the cockroach the paper's two and the matched-compliance one."""
         if not self.is_cockroach:

@@ -29,7 +29,8 @@ MIME = {".png": "image/png", ".mp4": "video/mp4"}
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
-    """Write ``report.html``, ``figures.pdf`` and ``numbers.json``; copy each figure's files and numbers to ``figures/``."""
+    """Write ``report.html``, ``figures.pdf`` (not at smoke scale) and ``numbers.json``; copy each figure's files and
+    numbers to ``figures/``."""
     path = context.out / "report.html"
     if context.is_cockroach:
         parts = [("claims", "What holds", _render_claims(claims))]
@@ -44,7 +45,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     page = _fill_page("Soft antennae, touched" if context.is_cockroach else other, _lead(context), parts)
     partial = path.with_suffix(".part")
     partial.write_text(page)
-    _write_pdf(context.out / "figures.pdf", sections)
+    _write_pdf(context.out / "figures.pdf", sections if context.vector else [])
     _copy_figures(context.out / "figures", sections)
     _write_numbers(context.out / "numbers.json", context, sections)
     return partial.replace(path)
@@ -212,6 +213,9 @@ def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:
 
 
 def _write_pdf(path: Path, sections: list[Section]) -> None:
+    if not sections:
+        path.unlink(missing_ok=True)  # an earlier run's, of other figures
+        return
     writer = PdfWriter()
     for section, name in _figure_files(sections):
         writer.append(PdfReader(section.folder / f"{name}.pdf"))
@@ -232,6 +236,8 @@ def _write_numbers(path: Path, context: Context, sections: list[Section]) -> Non
 
 def _copy_figures(folder: Path, sections: list[Section]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
+    for _, name in _figure_files(sections):
+        (folder / f"{name}.pdf").unlink(missing_ok=True)  # an earlier run's picture of other numbers
     for section in sections:
         if any(block["kind"] in ("figure", "movie") for block in section.blocks):
             for file in sorted(section.folder.iterdir()):

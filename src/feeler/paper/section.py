@@ -19,6 +19,8 @@ class Section:
     name: str
     title: str
     folder: Path
+    vector: bool = True
+    """Whether figures are also kept as PDF."""
     blocks: list[dict[str, object]] = field(default_factory=list)
     values: dict[str, object] = field(default_factory=dict)
     seconds: float = 0.0
@@ -38,14 +40,15 @@ class Section:
         self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
 
     def figure(self, name: str, caption: str, draw, *, width: float = DOUBLE, height: float = 3.0) -> None:
-        """Draw with ``draw(figure)`` and keep it as PNG and as PDF (vector, fonts embedded)."""
+        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as PDF with fonts embedded."""
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
             fix_layout(figure)
             figure.savefig(self.folder / f"{name}.png", pil_kwargs={"compress_level": 3})
-            figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
+            if self.vector:
+                figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
         size = [round(width * 96), round(height * 96)]
         self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
 

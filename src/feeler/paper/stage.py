@@ -41,7 +41,8 @@ class Stage:
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
         code = {room: hash_source(room) for room in (*COMMON, *self.rooms, f"paper/sections/{self.name}.py")}
-        return digest({"context": context.describe(self.reads), "versions": list_versions(), "code": code})
+        made_with = {"context": context.describe(self.reads), "vector": context.vector}
+        return digest({**made_with, "versions": list_versions(), "code": code})
 
 
 @cache
@@ -89,7 +90,8 @@ def run_stage(stage: Stage, context: Context) -> Section:
     partial = final.with_name(f".{final.name}.{os.getpid()}")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
-    section, start = Section(name=stage.name, title=stage.title, folder=partial), time.perf_counter()
+    section = Section(name=stage.name, title=stage.title, folder=partial, vector=context.vector)
+    start = time.perf_counter()
     try:
         with threadpool_limits(1, user_api="blas"):  # sums in BLAS depend on its number of threads
             make = stage.make or import_module(f"feeler.paper.sections.{stage.name}").make

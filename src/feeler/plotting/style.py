@@ -47,6 +47,7 @@ def style() -> Iterator[None]:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Lay the figure out once; with a live layout engine every file and every frame would be laid out anew."""
+    """Lay the figure out once; with a layout engine, even "none", every file would be drawn twice and laid out anew."""
     figure.get_layout_engine().execute(figure)
-    figure.set_layout_engine("none")
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
