@@ -29,10 +29,18 @@ def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict], dict[s
     return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None], counts
 
 
+def measure_yardstick() -> float:
+    """Seconds of ten million additions in Python: how fast the machine is at that moment (shared ones vary twofold)."""
+    start, total = time.perf_counter(), 0
+    for number in range(10_000_000):
+        total += number
+    return time.perf_counter() - start
+
+
 def measure(scale: str) -> dict[str, object]:
-    """Warm run, second run from the cache, seconds of each stage, headline numbers."""
+    """Warm run, second run from the cache, seconds of each stage, headline numbers; the yardstick just before."""
     with TemporaryDirectory() as folder:
-        out = Path(folder)
+        out, yardstick = Path(folder), measure_yardstick()
         first, stages, claims = run(scale, out)
         second, *_ = run(scale, out)
         values = json.loads((out / "numbers.json").read_text())["values"]
@@ -40,6 +48,7 @@ def measure(scale: str) -> dict[str, object]:
         "seconds": round(first, 1),
         "seconds_cached": round(second, 1),
         "cores": os.cpu_count(),
+        "yardstick": round(yardstick, 2),
         "claims": claims,
         "stages": {stage["title"]: stage["seconds"] for stage in stages},
         "values": values,
