@@ -126,7 +126,7 @@ def _save(tensors, out: Path) -> None:
 
     save(tensors, out / "tensor.nc")
     with style():
-        figure = Figure(figsize=(4.5, 3.0))
+        figure = Figure(figsize=(4.5, 3.0), layout="constrained")
         values = tensors["curvature"].values[0]
         ax = figure.subplots()
         image = plot_tensor(values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9)))

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
@@ -54,7 +55,7 @@ class Context:
         """Whether figures are also drawn as PDF; a smoke run, which only shows that all works, would double its time."""
         return self.scale != "smoke"
 
-    @property
+    @cached_property
     def profiles(self) -> dict[str, Antenna]:
         """The antenna and its controls: for the cockroach the paper's two and the matched-compliance one."""
         if not self.is_cockroach:

@@ -21,7 +21,7 @@ def write(antenna: Antenna, data: Fig2BData, path: Path, n_frames: int = FRAMES,
     points = antenna.shape(motion.angle)
     frames = np.unique(np.linspace(0, len(motion.time) - 1, min(n_frames, len(motion.time))).astype(int))
     with style():
-        figure = Figure(figsize=(7.2, 3.6))
+        figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
         (line,) = left.plot([], [], color="#5b3a1e", linewidth=2)
         cylinder = left.add_patch(Circle((0, 0), RADIUS, color=PALETTE[2]))

@@ -29,7 +29,7 @@ def write(antenna: Antenna, trial: Trial, tensors, path: Path, n_frames: int = F
     points, placement = antenna.shape(tensors["angle"].values[0].T), place(antenna, trial)
     frames = np.unique(np.linspace(0, len(time) - 1, min(n_frames, len(time))).astype(int))
     with style():
-        figure = Figure(figsize=(7.2, 3.6))
+        figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         (line,) = left.plot([], [], color="#5b3a1e", linewidth=2)
         reach = antenna.length

@@ -27,7 +27,7 @@ def compute(
 def write(touches: Mapping[str, WallTouch], path: Path, n_frames: int = FRAMES, fps: int = 25) -> Path:
     """Write the movie: one panel per antenna, seen from above, the body's base at the origin."""
     with style():
-        figure = Figure(figsize=(1.8 * len(touches), 3.2))
+        figure = Figure(figsize=(1.8 * len(touches), 3.2), layout="constrained")
         panels = [
             _Panel(name, touch, ax)
             for (name, touch), ax in zip(touches.items(), np.atleast_1d(figure.subplots(1, len(touches))), strict=True)

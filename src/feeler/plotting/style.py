@@ -16,7 +16,6 @@ TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own p
 RC = {
     "figure.dpi": 110,
     "savefig.dpi": 220,
-    "figure.constrained_layout.use": True,
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8,
@@ -47,7 +46,9 @@ def style() -> Iterator[None]:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Lay the figure out once; with a layout engine, even "none", every file would be drawn twice and laid out anew."""
+    """Lay the figure out once; with a layout engine, even "none", every file would be drawn twice and laid out anew.
+
+    That is why ``style`` names no engine: after each file matplotlib puts back the one that the style asks for.
+    """
     figure.get_layout_engine().execute(figure)
-    with mpl.rc_context({"figure.constrained_layout.use": False}):
-        figure.set_layout_engine(None)
+    figure.set_layout_engine(None)

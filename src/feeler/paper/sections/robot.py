@@ -42,7 +42,7 @@ def make(context: Context, section: Section) -> None:
 
 def _write_movie(context: Context, section: Section, data: fig6.Fig6Data) -> None:
     with style():
-        figure = Figure(figsize=(6.4, 4.0))
+        figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         move = fig6.draw_release(data, figure.subplots())
         n_frames = context.pick(smoke=10, quick=40, paper=100)
         path = write_movie(section.folder / "movieS4_release.mp4", figure, lambda k: move(10.0 * k), n_frames)
