@@ -9,15 +9,8 @@ from hypothesis import strategies as st
 
 from feeler.antenna import Antenna, Exponential
 from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
-from feeler.antenna.file import (
-    UNITS,
-    Source,
-    load_antenna,
-    parse_antenna,
-    read_antenna_file,
-    save_antenna,
-    write_antenna,
-)
+from feeler.antenna.file import load_antenna, read_antenna_file, save_antenna, write_antenna
+from feeler.antenna.parse import UNITS, Source, parse_antenna
 from feeler.errors import InvalidInput
 
 GOOD = """schema = "feeler.antenna/1"

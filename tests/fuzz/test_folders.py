@@ -11,9 +11,10 @@ import pytest
 
 from feeler.errors import FeelerError
 from feeler.tensors.export import save
+from feeler.tensors.finished import read_store
 from feeler.tensors.limits import Limits
 from feeler.tensors.load import load_zarr
-from feeler.tensors.store import open_store, read_store
+from feeler.tensors.store import open_store
 from feeler.tensors.validate import find_breaches
 
 from ._files import make_set

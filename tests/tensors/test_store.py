@@ -19,7 +19,8 @@ import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
 from feeler.tensors import disk
-from feeler.tensors.store import open_store, read_store
+from feeler.tensors.finished import read_store
+from feeler.tensors.store import open_store
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, make_set, make_trial
 
@@ -208,7 +209,8 @@ def test_killed_at_random_moments_a_fresh_process_resumes(fast, n_kills):
 FULL = """
 import sys; sys.path.insert(0, {tests!r})
 from tensors._sets import make_trial, make_set, CONFIGURATION
-from feeler.tensors.store import open_store, read_store
+from feeler.tensors.finished import read_store
+from feeler.tensors.store import open_store
 from feeler.errors import StoreError
 import xarray, pathlib
 try:

@@ -15,61 +15,18 @@ and likewise [segment_length], [segment_mass], [radius], [damping] and, if need 
 ``hinges = [1, 4, …]``.
 """
 
-import itertools
 import json
-import math
 import os
-import re
 import stat
-import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from feeler.antenna.antenna import MAX_SEGMENTS, Antenna
-from feeler.antenna.fact import SOURCE_TAGS
-from feeler.antenna.profile import PROFILES
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.parse import SCHEMA, SOURCE_KEYS, UNITS, AntennaFile, Source, parse_antenna
 from feeler.errors import InvalidInput
 
-SCHEMA = "feeler.antenna/1"
 MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
-MAX_NAME = 200  # [C]
-UNITS: dict[str, dict[str, float]] = {
-    "segment_length": {"mm": 1.0, "m": 1e3, "µm": 1e-3},
-    "segment_mass": {"g": 1.0, "kg": 1e3, "mg": 1e-3, "µg": 1e-6},
-    "radius": {"mm": 1.0, "m": 1e3, "µm": 1e-3},
-    "stiffness": {"N·mm/rad": 1.0, "mN·m/rad": 1.0, "N·m/rad": 1e3, "µN·m/rad": 1e-3},
-    "damping": {"N·mm·ms/rad": 1.0, "µN·m·s/rad": 1.0, "mN·m·s/rad": 1e3, "N·m·s/rad": 1e6},
-    "rest_angle": {"rad": 1.0, "deg": math.pi / 180},
-}
-"""Units that a file may use, with the factor to feeler's own, which comes first."""
-_OPTIONAL = ("rest_angle",)
-_SOURCE_KEYS = ("tag", "reference", "note")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Source:
-    """Where the numbers of one quantity come from."""
-
-    tag: str = ""
-    """One of P, A, D, B, C, joined by + where several apply; empty where unknown."""
-    reference: str = ""
-    note: str = ""
-
-    def __post_init__(self) -> None:
-        if self.tag and not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
-            raise InvalidInput(f"tag must be one of {', '.join(SOURCE_TAGS)} (joined by +), got {self.tag[:40]!r}.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class AntennaFile:
-    """An antenna and the sources of its quantities, as one file holds them."""
-
-    antenna: Antenna
-    sources: dict[str, Source] = field(default_factory=dict)
 
 
 def load_antenna(path: str | os.PathLike) -> Antenna:
@@ -86,17 +43,6 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
         Not a TOML file of this schema; the message names the file, the line and the key.
     """
     return parse_antenna(_read(path), Path(path).name)
-
-
-def parse_antenna(text: str, source: str = "text") -> AntennaFile:
-    """As :func:`read_antenna_file`, from text that has already been read."""
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InvalidInput(f"{source} is not valid TOML: {str(error)[:200]}.") from error
-    except (ValueError, RecursionError) as error:
-        raise InvalidInput(f"{source} is not usable TOML: {str(error)[:200]}.") from error
-    return _Reader(text, source).read(content)
 
 
 def save_antenna(antenna: Antenna, path: str | os.PathLike, sources: dict[str, Source] | None = None) -> None:
@@ -133,7 +79,7 @@ def write_antenna(antenna: Antenna, sources: dict[str, Source] | None = None) ->
 
 
 def _write_source(source: Source | None) -> list[str]:
-    values = {} if source is None else {key: getattr(source, key) for key in _SOURCE_KEYS}
+    values = {} if source is None else {key: getattr(source, key) for key in SOURCE_KEYS}
     return [f"{key} = {_quote(value)}" for key, value in values.items() if value]
 
 
@@ -171,147 +117,3 @@ def _read(path: str | os.PathLike) -> str:
         return raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path} is not UTF-8 text (byte {error.start}). Save it as UTF-8.") from error
-
-
-class _Reader:
-    """Turns parsed TOML into an antenna, naming line and key of whatever is wrong."""
-
-    def __init__(self, text: str, source: str) -> None:
-        self._lines, self._source = text.split("\n"), source
-
-    def read(self, content: dict[str, Any]) -> AntennaFile:
-        if content.get("schema") != SCHEMA:
-            self.fail("", "schema", f"must be {SCHEMA!r}, got {str(content.get('schema'))[:60]!r}")
-        self.check_keys("", content, ("schema", "name", "n_segments", *UNITS, "sensors"))
-        n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
-        name = self.text("", "name", content.get("name", "custom"))
-        values, sources = {}, {}
-        for quantity in UNITS:
-            if quantity in content:
-                table = self.table(quantity, content[quantity])
-                values[quantity], sources[quantity] = self.quantity(quantity, table, n), self.source(quantity, table)
-            elif quantity not in _OPTIONAL:
-                self.fail("", quantity, f"is missing; a file has the tables {', '.join(UNITS)} and sensors")
-        sensors = self.table("sensors", content.get("sensors", {}))
-        self.check_keys("sensors", sensors, ("hinges", *_SOURCE_KEYS))
-        hinges = self.hinges(sensors.get("hinges"), n)
-        if sensors:
-            sources["sensors"] = self.source("sensors", sensors)
-        antenna = self.attempt("", "", lambda: Antenna(**values, sensors=hinges, name=name))
-        return AntennaFile(antenna=antenna, sources={key: item for key, item in sources.items() if item != Source()})
-
-    def fail(self, table: str, key: str, words: str, cause: Exception | None = None) -> None:
-        place = self.line(table, key)
-        where = f" line {place}" if place else ""
-        name = ".".join(part for part in (table, key) if part)
-        raise InvalidInput(f"{self._source}{where}{', ' + name if name else ''}: {words}.") from cause
-
-    def line(self, table: str, key: str) -> int:
-        """Line of ``key`` in ``[table]``, or of the table's header; 0 where neither can be found."""
-        header, present = 0, ""
-        for number, line in enumerate(self._lines, 1):
-            found = re.match(r"\s*\[\s*([^\[\]]{1,80}?)\s*\]", line)
-            if found:
-                present = found[1].strip("\"'")
-                header = number if present == (table or key) else header
-            elif present == table and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*[=.]", line):
-                return number
-            elif not present and table and re.match(rf"\s*{re.escape(table)}\s*[=.]", line):
-                header = number
-        return header
-
-    def attempt(self, table: str, key: str, make: Callable[[], Any]) -> Any:
-        try:
-            with np.errstate(all="ignore"):
-                return make()
-        except InvalidInput as error:
-            words = str(error).rstrip(".")
-            quantity = next((name for name in UNITS if not table and words.startswith(f"{name} ")), "")
-            self.fail(table or quantity, key, words, error)
-        except (TypeError, ValueError, OverflowError) as error:
-            self.fail(table, key, str(error)[:120], error)
-
-    def check_keys(self, table: str, content: dict[str, Any], valid: tuple[str, ...]) -> None:
-        for key in content:
-            if key not in valid:
-                self.fail(table, key, f"unknown key; valid here: {', '.join(valid)}")
-
-    def table(self, name: str, value: Any) -> dict[str, Any]:
-        if not isinstance(value, dict):
-            self.fail("", name, f"must be a table [{name}], got {type(value).__name__}")
-        return value
-
-    def text(self, table: str, key: str, value: Any) -> str:
-        if not isinstance(value, str) or len(value) > (MAX_NAME if key == "name" else 2000):
-            self.fail(table, key, f"must be a text of at most {MAX_NAME} characters, got {str(value)[:40]!r}")
-        return value
-
-    def whole(self, table: str, key: str, value: Any, low: int, high: int) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            self.fail(table, key, f"must be a whole number from {low} to {high}, got {str(value)[:40]}")
-        return value
-
-    def number(self, table: str, key: str, value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.fail(table, key, f"must be a number, got {str(value)[:40]!r}")
-        return self.attempt(table, key, lambda: float(value))
-
-    def numbers(self, table: str, key: str, value: Any, most: int) -> list[float]:
-        if not isinstance(value, list) or len(value) > most:
-            self.fail(table, key, f"must be a list of at most {most} numbers, got {str(value)[:40]}")
-        return [self.number(table, key, item) for item in value]
-
-    def source(self, table: str, content: dict[str, Any]) -> Source:
-        texts = {key: self.text(table, key, content.get(key, "")) for key in _SOURCE_KEYS}
-        return self.attempt(table, "tag", lambda: Source(**texts))
-
-    def quantity(self, name: str, table: dict[str, Any], n: int) -> np.ndarray:
-        factor = self.unit(name, table)
-        forms = [key for key in ("value", "values", "profile") if key in table]
-        if len(forms) != 1:
-            self.fail(name, "", f"needs exactly one of value, values, profile; got {', '.join(forms) or 'none'}")
-        if forms == ["profile"]:
-            values = self.profile(name, table, n)
-        else:
-            self.check_keys(name, table, ("unit", forms[0], *_SOURCE_KEYS))
-            values = table[forms[0]]
-            if forms == ["value"]:
-                values = np.full(n, self.number(name, "value", values))
-            else:
-                values = np.array(self.numbers(name, "values", values, MAX_SEGMENTS), dtype=float)
-        if values.shape != (n,):
-            self.fail(name, "values", f"must be {n} numbers, one per segment (n_segments), got {values.size}")
-        with np.errstate(over="ignore"):
-            return values if factor == 1.0 else values * factor
-
-    def unit(self, name: str, table: dict[str, Any]) -> float:
-        unit = self.text(name, "unit", table.get("unit", "")).replace("*", "·").replace("μ", "µ")
-        unit = re.sub(r"^u(?=[mNg])", "µ", unit)
-        if unit not in UNITS[name]:
-            self.fail(name, "unit", f"must be one of {', '.join(UNITS[name])}, got {unit[:40]!r}")
-        return UNITS[name][unit]
-
-    def profile(self, name: str, table: dict[str, Any], n: int) -> np.ndarray:
-        kind = self.text(name, "profile", table["profile"])
-        if kind not in PROFILES:
-            self.fail(name, "profile", f"must be one of {', '.join(PROFILES)}, got {kind[:40]!r}")
-        keys = [item.name for item in fields(PROFILES[kind])]
-        self.check_keys(name, table, ("unit", "profile", *_SOURCE_KEYS, *keys))
-        missing = [key for key in keys if key not in table]
-        if missing:
-            self.fail(name, "profile", f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}")
-        read = self.numbers if kind == "tabulated" else lambda t, k, v, _: self.number(t, k, v)
-        values = {key: read(name, key, table[key], 10_000) for key in keys}
-        if kind == "tabulated":
-            values = {key: tuple(value) for key, value in values.items()}
-        return self.attempt(name, "profile", lambda: PROFILES[kind](**values).sample(n))
-
-    def hinges(self, value: Any, n: int) -> list[int] | None:
-        if value is None:
-            return None
-        if not isinstance(value, list) or not 1 <= len(value) <= n:
-            self.fail("sensors", "hinges", f"must be a list of 1 to {n} hinge numbers, got {str(value)[:40]}")
-        hinges = [self.whole("sensors", "hinges", item, 1, n) for item in value]
-        if any(b <= a for a, b in itertools.pairwise(hinges)):
-            self.fail("sensors", "hinges", "must rise from base to tip")
-        return hinges

@@ -31,7 +31,8 @@ def antenna(
     """Write the cockroach antenna as a TOML file, with units and sources, to be edited and given to --antenna."""
     from feeler.antenna.cockroach import cockroach
     from feeler.antenna.fact import PAPER
-    from feeler.antenna.file import Source, save_antenna
+    from feeler.antenna.file import save_antenna
+    from feeler.antenna.parse import Source
     from feeler.errors import InvalidInput
 
     if file.exists():

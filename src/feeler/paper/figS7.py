@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.paper.fig6 import Fig6Data, compute, plot_tensor
+from feeler.paper.fig6 import Fig6Data, compute
+from feeler.paper.fig6_plot import plot_tensor
 
 __all__ = ["compute", "compute_differences", "plot"]
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import xarray as xr
 
 from feeler.errors import InvalidInput
+from feeler.tensors.finished import read_label, read_store
 from feeler.tensors.hdf5 import MAGIC as HDF5
 from feeler.tensors.hdf5 import load_hdf5
 from feeler.tensors.limits import Limits, find_limits, list_folder
 from feeler.tensors.mat import MAGIC as MATLAB
 from feeler.tensors.mat import load_mat
 from feeler.tensors.plain import restore
-from feeler.tensors.store import read_label, read_store
 from feeler.tensors.table import MAGIC as TABLE
 from feeler.tensors.table import load_csv
 from feeler.tensors.zarr3 import list_arrays, read_array

@@ -7,7 +7,6 @@ whole, and every other trial is computed again. The arrays are plain Zarr v3, on
 
 import errno
 import os
-import re
 import shutil
 import warnings
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ import xarray as xr
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.tensors.configuration import compute_digest, find_differences, make_plain
 from feeler.tensors.disk import TEMPORARY, sync_folder, write_atomic, write_synced
+from feeler.tensors.finished import FORMAT, find_damage, find_records, read_label
 from feeler.tensors.layout import (
     PROGRESS,
     SCHEMA,
@@ -31,18 +31,15 @@ from feeler.tensors.layout import (
     make_record,
     read_layout,
     read_record,
-    read_trial,
     record_path,
     write_schema,
 )
-from feeler.tensors.limits import Limits, find_limits, list_folder, parse_json, read_bytes
+from feeler.tensors.limits import Limits, find_limits, list_folder
 from feeler.tensors.lock import Lock
 from feeler.tensors.zarr3 import ArrayInfo, describe_array, encode_chunk, write_array_metadata, write_group_metadata
 
-FORMAT = 2
 MAX_TRIALS = 1_000_000  # [C] one record each
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
-_RECORD = re.compile(r"\d{6,}\.json")
 
 
 def open_store(
@@ -76,7 +73,7 @@ def open_store(
 
 
 class Store:
-    """A store that is open for writing; use :func:`open_store`, and :func:`read_store` to read one."""
+    """A store that is open for writing; use :func:`open_store`, and ``read_store`` to read one."""
 
     def __init__(self, path: Path, configuration: dict[str, Any], n_trials: int, limits: Limits) -> None:
         self.path, self.n_trials, self._limits = path, n_trials, limits
@@ -196,58 +193,6 @@ class Store:
         except FeelerError:
             if kind is None:  # otherwise the error that is on its way says more
                 raise
-
-
-def read_store(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The finished trials of a store, in trial order, without locking it.
-
-    Raises
-    ------
-    InvalidInput
-        No store, no finished trial, over the limits, or damaged (the message names the trial and the file).
-    """
-    path, limits = Path(path), find_limits(limits)
-    read_label(path, limits)
-    list_folder(path)
-    layout = read_layout(path, limits)
-    indices = find_records(path) if layout is not None else []
-    if not indices:
-        raise InvalidInput(f"the store {path} holds no finished trial yet. Let the simulation go on.")
-    return assemble(path, layout, indices, limits)
-
-
-def read_label(path: Path, limits: Limits) -> dict[str, Any]:
-    """What a store says of itself: format, n_trials, digest, configuration."""
-    root = parse_json(read_bytes(path / "zarr.json", limits.max_text, follow=False), f"{path}/zarr.json")
-    attributes = root.get("attributes")
-    label = attributes.get("feeler_store") if isinstance(attributes, dict) else None
-    if not isinstance(label, dict) or not isinstance(label.get("n_trials"), int):
-        raise InvalidInput(f"{path} is a Zarr group, but no store of feeler.")
-    if label.get("format") != FORMAT:
-        advice = "Make it again" if label.get("format") == 1 else "Update feeler"
-        raise InvalidInput(
-            f"{path} is a store of format {label.get('format')!r}; this feeler reads {FORMAT}. {advice}."
-        )
-    return label
-
-
-def find_records(path: Path) -> list[int]:
-    """Numbers of the trials that have a record, rising."""
-    folder = path / PROGRESS
-    return sorted(int(entry.name[:-5]) for entry in list_folder(folder) if _RECORD.fullmatch(entry.name))
-
-
-def find_damage(path: Path, layout: Layout, n_trials: int) -> dict[int, str]:
-    """Finished trials that cannot be read, each with the reason."""
-    damage = {}
-    for index in find_records(path):
-        try:
-            if index >= n_trials:
-                raise InvalidInput(f"trial {index} lies outside the {n_trials} trials of the store.")
-            read_trial(path, index, layout, read_record(record_path(path, index), index, layout))
-        except InvalidInput as error:
-            damage[index] = str(error)
-    return damage
 
 
 def _find_intact(path: Path, layout: Layout, n_trials: int) -> set[int]:

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.paper import fig6, figS7
+from feeler.paper import fig6, fig6_plot, figS7
 from feeler.paper.context import Context
 from feeler.paper.section import Section
 from feeler.plotting.movie import write_movie
@@ -23,7 +23,7 @@ def make(context: Context, section: Section) -> None:
         "fig6_robot",
         "Simulation (training) and surrogate robots (test). Panels as in Fig. 6A–E; below them what lies beyond the paper: "
         "accuracy against the size of the reality gap, what closes it, and accuracy against time since contact.",
-        lambda figure: fig6.plot(data, figure),
+        lambda figure: fig6_plot.plot(data, figure),
         height=9.0,
     )
     section.figure(
@@ -43,7 +43,7 @@ def make(context: Context, section: Section) -> None:
 def _write_movie(context: Context, section: Section, data: fig6.Fig6Data) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-        move = fig6.draw_release(data, figure.subplots())
+        move = fig6_plot.draw_release(data, figure.subplots())
         n_frames = context.pick(smoke=10, quick=40, paper=100)
         path = write_movie(section.folder / "movieS4_release.mp4", figure, lambda k: move(10.0 * k), n_frames)
     section.movie(path, "Release of the surrogate robot and of the model fitted to it, slowed down. (Movie S4)")

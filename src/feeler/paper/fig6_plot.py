@@ -1,0 +1,175 @@
+"""Fig. 6 and Movie S4, drawn: every panel says whether it shows the simulation or the surrogate.
+
+The paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.decoding.early import EarlyAccuracy
+from feeler.paper.fig6 import Fig6Data
+from feeler.robot import Recording, Touches, compute_tip, make_robot
+
+PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
+BALL, BOX, SIMULATED, SURROGATE = "#0072B2", "#D55E00", "#000000", "#CC79A7"
+
+
+def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
+    """Draw panels A to E and, below them, what lies beyond the paper."""
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05))
+    a = top.subplots(1, 4)
+    plot_layout(a[0])
+    plot_channels(data.raw, a[1], "capacitance (pF)")
+    slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
+    plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle (°)")
+    plot_tensor(data.touches.recordings[slow_ball].values, a[3], "surrogate: tensor")
+    top.suptitle("A  Surrogate robot, ball at the tip at 0.027 m/s", x=0.01, ha="left", fontsize="small")
+    b = middle.subplots(1, 4, width_ratios=(1.6, 1, 1, 1.4))
+    plot_release(data, b[0])
+    plot_tensor(data.training.values[data.training.labels.index(("ball", 0.9, 0.027))], b[1], "D  simulation")
+    plot_tensor(data.touches.values[slow_ball], b[2], "D  surrogate")
+    plot_grid(data.training, b[3])
+    c = bottom.subplots(1, 4, width_ratios=(2.2, 1, 1, 1))
+    plot_confusion(data, c[0])
+    plot_gap(data, c[1])
+    plot_closing(data, c[2])
+    plot_early(data.early, c[3])
+
+
+def plot_layout(ax: Axes) -> None:
+    """The eight hinges on the device's outline, base at the left."""
+    robot = make_robot()
+    place, width = robot.hinge_position, (11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6)
+    outline = np.append(place, robot.length)
+    half = np.append(width, width[-1]) / 2
+    ax.fill_between(outline, -half, half, color="#DDDDDD")
+    for k, x in enumerate(place):
+        ax.plot(x, 0, "o", color=_hinge_colour(k))
+    ax.set(xlabel="from hinge 1 (mm)", yticks=[], aspect="equal", title="8 hinges")
+
+
+def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+    """Channels over time, coloured from base to tip."""
+    values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
+    for k, channel in enumerate(values):
+        ax.plot(recording.time, channel, lw=0.6, color=_hinge_colour(k))
+    ax.set(xlabel="time (ms)", ylabel=label, title=recording.source)
+
+
+def plot_tensor(angle: np.ndarray, ax: Axes, title: str) -> None:
+    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture, base at the bottom."""
+    limit = np.rad2deg(np.abs(angle).max())
+    extent = (0, angle.shape[1], 0.5, angle.shape[0] + 0.5)
+    ax.imshow(np.rad2deg(angle), aspect="auto", origin="lower", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit)
+    ax.set(xlabel="time (ms)", ylabel="hinge", title=f"{title}, ±{limit:.1f}°")
+
+
+def plot_release(data: Fig6Data, ax: Axes) -> None:
+    """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
+    robot = make_robot()
+    ax.plot(data.release.time, compute_tip(robot, data.release.values), color=SURROGATE, lw=1, label="surrogate")
+    tip = compute_tip(robot, data.simulated_release)
+    ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
+    p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
+    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms\n(paper's robot: 1.19, 2.06)"
+    ax.set(xlabel="time after release (ms)", ylabel="tip (mm)")
+    ax.set_title(words, fontsize="small")
+    ax.legend(frameon=False, fontsize="x-small")
+
+
+def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
+    """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what it changed."""
+    robot, angles = make_robot(), (data.release.values, data.simulated_release)
+    looks = (
+        {"color": SURROGATE, "label": "surrogate"},
+        {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"},
+    )
+    lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
+    clock = ax.text(0.98, 0.98, "", transform=ax.transAxes, ha="right", va="top")
+    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm")
+    ax.legend(frameon=False, fontsize="x-small", loc="upper left")
+
+    def move(time: float) -> list:
+        for line, angle in zip(lines, angles, strict=True):
+            points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
+            line.set_data(points[:, 1], points[:, 0])
+        clock.set_text(f"{time:.0f} ms")
+        return [*lines, clock]
+
+    return move
+
+
+def plot_grid(training: Touches, ax: Axes) -> None:
+    """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
+    tips = compute_tip(training.antenna, training.values)
+    for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
+        ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
+    ax.set(xlabel="time from first peak (ms)", ylabel="tip (mm)", xticks=[-1500, -750, 0])
+    ax.set_title("C  simulation: 30 classes\n(ball blue, box orange)", fontsize="small")
+
+
+def plot_confusion(data: Fig6Data, ax: Axes) -> None:
+    """Six tip contacts of all surrogate robots at one reality gap against the 30 classes (panel E)."""
+    classes = sorted(set(data.training.labels))
+    true = sorted(set(data.score.true))
+    counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
+    ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
+    for row, label in enumerate(true):
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=7)
+    share, low, high = data.score.share()
+    ax.set_yticks(range(len(true)), [f"{f} {s:g}" for f, _, s in true], fontsize="x-small")
+    ax.set_xticks([7, 22], ["ball", "box"])
+    ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip (m/s)")
+    ax.set_title(
+        f"E  surrogates {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
+        f"[{100 * low:.0f}, {100 * high:.0f}]\npaper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
+        fontsize="small",
+    )
+
+
+def plot_gap(data: Fig6Data, ax: Axes) -> None:
+    """Accuracy against the size of the reality gap, 95 % intervals."""
+    for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
+        _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
+    ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
+    _label_share(ax, "surrogates:\nreality gap", "size of the reality gap")
+
+
+def plot_closing(data: Fig6Data, ax: Axes) -> None:
+    """What closes the gap: random models in training, touches of the robot itself in training."""
+    if data.variants:
+        scores = [data.score, *data.by_variants]
+        _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models")
+    if data.shots:
+        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches")
+    _label_share(ax, "surrogates:\nclosing the gap", "how many")
+
+
+def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
+    """Streaming decoder: accuracy and share decided against time since contact."""
+    ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")
+    ax.plot(early.since_contact, early.decided, "s--", ms=3, label="decided")
+    ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="decided: right")
+    ax.set_xscale("symlog", linthresh=20)
+    ax.set_xticks([0, 50, 1000], ["0", "50", "1000"])
+    _label_share(ax, "surrogates:\nstreaming", "since contact (ms)")
+
+
+def _label_share(ax: Axes, title: str, xlabel: str) -> None:
+    ax.set(xlabel=xlabel, ylabel="share of touches", ylim=(0, 1.5), yticks=np.linspace(0, 1, 6))
+    ax.set_title(title, fontsize="small")
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(frameon=False, fontsize="xx-small", loc="upper left")
+
+
+def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:
+    middle, low, high = np.array(shares).T
+    ax.errorbar(x, middle, yerr=(middle - low, high - middle), fmt=style, ms=3, lw=0.9, capsize=2, label=label)
+
+
+def _hinge_colour(k: int) -> tuple:
+    return colormaps["viridis"](k / 8)
