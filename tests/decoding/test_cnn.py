@@ -39,8 +39,23 @@ def test_layers_are_the_papers():
     shapes = [tuple(p.shape) for p in network.parameters()]
     assert shapes == [(32, 1, 15, 15), (32,), (32,), (32,), (50, 32 * 23 * 185), (50,), (30, 50), (30,)]
     kinds = [type(layer).__name__ for layer in network]
-    assert kinds == ["Conv2d", "BatchNorm2d", "ReLU", "MaxPool2d", "Flatten", "Linear", "Dropout", "Linear"]
+    assert kinds == ["Conv2d", "BatchNorm2d", "MaxPool2d", "ReLU", "Flatten", "Linear", "Dropout", "Linear"]
     assert network(torch.zeros(2, 1, 56, 380)).shape == (2, 30)
+
+
+def test_pooling_before_the_relu_changes_no_answer_and_no_gradient():
+    torch = pytest.importorskip("torch")
+    torch.manual_seed(3)
+    ours = make_network(torch, SHAPE, 3).eval()
+    papers = torch.nn.Sequential(*(ours[k] for k in (0, 1, 3, 2, 4, 5, 6, 7)))  # the ReLU before the pooling
+    images, answers = torch.randn(5, 1, *SHAPE), []
+    for network in (ours, papers):
+        network.zero_grad()
+        scores = network(images)
+        scores.square().sum().backward()
+        answers.append([scores.detach(), *(p.grad.clone() for p in ours.parameters())])
+    for mine, theirs in zip(*answers, strict=True):
+        torch.testing.assert_close(mine, theirs)
 
 
 def test_touches_are_learned_and_equal_seeds_give_equal_weights():

