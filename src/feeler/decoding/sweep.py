@@ -1,6 +1,5 @@
 """Accuracy against noise: train on noisy copies, test on other noisy copies and on the clean originals."""
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.noise import as_codes, compute_noise_sd, draw_copies, draw_rotated
 from feeler.errors import InvalidInput
+from feeler.execute.threads import count_cores
 
 RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 N_COPIES = 10  # [C] not stated for LDA; 10 is the paper's number for the robot's SVM
@@ -149,7 +149,7 @@ def compute_sweep(
             np.add.at(confusion[r, k], (np.searchsorted(classes, test[1]), np.searchsorted(classes, predicted)), 1)
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
 
-    n_threads = 1 if encode is not None else min(n_jobs or os.cpu_count() or 1, n_repeats)
+    n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
     # One repeat per thread: the matrices are too small for threads inside BLAS to pay.
     with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(n_threads) as pool:
         list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))

@@ -1,6 +1,5 @@
 """ConvolutiveNMF: the encoder, as a scikit-learn estimator."""
 
-import os
 import warnings
 from dataclasses import replace
 
@@ -17,6 +16,7 @@ from feeler.encoding.inputs import CODES, as_tensors, check_choice, check_settin
 from feeler.encoding.online import OnlineSums, learn_batch
 from feeler.encoding.start import make_generators, start_activations, start_bases
 from feeler.errors import InvalidInput
+from feeler.execute.threads import count_cores
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
@@ -284,7 +284,7 @@ def _check_start(name: str, value, shape: tuple[int, ...]) -> np.ndarray:
 def _count_threads(n_jobs: int | None) -> int:
     """None or −1: all that this process may use."""
     if n_jobs is None or n_jobs == -1:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return count_cores()
     if n_jobs < 1:
         raise InvalidInput(f"n_jobs must be None, -1 or at least 1; got {n_jobs}.")
     return int(n_jobs)
