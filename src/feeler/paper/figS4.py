@@ -26,7 +26,7 @@ SETTINGS = {
     "paper": {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10, "ends": False},
 }
 """``ends``: only the first and the last group of a comparison. All [C]: the paper states neither epochs, copies nor
-repeats of its network; one training takes half a minute of one core, so paper scale takes about eight."""
+repeats of its network; one training takes half a minute of one core, and paper scale has twelve."""
 BATCH_SIZE = 8  # [C] few images make many steps
 
 
