@@ -119,8 +119,8 @@ def plot(data: Comparison, figure: Figure) -> None:
     for (kind, level), ax in zip(panels, axes, strict=True):
         plot_curves(data.curves, kind, level, ax)
         ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
-        ax.set_xlabel("noise (%)", fontsize=7)
-    axes[0].set_ylabel("accuracy (%)", fontsize=7)
+        ax.set_xlabel("noise [%]", fontsize=7)
+    axes[0].set_ylabel("accuracy [%]", fontsize=7)
     bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
 
 

@@ -52,7 +52,7 @@ class Context:
 
     @property
     def vector(self) -> bool:
-        """Whether figures are also drawn as PDF; a smoke run, which only shows that all works, would double its time."""
+        """Whether figures are also drawn as PDF; a smoke run only shows that all works, and would take a fifth longer."""
         return self.scale != "smoke"
 
     @cached_property

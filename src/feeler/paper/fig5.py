@@ -19,8 +19,9 @@ from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.paper import figS6
 from feeler.paper.fig5_splits import compute_splits
-from feeler.paper.figS6 import COLOURS, FigS6Data, plot_index
+from feeler.paper.figS6 import FigS6Data, plot_index
 from feeler.paper.groups import CLAIMS, PROFILES, make_groups
+from feeler.plotting.style import PALETTE
 
 LABELS = {
     "joint": "joint fit (paper)",
@@ -177,10 +178,10 @@ def plot(data: Fig5Data, figure: Figure) -> None:
         for level, line in zip(LEVELS, axes, strict=True):
             for kind, ax in zip(CODES, line, strict=True):
                 plot_curves(curves, kind, level, ax)
-            line[0].set_ylabel(f"accuracy (%)\n{level} noise", fontsize=7)
+            line[0].set_ylabel(f"accuracy [%]\n{level} noise", fontsize=7)
         for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
             above.set_title(LABELS[kind], fontsize=7)
-            below.set_xlabel("noise (%)", fontsize=7)
+            below.set_xlabel("noise [%]", fontsize=7)
         block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=6)
 
 
@@ -203,18 +204,18 @@ def plot_top(data: Fig5Data, figure: SubFigure) -> None:
     for ax in grid[len(data.examples) :]:
         ax.set_visible(False)
     right.suptitle(f"E  one tensor per condition ({data.unit})", fontsize=7)
-    right.supxlabel("time (ms)", fontsize=6)
+    right.supxlabel("time [ms]", fontsize=6)
     right.supylabel("sensor, base to tip", fontsize=6)
 
 
 def plot_curves(curves: Curves, kind: str, level: str, ax) -> None:
     """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
-    for colour, (name, sweep) in zip(COLOURS, curves.find(kind, level).items(), strict=False):
+    for colour, (name, sweep) in zip(PALETTE, curves.find(kind, level).items(), strict=False):
         plot_sweep(sweep, ax, color=colour, label=name)
     null = curves.find_null(kind, level)
     if null is not None:
         plot_sweep(null, ax, color="#000000", ls="--", label="null: one tensor repeated")
-    for colour, (name, sweep) in zip(COLOURS, curves.baselines.items(), strict=False):
+    for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):
         label = "peak place and time only" if name == next(iter(curves.baselines)) else None
         place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
         ax.plot(*place, ls="-.", marker="x", ms=3, lw=0.7, color=colour, label=label)

@@ -11,6 +11,7 @@ import numpy as np
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.early import EarlyAccuracy, measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
+from feeler.errors import InvalidInput
 from feeler.robot import (
     Recording,
     RobotFit,
@@ -21,6 +22,7 @@ from feeler.robot import (
     fit_factors,
     make_posture,
     make_robot,
+    make_touches,
     make_training,
     measure_transfer,
     repair,
@@ -78,8 +80,6 @@ class Fig6Data:
 
 def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
     """Train on simulations, test on surrogate robots; ``scale`` (smoke, quick, paper) sets how many."""
-    from feeler.errors import InvalidInput
-
     if scale not in SCALES:
         raise InvalidInput(f"unknown scale {scale!r}; valid: {', '.join(SCALES)}.")
     plan = SCALES[scale]
@@ -111,8 +111,6 @@ def compute(scale: str = "quick", *, seed: int = 0) -> Fig6Data:
 
 def _compute_examples(robot: Surrogate) -> tuple[Recording, Recording, RobotFit, np.ndarray]:
     """Raw readouts of a slow ball, a recorded release, and the factors fitted to it."""
-    from feeler.robot import make_touches
-
     slow_ball = make_touches(locations=(0.9,), speeds=(0.027,))[0]
     raw = robot.touch([slow_ball])[0]
     posture = np.zeros(robot.antenna.n_segments)

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding.early import EarlyAccuracy
 from feeler.paper.fig6 import Fig6Data
+from feeler.plotting.style import PALETTE
 from feeler.robot import Recording, Touches, compute_tip, make_robot
 
 PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
-BALL, BOX, SIMULATED, SURROGATE = "#0072B2", "#D55E00", "#000000", "#CC79A7"
+(BALL, BOX), SIMULATED, SURROGATE = PALETTE[:2], "#000000", PALETTE[3]
 
 
 def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
@@ -23,9 +24,9 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05))
     a = top.subplots(1, 4)
     plot_layout(a[0])
-    plot_channels(data.raw, a[1], "capacitance (pF)")
+    plot_channels(data.raw, a[1], "capacitance [pF]")
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
-    plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle (°)")
+    plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
     plot_tensor(data.touches.recordings[slow_ball].values, a[3], "surrogate: tensor")
     top.suptitle("A  Surrogate robot, ball at the tip at 0.027 m/s", x=0.01, ha="left", fontsize="small")
     b = middle.subplots(1, 4, width_ratios=(1.6, 1, 1, 1.4))
@@ -49,7 +50,7 @@ def plot_layout(ax: Axes) -> None:
     ax.fill_between(outline, -half, half, color="#DDDDDD")
     for k, x in enumerate(place):
         ax.plot(x, 0, "o", color=_hinge_colour(k))
-    ax.set(xlabel="from hinge 1 (mm)", yticks=[], aspect="equal", title="8 hinges")
+    ax.set(xlabel="from hinge 1 [mm]", yticks=[], aspect="equal", title="8 hinges")
 
 
 def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
@@ -57,7 +58,7 @@ def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
     values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
     for k, channel in enumerate(values):
         ax.plot(recording.time, channel, lw=0.6, color=_hinge_colour(k))
-    ax.set(xlabel="time (ms)", ylabel=label, title=recording.source)
+    ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
 
 
 def plot_tensor(angle: np.ndarray, ax: Axes, title: str) -> None:
@@ -65,7 +66,7 @@ def plot_tensor(angle: np.ndarray, ax: Axes, title: str) -> None:
     limit = np.rad2deg(np.abs(angle).max())
     extent = (0, angle.shape[1], 0.5, angle.shape[0] + 0.5)
     ax.imshow(np.rad2deg(angle), aspect="auto", origin="lower", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit)
-    ax.set(xlabel="time (ms)", ylabel="hinge", title=f"{title}, ±{limit:.1f}°")
+    ax.set(xlabel="time [ms]", ylabel="hinge", title=f"{title}, ±{limit:.1f}°")
 
 
 def plot_release(data: Fig6Data, ax: Axes) -> None:
@@ -76,7 +77,7 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
     ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
     words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms\n(paper's robot: 1.19, 2.06)"
-    ax.set(xlabel="time after release (ms)", ylabel="tip (mm)")
+    ax.set(xlabel="time after release [ms]", ylabel="tip [mm]")
     ax.set_title(words, fontsize="small")
     ax.legend(frameon=False, fontsize="x-small")
 
@@ -90,7 +91,7 @@ def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
     )
     lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
     clock = ax.text(0.98, 0.98, "", transform=ax.transAxes, ha="right", va="top")
-    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="mm", ylabel="mm")
+    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="from hinge 1 [mm]", ylabel="sideways [mm]")
     ax.legend(frameon=False, fontsize="x-small", loc="upper left")
 
     def move(time: float) -> list:
@@ -108,7 +109,7 @@ def plot_grid(training: Touches, ax: Axes) -> None:
     tips = compute_tip(training.antenna, training.values)
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
         ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
-    ax.set(xlabel="time from first peak (ms)", ylabel="tip (mm)", xticks=[-1500, -750, 0])
+    ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
     ax.set_title("C  simulation: 30 classes\n(ball blue, box orange)", fontsize="small")
 
 
@@ -123,7 +124,7 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     share, low, high = data.score.share()
     ax.set_yticks(range(len(true)), [f"{f} {s:g}" for f, _, s in true], fontsize="x-small")
     ax.set_xticks([7, 22], ["ball", "box"])
-    ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip (m/s)")
+    ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip [m/s]")
     ax.set_title(
         f"E  surrogates {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
         f"[{100 * low:.0f}, {100 * high:.0f}]\npaper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
@@ -156,7 +157,7 @@ def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
     ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="decided: right")
     ax.set_xscale("symlog", linthresh=20)
     ax.set_xticks([0, 50, 1000], ["0", "50", "1000"])
-    _label_share(ax, "surrogates:\nstreaming", "since contact (ms)")
+    _label_share(ax, "surrogates:\nstreaming", "since contact [ms]")
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
+from feeler.plotting.style import PALETTE
 from feeler.tracking import SIDES, Exploration, Tracks, make_synthetic_tracks, measure_exploration
 
 PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 PAPER_LATERAL_SPEED = 0.06  # [P] mm/ms
 SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
 N_TRIALS = 6  # [P]
-COLOURS = ("#0072B2", "#D55E00")  # Okabe and Ito: told apart by colour-blind readers
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,19 +53,19 @@ def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
 
 def plot_path(tracks: Tracks, ax) -> None:
     """Paths of the four landmarks."""
-    for name, colour in zip(tracks.landmarks, (*COLOURS, "#000000", "#888888"), strict=False):
+    for name, colour in zip(tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
-    ax.set(xlabel="x (px)", ylabel="y (px)", aspect="equal")
+    ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
     ax.legend(fontsize="x-small", frameon=False)
 
 
 def plot_trace(data: FigS2Data, ax) -> None:
     """Angular speed of both antennae in the first trial, peaks marked."""
-    for side, colour, sweeps in zip(SIDES, COLOURS, data.exploration.sweeps[0], strict=True):
+    for side, colour, sweeps in zip(SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True):
         ax.plot(data.trial.time / 1e3, np.abs(_degrees(sweeps.speed)), lw=0.8, color=colour, label=side)
         ax.plot(sweeps.peak_time / 1e3, _degrees(sweeps.peak_speed), ".", color=colour)
-    ax.set(xlabel="time (s)", ylabel="angular speed (°/s)")
-    ax.legend(fontsize="x-small", frameon=False)
+    ax.set(xlabel="time [s]", ylabel="angular speed [°/s]")
+    ax.legend(fontsize="x-small", frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def plot_box(data: FigS2Data, ax) -> None:
@@ -75,7 +75,7 @@ def plot_box(data: FigS2Data, ax) -> None:
     for place, values in enumerate(speeds, 1):
         ax.plot(np.full(values.size, place), values, "k.")
     ax.axhline(_degrees(PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s")
-    ax.set(ylabel="mean of peak speeds (°/s)")
+    ax.set(ylabel="mean of peak speeds [°/s]")
     ax.legend(fontsize="x-small", frameon=False)
 
 

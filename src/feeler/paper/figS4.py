@@ -13,8 +13,8 @@ from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.errors import InvalidInput
 from feeler.paper.fig5 import plot_sweep
-from feeler.paper.figS6 import COLOURS
 from feeler.paper.groups import CLAIMS, PROFILES, list_groups
+from feeler.plotting.style import PALETTE
 
 LAYERS = (
     "input {h} × {w} × 1", "convolution 15 × 15, 32, padding 2", "batch norm", "ReLU", "max pool 2 × 2",
@@ -118,10 +118,10 @@ def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
     axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
     plot_layers(data, axes[0])
     for (comparison, sweeps), ax in zip(data.sweeps.items(), axes[1:], strict=False):
-        for colour, (name, sweep) in zip(COLOURS, sweeps.items(), strict=False):
+        for colour, (name, sweep) in zip(PALETTE, sweeps.items(), strict=False):
             plot_sweep(sweep, ax, color=colour, label=name)
         ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
-        ax.set(title=f"by {comparison} ({data.scale} scale)", xlabel="noise (%)", ylabel="accuracy (%)", ylim=(0, 103))
+        ax.set(title=f"by {comparison} ({data.scale} scale)", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
         ax.legend(fontsize=6, frameon=False)
 
 

@@ -9,13 +9,13 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import GREATEST, INDICES, Dispersion, compute_dispersion
 from feeler.errors import InvalidInput
+from feeler.plotting.style import PALETTE
 
 NAMES = {"pearson": "Pearson r", "ssim": "SSIM", "mse": "MSE", "nmi": "NMI"}
 CLAIMS = {
     "speed": "slower touch spreads tensors more",
     "profile": "exponential spreads tensors most, constant least",
 }
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # Okabe and Ito
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,7 +93,7 @@ def plot_index(dispersion: Dispersion, index: str, ax) -> None:
     rng = np.random.default_rng(0)  # spreads the dots sideways only
     for place, group in enumerate(dispersion.groups):
         values, mean = dispersion.values(index, group), dispersion.average[index][group]
-        colour = COLOURS[place % len(COLOURS)]
+        colour = PALETTE[place % len(PALETTE)]
         ax.plot(place + rng.uniform(-0.15, 0.15, values.size), values, ".", ms=2, color=colour, alpha=0.4)
         error = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
         ax.errorbar(place + 0.28, mean.estimate, error, fmt="o", ms=4, capsize=2, color=colour)

@@ -10,7 +10,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.experiment.impulse import RADIUS
 from feeler.paper.fig2b import IMPULSE_TRACE, Fig2BData
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PALETTE, fix_layout, style
+from feeler.plotting.style import PALETTE, style
 
 FRAMES = 90
 
@@ -39,5 +39,4 @@ def write(antenna: Antenna, data: Fig2BData, path: Path, n_frames: int = FRAMES,
             trace.set_data(data.impulse_time[: now + 1], data.impulse[: now + 1])
             return [cylinder, line, trace]
 
-        fix_layout(figure)
         return write_movie(path, figure, draw, len(frames), fps)

@@ -10,7 +10,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.experiment.touch import touch
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch
-from feeler.plotting.style import fix_layout, style
+from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor
 from feeler.touch.placement import place
 from feeler.touch.trial import Trial
@@ -56,5 +56,4 @@ def write(antenna: Antenna, trial: Trial, tensors, path: Path, n_frames: int = F
             clock.set_text(f"{time[now]:.0f} ms")
             return [image, patch, line, clock]
 
-        fix_layout(figure)
         return write_movie(path, figure, draw, len(frames), fps)

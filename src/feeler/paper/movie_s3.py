@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PROFILE_COLOURS, fix_layout, style
+from feeler.plotting.style import PROFILE_COLOURS, style
 from feeler.wall.peak import find_peak
 from feeler.wall.posture import Posture
 from feeler.wall.sliding import WallTouch, drive
@@ -34,7 +34,6 @@ def write(touches: Mapping[str, WallTouch], path: Path, n_frames: int = FRAMES, 
         ]
         samples = len(next(iter(touches.values())).motions[0].time)
         frames = np.unique(np.linspace(0, samples - 1, min(n_frames, samples)).astype(int))
-        fix_layout(figure)
 
         def draw(k: int) -> list:
             return [artist for panel in panels for artist in panel.draw(frames[k])]
@@ -50,11 +49,11 @@ class _Panel:
         self.arc = np.append(touch.antenna.hinge_position, touch.antenna.length)
         (self.line,) = ax.plot([], [], color=PROFILE_COLOURS.get(name, "#5b3a1e"), lw=1.5)
         (self.dot,) = ax.plot([], [], "o", color="#CC0000", ms=5)
-        (self.wall,) = ax.plot([], [], color="#009E73", lw=3)
+        (self.wall,) = ax.plot([], [], color="#888888", lw=3)
         self.clock = ax.text(0.04, 0.02, "", transform=ax.transAxes, fontsize=7)
         reach = touch.antenna.length
         side = sorted((-0.25 * reach * touch.posture.sign, 0.7 * reach * touch.posture.sign))
-        ax.set(xlim=side, ylim=(-0.6 * reach, 1.05 * reach), aspect="equal", title=name, xlabel="x (mm)")
+        ax.set(xlim=side, ylim=(-0.6 * reach, 1.05 * reach), aspect="equal", title=name, xlabel="x [mm]")
         self.span = ax.get_ylim()
 
     def draw(self, now: int) -> list:

@@ -45,7 +45,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     page = _fill_page("Soft antennae, touched" if context.is_cockroach else other, _lead(context), parts)
     partial = path.with_suffix(".part")
     partial.write_text(page)
-    _write_pdf(context.out / "figures.pdf", sections if context.vector else [])
+    _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
     _write_numbers(context.out / "numbers.json", context, sections)
     return partial.replace(path)
@@ -213,11 +213,12 @@ def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:
 
 
 def _write_pdf(path: Path, sections: list[Section]) -> None:
-    if not sections:
+    figures = [(section, name) for section, name in _figure_files(sections) if section.vector]
+    if not figures:
         path.unlink(missing_ok=True)  # an earlier run's, of other figures
         return
     writer = PdfWriter()
-    for section, name in _figure_files(sections):
+    for section, name in figures:
         writer.append(PdfReader(section.folder / f"{name}.pdf"))
     partial = path.with_suffix(".part")
     with partial.open("wb") as stream:

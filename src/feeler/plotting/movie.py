@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from feeler.plotting.style import fix_layout
+
 DPI = 110
 
 
@@ -21,6 +23,7 @@ def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object],
     partial = path.with_suffix(".part.mp4")
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(DPI)
+    fix_layout(figure)
     size = (np.asarray(canvas.get_width_height()) // 2) * 2  # H.264 needs even sides
     writer = imageio_ffmpeg.write_frames(
         str(partial),

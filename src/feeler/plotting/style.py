@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-PROFILE_COLOURS = {"exponential": "#000000", "linear": "#D55E00", "constant": "#56B4E9", "matched": "#CC79A7"}
-SPEED_COLOURS = {"slow": "#0072B2", "medium": "#009E73", "fast": "#D55E00"}
+PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PALETTE, strict=False))
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
 RC = {
@@ -50,5 +49,6 @@ def fix_layout(figure: Figure) -> None:
 
     That is why ``style`` names no engine: after each file matplotlib puts back the one that the style asks for.
     """
-    figure.get_layout_engine().execute(figure)
-    figure.set_layout_engine(None)
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)
+        figure.set_layout_engine(None)
