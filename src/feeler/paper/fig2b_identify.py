@@ -27,7 +27,7 @@ def plot(found: Calibration, figure: Figure | SubFigure) -> None:
 def plot_sensitivity(directions: Directions, ax) -> None:
     """How much the error changes along each direction."""
     number = np.arange(1, len(directions.sensitivity) + 1)
-    ax.semilogy(number, directions.sensitivity, "o-", color=PALETTE[0])
+    ax.semilogy(number, directions.sensitivity, "o-", color=PALETTE[0], subs=[])
     ax.set(xlabel="direction", ylabel="change of the error per step", xticks=number)
 
 
@@ -47,7 +47,7 @@ def plot_band(base: np.ndarray, rate: np.ndarray, n_hinges: int, ax) -> None:
     hinge = np.arange(n_hinges)
     low, middle, high = np.percentile(_draw_out(base[:, None], rate[:, None], n_hinges), [2.5, 50.0, 97.5], axis=0)
     ax.fill_between(hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{LEVEL:g} % of draws")
-    ax.semilogy(hinge, middle, color=PALETTE[0], label="median")
+    ax.semilogy(hinge, middle, color=PALETTE[0], label="median", subs=[])
 
 
 def _draw_out(base: float | np.ndarray, rate: float | np.ndarray, n_hinges: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from feeler.experiment.configuration import list_versions
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
 from feeler.paper.places import PLACES
-from feeler.paper.section import Section, make_plain
+from feeler.paper.section import MARKER, PAGES, Section, make_plain
 from feeler.physics.scene import Contact
 
 PAGE = """<!doctype html>
@@ -208,18 +208,14 @@ def _render_methods(context: Context, sections: list[Section]) -> str:
     )
 
 
-def _figure_files(sections: list[Section]) -> list[tuple[Section, str]]:
-    return [(section, block["name"]) for section in sections for block in section.blocks if block["kind"] == "figure"]
-
-
 def _write_pdf(path: Path, sections: list[Section]) -> None:
-    figures = [(section, name) for section, name in _figure_files(sections) if section.vector]
-    if not figures:
+    drawn = [section for section in sections if section.vector and section.list_figures()]
+    if not drawn:
         path.unlink(missing_ok=True)  # an earlier run's, of other figures
         return
     writer = PdfWriter()
-    for section, name in figures:
-        writer.append(PdfReader(section.folder / f"{name}.pdf"))
+    for section in drawn:
+        writer.append(PdfReader(section.folder / PAGES))
     partial = path.with_suffix(".part")
     with partial.open("wb") as stream:
         writer.write(stream)
@@ -237,10 +233,20 @@ def _write_numbers(path: Path, context: Context, sections: list[Section]) -> Non
 
 def _copy_figures(folder: Path, sections: list[Section]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    for _, name in _figure_files(sections):
-        (folder / f"{name}.pdf").unlink(missing_ok=True)  # an earlier run's picture of other numbers
     for section in sections:
+        for name in section.list_figures():
+            (folder / f"{name}.pdf").unlink(missing_ok=True)  # an earlier run's picture of other numbers
         if any(block["kind"] in ("figure", "movie") for block in section.blocks):
             for file in sorted(section.folder.iterdir()):
-                if file.name != "section.json":
+                if file.name not in (MARKER, PAGES):
                     (folder / file.name).write_bytes(file.read_bytes())
+        if section.vector and section.list_figures():
+            _split_pages(section, folder)
+
+
+def _split_pages(section: Section, folder: Path) -> None:
+    """Each figure's page as a PDF of its own."""
+    for name, page in zip(section.list_figures(), PdfReader(section.folder / PAGES).pages, strict=True):
+        writer = PdfWriter()
+        writer.add_page(page)
+        writer.write(folder / f"{name}.pdf")

@@ -3,13 +3,18 @@
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from feeler.plotting.style import DOUBLE, fix_layout, style
+
+PAGES = "figures.pdf"
+MARKER = "section.json"
 
 
 @dataclass(kw_only=True)
@@ -20,7 +25,7 @@ class Section:
     title: str
     folder: Path
     vector: bool = True
-    """Whether figures are also kept as PDF."""
+    """Whether figures are also kept as pages of a PDF."""
     blocks: list[dict[str, object]] = field(default_factory=list)
     values: dict[str, object] = field(default_factory=dict)
     seconds: float = 0.0
@@ -40,7 +45,7 @@ class Section:
         self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
 
     def figure(self, name: str, caption: str, draw, *, width: float = DOUBLE, height: float = 3.0) -> None:
-        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as PDF with fonts embedded."""
+        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of ``figures.pdf``."""
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
@@ -48,9 +53,18 @@ class Section:
             fix_layout(figure)
             figure.savefig(self.folder / f"{name}.png", pil_kwargs={"compress_level": 3})
             if self.vector:
-                figure.savefig(self.folder / f"{name}.pdf", metadata={"CreationDate": None})
+                self._pages.savefig(figure)
         size = [round(width * 96), round(height * 96)]
         self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
+
+    @cached_property
+    def _pages(self) -> PdfPages:
+        """One file for all figures: fonts, slow to cut down to the letters used, are embedded once."""
+        return PdfPages(self.folder / PAGES, metadata={"CreationDate": None})
+
+    def list_figures(self) -> list[str]:
+        """Names of the figures, in the order of the pages of ``figures.pdf``."""
+        return [str(block["name"]) for block in self.blocks if block["kind"] == "figure"]
 
     def movie(self, path: Path, caption: str) -> None:
         """A movie already written into the folder."""
@@ -62,14 +76,16 @@ class Section:
         (self.folder / f"{name}.json").write_text(text)
 
     def save(self) -> None:
-        """Write ``section.json``, which says that the section is whole."""
+        """Close the PDF and write ``section.json``, which says that the section is whole."""
+        with style():  # fonts are embedded now
+            self._pages.close()
         data = asdict(self) | {"folder": None, "values": make_plain(self.values)}
-        (self.folder / "section.json").write_text(json.dumps(data, sort_keys=True, indent=1))
+        (self.folder / MARKER).write_text(json.dumps(data, sort_keys=True, indent=1))
 
     @classmethod
     def load(cls, folder: Path) -> "Section":
         """Read a section that ``save`` wrote."""
-        data = json.loads((folder / "section.json").read_text())
+        data = json.loads((folder / MARKER).read_text())
         return cls(**data | {"folder": folder, "cached": True})
 
 

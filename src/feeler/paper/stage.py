@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from feeler.errors import FeelerError
 from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
 from feeler.paper.context import KEYED, Context, View
-from feeler.paper.section import Section
+from feeler.paper.section import MARKER, Section
 
 PRINTED = ("report", "claims", "places", "compare", "reproduce")
 COMMON = ("antenna", "touch", "physics", "tensors", "experiment", "plotting", "errors.py")
@@ -71,7 +71,7 @@ def hold(path: Path) -> Iterator[None]:
 def find_kept(stage: Stage, context: Context) -> Section | None:
     """The stage's section if the cache holds it whole."""
     folder = _find_folder(stage, context)
-    return Section.load(folder) if is_kept(folder / "section.json", context) else None
+    return Section.load(folder) if is_kept(folder / MARKER, context) else None
 
 
 def _find_folder(stage: Stage, context: Context) -> Path:

@@ -8,6 +8,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.touch.feature import Feature, Wall
 
 OBJECT_COLOUR = "#009E73"
+SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
 
 
 def plot_posture(points: np.ndarray, ax: Axes, **line: object) -> None:
@@ -32,11 +33,13 @@ def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
     """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
     position = antenna.hinge_position / antenna.length
     quantities = (
-        (antenna.segment_length, "segment length [mm]", "linear"),
-        (1e6 * antenna.segment_mass, "segment mass [µg]", "log"),
-        (antenna.stiffness, "stiffness [N·mm/rad]", "log"),
-        (antenna.damping, "damping [N·mm·ms/rad]", "log"),
+        (antenna.segment_length, "segment length [mm]"),
+        (1e6 * antenna.segment_mass, "segment mass [µg]"),
+        (antenna.stiffness, "stiffness [N·mm/rad]"),
+        (antenna.damping, "damping [N·mm·ms/rad]"),
     )
-    for ax, (values, label, scale) in zip(axes, quantities, strict=True):
+    for ax, (values, label) in zip(axes, quantities, strict=True):
         ax.plot(position, values, color="black")
-        ax.set(xlabel="position (base 0, tip 1)", ylabel=label, yscale=scale)
+        ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
+        if values.max() > SPANS_DECADES * values.min():
+            ax.set_yscale("log", subs=[])  # decades alone: ticks between them only crowd small panels
