@@ -27,7 +27,7 @@ from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene, make_scene
 from feeler.presets import make_preset
-from feeler.touch import Trial, make_feature, make_grid
+from feeler.stimulus import Trial, make_feature, make_grid
 
 TIMESTEP = 0.02  # ms
 TURNS, STEPS = 12, 100

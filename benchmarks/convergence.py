@@ -20,7 +20,7 @@ from feeler.physics import chain
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Motion, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.touch import Trial, make_feature, make_grid
+from feeler.stimulus import Trial, make_feature, make_grid
 
 DURATION = 380.0  # ms [P]
 NUDGE = 1e-6  # mm

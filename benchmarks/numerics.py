@@ -23,8 +23,8 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulate import simulate
-from feeler.touch.feature import make_feature
-from feeler.touch.trial import Trial
+from feeler.stimulus.feature import make_feature
+from feeler.stimulus.trial import Trial
 
 TIMESTEP = 0.02  # ms, the default
 TOLERANCE = 0.02  # of the largest deflection

@@ -5,36 +5,61 @@ An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code
 """
 
 from importlib import import_module
-from importlib.metadata import version
+from typing import TYPE_CHECKING
 
-from feeler import presets
-from feeler.antenna import Antenna
-from feeler.experiment.bend import bend
-from feeler.experiment.release import release
-from feeler.experiment.touch import touch  # the verb takes the room's name here; the room stays importable
-from feeler.touch.feature import Ball, Box, Outline, Triangle, Wall
-from feeler.touch.trial import Trial
+if TYPE_CHECKING:
+    from feeler import presets
+    from feeler.antenna.antenna import Antenna
+    from feeler.antenna.file import load_antenna, save_antenna
+    from feeler.encoding.model import ConvolutiveNMF
+    from feeler.experiment.bend import bend
+    from feeler.experiment.impulse import hit
+    from feeler.experiment.release import release
+    from feeler.experiment.touch import touch
+    from feeler.stimulus.feature import Ball, Box, Outline, Triangle, Wall
+    from feeler.stimulus.trial import Trial
+    from feeler.tensors.export import save
+    from feeler.tensors.load import load
 
-# Rooms and names that need more than NumPy, SciPy and xarray are loaded when first used.
-_LAZY = {
-    "ConvolutiveNMF": "feeler.encoding",
-    "hit": "feeler.experiment.impulse",
-    "load": "feeler.tensors.load",
-    "save": "feeler.tensors.export",
-    "load_antenna": "feeler.antenna.file",
-    "save_antenna": "feeler.antenna.file",
-    "calibration": None,
-    "decoding": None,
-    "dispersion": None,
-    "encoding": None,
-    "paper": None,
-    "plotting": None,
-    "response": None,
-    "robot": None,
-    "tensors": None,
-    "tracking": None,
-    "wall": None,
+# Where each name lives. Nothing is loaded before it is used: the command line answers at once, and who only encodes
+# need not wait for the physics.
+_HOMES = {
+    "Antenna": "antenna.antenna",
+    "Ball": "stimulus.feature",
+    "Box": "stimulus.feature",
+    "ConvolutiveNMF": "encoding.model",
+    "Outline": "stimulus.feature",
+    "Trial": "stimulus.trial",
+    "Triangle": "stimulus.feature",
+    "Wall": "stimulus.feature",
+    "bend": "experiment.bend",
+    "hit": "experiment.impulse",
+    "load": "tensors.load",
+    "load_antenna": "antenna.file",
+    "release": "experiment.release",
+    "save": "tensors.export",
+    "save_antenna": "antenna.file",
+    "touch": "experiment.touch",
 }
+_ROOMS = (
+    "antenna",
+    "calibration",
+    "decoding",
+    "dispersion",
+    "encoding",
+    "execute",
+    "experiment",
+    "paper",
+    "physics",
+    "plotting",
+    "presets",
+    "response",
+    "robot",
+    "stimulus",
+    "tensors",
+    "tracking",
+    "wall",
+)
 
 __all__ = [
     "Antenna",
@@ -46,20 +71,29 @@ __all__ = [
     "Triangle",
     "Wall",
     "bend",
+    "hit",
+    "load",
+    "load_antenna",
     "presets",
     "release",
+    "save",
+    "save_antenna",
     "touch",
 ]
 
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
+        from importlib.metadata import version
+
         return version("feeler")
-    if name not in _LAZY:
+    if name in _ROOMS:
+        return import_module(f"feeler.{name}")
+    if name not in _HOMES:
         raise AttributeError(f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}")
-    room = _LAZY[name]
-    return getattr(import_module(room), name) if room else import_module(f"feeler.{name}")
+    globals()[name] = found = getattr(import_module(f"feeler.{_HOMES[name]}"), name)
+    return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *_LAZY})
+    return sorted({*_HOMES, *_ROOMS})

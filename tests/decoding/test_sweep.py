@@ -18,8 +18,8 @@ from feeler.decoding import (
     make_svm,
 )
 from feeler.errors import InvalidInput
-from feeler.touch.feature import Ball
-from feeler.touch.trial import Trial
+from feeler.stimulus.feature import Ball
+from feeler.stimulus.trial import Trial
 
 FEW = {"n_copies": 4, "n_repeats": 3}
 

@@ -14,7 +14,7 @@ SOURCE = Path(feeler.__file__).parent
 LAYERS = (
     {"errors", "compiled"},
     {"antenna"},
-    {"touch"},
+    {"stimulus"},
     {"execute"},
     {"tensors"},
     {"physics"},

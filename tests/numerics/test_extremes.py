@@ -11,8 +11,8 @@ from feeler.errors import SimulationDiverged
 from feeler.physics.clock import Clock
 from feeler.physics.engine import run_scene
 from feeler.physics.scene import Scene
-from feeler.touch.feature import make_feature
-from feeler.touch.trial import Trial
+from feeler.stimulus.feature import make_feature
+from feeler.stimulus.trial import Trial
 
 spec = importlib.util.spec_from_file_location("numerics", Path(__file__).parents[2] / "benchmarks" / "numerics.py")
 numerics = importlib.util.module_from_spec(spec)

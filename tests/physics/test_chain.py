@@ -17,7 +17,7 @@ from feeler.physics.chain.model import compute_invweight, make_model
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.touch import Trial, Wall, make_feature
+from feeler.stimulus import Trial, Wall, make_feature
 
 
 def uniform(n: int, stiffness: float = 1e-3, damping: float = 0.0, **fields: object) -> Antenna:

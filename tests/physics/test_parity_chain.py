@@ -19,8 +19,8 @@ from feeler.physics.chain.fields import P_X, P_Y, W_ANGLE, W_RATE
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Path, Scene, make_scene
 from feeler.presets import make_preset
-from feeler.touch import Outline, Trial, Wall, make_feature
-from feeler.touch.convex import split_convex
+from feeler.stimulus import Outline, Trial, Wall, make_feature
+from feeler.stimulus.convex import split_convex
 
 from .mesh import make_model_like_mujoco, run_like_mujoco
 

@@ -17,7 +17,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import ENGINES, run_scene
 from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.physics.simulate import simulate
-from feeler.touch import Trial, make_feature
+from feeler.stimulus import Trial, make_feature
 
 ENDLESS = Clock(duration=1e8, sample_interval=1e6, timestep=0.02)  # 1e10 steps
 SHORT = Clock(duration=3, timestep=0.02)

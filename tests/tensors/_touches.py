@@ -11,7 +11,7 @@ import numpy as np
 
 import feeler
 from feeler.execute import ProcessExecutor
-from feeler.touch.feature import make_feature
+from feeler.stimulus.feature import make_feature
 
 N_TRIALS = 14
 N = 12

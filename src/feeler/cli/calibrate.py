@@ -1,10 +1,10 @@
 """``feeler calibrate``: find the mechanics that fit an animal, from targets or from recorded traces."""
 
+import math
 import sys
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
@@ -77,6 +77,8 @@ def _explain(profile: str) -> str:
 
 
 def _fit_targets(targets, profile, method, starts, spread, seed, evaluations, checkpoint, engine) -> None:
+    import numpy as np
+
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
     from feeler.presets import cockroach
 
@@ -106,7 +108,7 @@ class _Watch:
     """The best error so far, on one line of a terminal; a line per finished start anywhere."""
 
     def __init__(self) -> None:
-        self.best, self._live = np.inf, sys.stderr.isatty()
+        self.best, self._live = math.inf, sys.stderr.isatty()
 
     def __call__(self, evaluations: int, best: float) -> None:
         self.best = min(self.best, best)

@@ -25,7 +25,7 @@ def export(
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.physics.mjcf import write_mjcf
-    from feeler.touch.feature import make_feature
+    from feeler.stimulus.feature import make_feature
 
     trial = feeler.Trial(feature=make_feature(feature, size), location=location, speed=speed)
     write_mjcf(choose_antenna(antenna), trial, file)

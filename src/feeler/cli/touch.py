@@ -58,7 +58,7 @@ def touch(
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
     from feeler.physics.engine import TIMESTEP
-    from feeler.touch.feature import make_feature
+    from feeler.stimulus.feature import make_feature
 
     chosen = choose_antenna(antenna)
     trials = [

@@ -51,7 +51,7 @@ def jitter_trials(
     Parameters
     ----------
     trials
-        Frozen ``feeler.touch.Trial`` objects (or any dataclass with ``location`` and ``speed``).
+        Frozen ``feeler.stimulus.Trial`` objects (or any dataclass with ``location`` and ``speed``).
     location
         Half-width of a uniform shift, as a fraction of the antenna's length [C]; 0.02 is a fifth of the grid's step.
     speed

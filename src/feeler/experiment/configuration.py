@@ -15,10 +15,10 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import StoreError
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact
-from feeler.touch.trial import Trial
+from feeler.stimulus.trial import Trial
 
 SOURCE = Path(__file__).parents[1]
-CODE = ("antenna", "touch", "physics", "experiment", "tensors/dataset.py")  # what can change a simulated number
+CODE = ("antenna", "stimulus", "physics", "experiment", "tensors/dataset.py")  # what can change a simulated number
 _LOADED = time.time()  # s; a file changed later is not the code that runs
 LICENCE = "CC0-1.0"  # of data made by simulation; change it in the file's attributes if yours is another
 

@@ -10,8 +10,8 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
-from feeler.touch.feature import Ball
-from feeler.touch.trial import FRICTION, Trial
+from feeler.stimulus.feature import Ball
+from feeler.stimulus.trial import FRICTION, Trial
 
 LOCATION = 0.95  # [P] share of the length where the cylinder hits
 RADIUS = 2.5  # [P] mm; half of 5 mm

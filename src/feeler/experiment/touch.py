@@ -18,7 +18,7 @@ from feeler.physics.scene import Contact, Motion, make_scene
 from feeler.physics.simulate import simulate
 from feeler.tensors.dataset import make_tensors
 from feeler.tensors.store import Store, open_store
-from feeler.touch.trial import Trial
+from feeler.stimulus.trial import Trial
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
 

@@ -12,8 +12,8 @@ from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch
 from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor
-from feeler.touch.placement import place
-from feeler.touch.trial import Trial
+from feeler.stimulus.placement import place
+from feeler.stimulus.trial import Trial
 
 FRAMES = 48
 

@@ -19,7 +19,7 @@ from feeler.paper.context import KEYED, Context, View
 from feeler.paper.section import MARKER, Section
 
 PRINTED = ("report", "claims", "places", "compare", "reproduce")
-COMMON = ("antenna", "touch", "physics", "tensors", "experiment", "plotting", "errors.py")
+COMMON = ("antenna", "stimulus", "physics", "tensors", "experiment", "plotting", "errors.py")
 
 
 @dataclass(frozen=True, kw_only=True)

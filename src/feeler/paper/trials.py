@@ -1,7 +1,7 @@
 """The paper's ninety touches."""
 
-from feeler.touch.feature import Ball, Box, Feature, Triangle
-from feeler.touch.trial import Trial, make_grid
+from feeler.stimulus.feature import Ball, Box, Feature, Triangle
+from feeler.stimulus.trial import Trial, make_grid
 
 SPEEDS = {"fast": 0.6, "medium": 0.3, "slow": 0.06}  # m/s [P]
 LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # fractions of length; the first [D], the others [C]

@@ -8,7 +8,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.physics.engine import TIMESTEP
 from feeler.physics.mujoco import make_spec
 from feeler.physics.scene import make_scene
-from feeler.touch.trial import Trial
+from feeler.stimulus.trial import Trial
 
 
 def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float = TIMESTEP) -> Path:

@@ -13,7 +13,7 @@ import numpy as np
 from feeler.errors import SimulationDiverged
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion, Scene
-from feeler.touch.convex import split_convex
+from feeler.stimulus.convex import split_convex
 
 OBJECT_MASS = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
 SOLVER_ITERATIONS = 25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad

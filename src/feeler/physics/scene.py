@@ -6,9 +6,9 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.touch.feature import Feature
-from feeler.touch.placement import place
-from feeler.touch.trial import Trial
+from feeler.stimulus.feature import Feature
+from feeler.stimulus.placement import place
+from feeler.stimulus.trial import Trial
 
 
 @dataclass(frozen=True, kw_only=True)

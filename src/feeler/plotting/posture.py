@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Patch, Polygon
 
 from feeler.antenna.antenna import Antenna
-from feeler.touch.feature import Feature, Wall
+from feeler.stimulus.feature import Feature, Wall
 
 OBJECT_COLOUR = "#009E73"
 SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show

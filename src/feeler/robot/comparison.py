@@ -7,7 +7,7 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.robot.preset import make_robot
 from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, simulate_touches
-from feeler.touch import Trial
+from feeler.stimulus import Trial
 
 PROFILES = ("exponential", "linear", "constant")
 TIP_SHARE = 0.1  # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here

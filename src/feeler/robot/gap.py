@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.touch import Trial, make_feature
+from feeler.stimulus import Trial, make_feature
 
 
 @dataclass(frozen=True, kw_only=True)

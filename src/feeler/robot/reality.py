@@ -14,7 +14,7 @@ from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
 from feeler.robot.touches import Label, compute_tip, get_label, make_touches, simulate_pairs, simulate_touches
-from feeler.touch import Trial
+from feeler.stimulus import Trial
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

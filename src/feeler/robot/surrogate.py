@@ -18,7 +18,7 @@ from feeler.robot.repair import repair
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import SensorCalibration
 from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, TIMESTEP, make_touches, simulate_pairs
-from feeler.touch import Trial
+from feeler.stimulus import Trial
 
 RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.touch import Ball, Box, Trial
+from feeler.stimulus import Ball, Box, Trial
 
 SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
 LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # [C] five from middle to tip [P], as for the insect; the last is "the tip"

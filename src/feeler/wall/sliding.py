@@ -13,7 +13,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Motion, Path, Scene
 from feeler.physics.simulate import simulate
 from feeler.tensors import make_tensors
-from feeler.touch.feature import Wall
+from feeler.stimulus.feature import Wall
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, approach
 

@@ -8,8 +8,8 @@ from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
 from feeler.tensors.export import save
-from feeler.touch.feature import Ball
-from feeler.touch.trial import Trial
+from feeler.stimulus.feature import Ball
+from feeler.stimulus.trial import Trial
 
 MOVIE_MS = {"fast": 80.0, "medium": 120.0, "slow": 380.0}  # what is worth watching at each speed
 

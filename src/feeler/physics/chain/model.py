@@ -42,7 +42,7 @@ from feeler.physics.chain.fields import (
     O_WIDTH,
 )
 from feeler.physics.scene import Scene
-from feeler.touch.convex import split_convex
+from feeler.stimulus.convex import split_convex
 
 MIN_FRICTION = 1e-5  # MuJoCo's smallest friction
 WALL = 1e3  # mm; half extent of the box that stands for a wall, as in the MuJoCo model

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from feeler.touch.feature import Feature, Wall
+from feeler.stimulus.feature import Feature, Wall
 
 
 def compute_clearance(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.touch.feature import FEATURES, Feature, Outline
+from feeler.stimulus.feature import FEATURES, Feature, Outline
 
 SIDES = ("left", "right")
 FRICTION = 1.0  # [D] fits the published video best

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
-from feeler.touch import make_feature, place
-from feeler.touch.clearance import compute_clearance
-from feeler.touch.convex import split_convex
+from feeler.stimulus import make_feature, place
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.convex import split_convex
 
 ANTENNA = presets.cockroach()
 FEATURES = [

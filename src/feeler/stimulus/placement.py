@@ -7,9 +7,9 @@ from scipy.optimize import brentq
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.touch.clearance import compute_clearance
-from feeler.touch.feature import Wall
-from feeler.touch.trial import Trial
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.feature import Wall
+from feeler.stimulus.trial import Trial
 
 
 @dataclass(frozen=True, kw_only=True)
