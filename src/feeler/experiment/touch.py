@@ -16,9 +16,9 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
 from feeler.physics.simulate import simulate
+from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import make_tensors
 from feeler.tensors.store import Store, open_store
-from feeler.stimulus.trial import Trial
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
 

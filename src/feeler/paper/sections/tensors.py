@@ -7,9 +7,9 @@ from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
-from feeler.tensors.export import save
 from feeler.stimulus.feature import Ball
 from feeler.stimulus.trial import Trial
+from feeler.tensors.export import save
 
 MOVIE_MS = {"fast": 80.0, "medium": 120.0, "slow": 380.0}  # what is worth watching at each speed
 
