@@ -8,6 +8,11 @@ from typing import Annotated
 
 import typer
 
+from feeler.execute.processes import USUAL, prepare_workers
+
+PREPARED = ("feeler.paper.reproduce", "feeler.paper.sections.tensors", "feeler.physics.chain")
+"""What every stage needs. More would keep all workers waiting for what only some of them use."""
+
 EXAMPLES = """Examples:
 
   feeler reproduce
@@ -35,6 +40,9 @@ def reproduce(
     fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
+    if workers != 1:
+        prepare_workers([*USUAL, *PREPARED])  # while this process imports what it needs itself
+
     from feeler.cli.choose import change_antenna, choose_antenna
     from feeler.paper.context import Context
     from feeler.paper.reproduce import STAGES

@@ -7,10 +7,10 @@ import pickle
 import resource
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from queue import SimpleQueue
@@ -19,8 +19,11 @@ from typing import Any
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import check_workers
 
+USUAL = (__name__, "numpy", "scipy.linalg")  # their BLAS, loaded where memory lacks, ends the process without a word
 MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
-_SPAWN = multiprocessing.get_context("spawn")  # a fork would copy threads' locks and the store's open files
+# Workers are forked from a process that only imports: a fork of this one would copy threads' locks and the store's open
+# files, and a new interpreter for each would import everything again.
+_CONTEXT = multiprocessing.get_context("forkserver")
 
 
 class WorkerCrashed(FeelerError, RuntimeError):
@@ -33,6 +36,16 @@ class OutOfMemory(FeelerError, MemoryError):
 
 CRASHES = (WorkerCrashed, MemoryError)
 """Errors that tell of the machine rather than of the task, so that a second try makes sense."""
+
+
+def prepare_workers(modules: Sequence[str] = USUAL) -> None:
+    """Start the process that workers are forked from, if none is there; what it imports now, no worker imports again.
+
+    Returns at once: the imports run beside the caller's own.
+    """
+    _CONTEXT.set_forkserver_preload([*modules])  # in place of the script, which is not to run there
+    with _uninterrupted():
+        forkserver.ensure_running()
 
 
 class ProcessExecutor:
@@ -120,8 +133,9 @@ class _Keeper(threading.Thread):
         raise value
 
     def _start(self) -> None:
-        self._pipe, theirs = _SPAWN.Pipe()
-        self._process = _SPAWN.Process(
+        prepare_workers()
+        self._pipe, theirs = _CONTEXT.Pipe()
+        self._process = _CONTEXT.Process(
             target=_serve, args=(theirs, self._memory_limit), daemon=True, name="feeler worker"
         )
         with _uninterrupted():
@@ -166,6 +180,7 @@ def _uninterrupted() -> Iterator[None]:
 def _serve(pipe: Connection, memory_limit: int) -> None:
     """A worker's life: answer until the pipe closes or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    multiprocessing.set_start_method("spawn", force=True)  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)

@@ -28,8 +28,8 @@ def list_speeds(context: Context, profile: str) -> dict[str, float]:
 
 
 def list_locations(context: Context) -> tuple[float, ...]:
-    """Places of touch [fractions of length]; smoke leaves out every other one."""
-    return LOCATIONS[::2] if context.scale == "smoke" else LOCATIONS
+    """Places of touch [fractions of length]; smoke takes the first and the last."""
+    return (LOCATIONS[0], LOCATIONS[-1]) if context.scale == "smoke" else LOCATIONS
 
 
 @lru_cache(maxsize=16)

@@ -1,13 +1,13 @@
 """Fig. S6 (and Fig. 5A, B): dispersion by contact speed and by stiffness profile, codes and tensors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import GREATEST, INDICES, Dispersion, compute_dispersion
+from feeler.dispersion import GREATEST, INDICES, Dispersion, Interval, compute_dispersion
 from feeler.errors import InvalidInput
 from feeler.plotting.style import PALETTE
 
@@ -75,28 +75,41 @@ def judge(found: Dispersion, index: str, comparison: str, kind: str, claimed: tu
 
 
 def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
-    """Rows: comparison and kind of code; columns: the four indices."""
-    rows = [(comparison, kind) for comparison, kinds in data.dispersions.items() for kind in kinds]
-    axes = figure.subplots(len(rows), len(INDICES), squeeze=False)
-    for (comparison, kind), line in zip(rows, axes, strict=True):
-        is_last = kind == list(data.dispersions[comparison])[-1]
-        for index, ax in zip(INDICES, line, strict=True):
-            plot_index(data.dispersions[comparison][kind], index, ax)
-            ax.tick_params(axis="x", labelbottom=is_last)
-            if ax in axes[0]:
-                ax.set_title(f"{NAMES[index]}\n{'lower' if GREATEST[index] else 'higher'} = more dispersed", fontsize=8)
-        line[0].set_ylabel(f"{kind}\nby {comparison}", fontsize=8)
+    """Rows: the four indices; columns: the comparisons; side by side the kinds of code, and in each the groups."""
+    axes = figure.subplots(len(INDICES), len(data.dispersions), sharex="col", sharey="row", squeeze=False)
+    for (comparison, kinds), column in zip(data.dispersions.items(), axes.T, strict=True):
+        for index, ax in zip(INDICES, column, strict=True):
+            plot_kinds(list(kinds.values()), index, ax)
+        n_groups = len(next(iter(kinds.values())).groups)
+        column[-1].set_xticks(np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2, list(kinds))
+        column[0].set_title(f"by {comparison}")
+        column[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.12), ncols=n_groups, columnspacing=1, handletextpad=0)
+    for index, ax in zip(INDICES, axes[:, 0], strict=True):
+        ax.set_ylabel(f"{NAMES[index]}\n{'low' if GREATEST[index] else 'high'}: more dispersed")
 
 
 def plot_index(dispersion: Dispersion, index: str, ax) -> None:
-    """Every tensor's closest match as a dot, group averages with their 95 % intervals."""
-    rng = np.random.default_rng(0)  # spreads the dots sideways only
-    for place, group in enumerate(dispersion.groups):
-        values, mean = dispersion.values(index, group), dispersion.average[index][group]
-        colour = PALETTE[place % len(PALETTE)]
-        ax.plot(place + rng.uniform(-0.15, 0.15, values.size), values, ".", ms=2, color=colour, alpha=0.4)
-        error = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
-        ax.errorbar(place + 0.28, mean.estimate, error, fmt="o", ms=4, capsize=2, color=colour)
+    """One kind of code, each group above its name."""
+    plot_kinds([dispersion], index, ax)
     names = [str(group) for group in dispersion.groups]
     ax.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=6)
     ax.tick_params(axis="y", labelsize=6)
+
+
+def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax) -> None:
+    """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place between sets."""
+    rng = np.random.default_rng(0)  # spreads the dots sideways only
+    groups = dispersions[0].groups
+    starts = np.arange(len(dispersions)) * (len(groups) + 1)
+    for place, group in enumerate(groups):
+        values = [dispersion.values(index, group) for dispersion in dispersions]
+        dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(-0.15, 0.15, sum(map(len, values)))
+        colour = PALETTE[place % len(PALETTE)]
+        ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
+        mean, low, high = np.array([_list_interval(d.average[index][group]) for d in dispersions]).T
+        error = mean - low, high - mean
+        ax.errorbar(starts + place + 0.28, mean, error, fmt="o", ms=4, capsize=2, color=colour, label=str(group))
+
+
+def _list_interval(interval: Interval) -> tuple[float, float, float]:
+    return interval.estimate, interval.low, interval.high

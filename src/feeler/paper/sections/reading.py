@@ -76,7 +76,7 @@ def _show_dispersion(section: Section, data: fig5.Fig5Data, speeds: dict[str, st
         "Every tensor's closest match among the others of its group (dots) and the group's average with its 95 % bootstrap "
         "interval, by four indices. Low Pearson r, SSIM and NMI and high MSE mean more dispersed. (Fig. 5A–B, Fig. S6)",
         lambda figure: figS6.plot(data.dispersion, figure),
-        height=8.5,
+        height=7.0,
     )
     for found in data.dispersion.dispersions.values():
         for kind, dispersion in found.items():
