@@ -18,7 +18,7 @@ from feeler.tensors.load import load
 
 from ._touches import N_TRIALS, antenna, options, run, trials
 
-verb = importlib.import_module("feeler.experiment.touch")  # the module: the package gives the function
+verb = importlib.import_module("feeler.experiment.touch")  # the module
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from feeler.antenna.antenna import Antenna
 
@@ -40,7 +40,7 @@ def compute_modes(antenna: Antenna, n_modes: int) -> Modes:
     """
     n_modes = min(n_modes, antenna.n_segments)
     mass = compute_mass_matrix(antenna)
-    squared, vectors = eigh(np.diag(antenna.stiffness), mass, subset_by_index=(0, n_modes - 1))
+    squared, vectors = scipy.linalg.eigh(np.diag(antenna.stiffness), mass, subset_by_index=(0, n_modes - 1))
     omega = np.sqrt(np.maximum(squared, 0.0))
     modal_damping = np.einsum("im,i,im->m", vectors, antenna.damping, vectors)
     return Modes(frequency=omega / (2 * np.pi), damping_ratio=modal_damping / (2 * omega), angle=vectors.T)

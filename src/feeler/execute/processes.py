@@ -180,7 +180,9 @@ def _uninterrupted() -> Iterator[None]:
 def _serve(pipe: Connection, memory_limit: int) -> None:
     """A worker's life: answer until the pipe closes or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    multiprocessing.set_start_method("spawn", force=True)  # said not to fork, numba takes no semaphore that a kill leaks
+    multiprocessing.set_start_method(
+        "spawn", force=True
+    )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)

@@ -12,6 +12,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import Executor
 from feeler.experiment.configuration import LICENCE, describe_code, describe_run, list_versions
+from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
@@ -135,13 +136,6 @@ def describe_attributes(
         "timestep_units": "ms",
         "licence": LICENCE,
     }
-
-
-def spawn_seeds(seed: int, n: int) -> list[int]:
-    """One child seed per trial, the same whatever the order of work."""
-    if not (isinstance(seed, int | np.integer) and seed >= 0):
-        raise InvalidInput(f"seed must be a whole number ≥ 0, got {seed!r}.")
-    return [int(child.generate_state(1, np.uint32)[0]) for child in np.random.SeedSequence(int(seed)).spawn(n)]
 
 
 def make_touch_tensors(

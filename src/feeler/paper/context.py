@@ -9,7 +9,7 @@ from pathlib import Path
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.experiment.configuration import describe_antenna
-from feeler.experiment.touch import spawn_seeds
+from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Contact

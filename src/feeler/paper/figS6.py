@@ -83,7 +83,9 @@ def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
         n_groups = len(next(iter(kinds.values())).groups)
         column[-1].set_xticks(np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2, list(kinds))
         column[0].set_title(f"by {comparison}")
-        column[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.12), ncols=n_groups, columnspacing=1, handletextpad=0)
+        column[0].legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.12), ncols=n_groups, columnspacing=1, handletextpad=0
+        )
     for index, ax in zip(INDICES, axes[:, 0], strict=True):
         ax.set_ylabel(f"{NAMES[index]}\n{'low' if GREATEST[index] else 'high'}: more dispersed")
 

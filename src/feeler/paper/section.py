@@ -1,17 +1,16 @@
 """A section of the report: figures, movies, tables, words and numbers, kept as files in one folder."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import PdfPages
-from matplotlib.figure import Figure
 
-from feeler.plotting.style import DOUBLE, fix_layout, style
+if TYPE_CHECKING:
+    from feeler.paper.pictures import Pictures
 
 PAGES = "figures.pdf"
 MARKER = "section.json"
@@ -44,23 +43,19 @@ class Section:
         plain = [[_show(cell) for cell in row] for row in rows]
         self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
 
-    def figure(self, name: str, caption: str, draw, *, width: float = DOUBLE, height: float = 3.0) -> None:
+    def figure(
+        self, name: str, caption: str, draw: Callable, *, width: float | None = None, height: float = 3.0
+    ) -> None:
         """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of ``figures.pdf``."""
-        with style():
-            figure = Figure(figsize=(width, height), layout="constrained")
-            FigureCanvasAgg(figure)
-            draw(figure)
-            fix_layout(figure)
-            figure.savefig(self.folder / f"{name}.png", pil_kwargs={"compress_level": 3})
-            if self.vector:
-                self._pages.savefig(figure)
-        size = [round(width * 96), round(height * 96)]
+        inches = self._pictures.draw(name, draw, width=width, height=height)
+        size = [round(96 * side) for side in inches]
         self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
 
     @cached_property
-    def _pages(self) -> PdfPages:
-        """One file for all figures: fonts, slow to cut down to the letters used, are embedded once."""
-        return PdfPages(self.folder / PAGES, metadata={"CreationDate": None})
+    def _pictures(self) -> "Pictures":
+        from feeler.paper.pictures import Pictures  # matplotlib is slow to load, and who reads a section does not draw
+
+        return Pictures(self.folder, self.folder / PAGES, vector=self.vector)
 
     def list_figures(self) -> list[str]:
         """Names of the figures, in the order of the pages of ``figures.pdf``."""
@@ -77,8 +72,8 @@ class Section:
 
     def save(self) -> None:
         """Close the PDF and write ``section.json``, which says that the section is whole."""
-        with style():  # fonts are embedded now
-            self._pages.close()
+        if "_pictures" in self.__dict__:
+            self._pictures.close()
         data = asdict(self) | {"folder": None, "values": make_plain(self.values)}
         (self.folder / MARKER).write_text(json.dumps(data, sort_keys=True, indent=1))
 

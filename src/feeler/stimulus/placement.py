@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
@@ -84,4 +84,4 @@ def _touching_offset(
             raise InvalidInput(
                 f"the feature cannot be placed clear of the antenna ({trial.label}); change the approach."
             )
-    return float(brentq(gap, low, high, xtol=1e-12, rtol=1e-14)) if gap(low) < 0 else low
+    return float(scipy.optimize.brentq(gap, low, high, xtol=1e-12, rtol=1e-14)) if gap(low) < 0 else low

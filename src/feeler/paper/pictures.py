@@ -1,0 +1,44 @@
+"""The pictures of a section: PNG files, and pages of one PDF."""
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+
+from feeler.plotting.style import DOUBLE, fix_layout, style
+
+
+class Pictures:
+    """Draws into ``folder`` and, if ``vector``, into the PDF ``pages``, which is whole once it is closed."""
+
+    def __init__(self, folder: Path, pages: Path, *, vector: bool) -> None:
+        self._folder, self._path, self._vector = folder, pages, vector
+
+    def draw(
+        self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
+    ) -> tuple[float, float]:
+        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two columns."""
+        width = DOUBLE if width is None else width
+        with style():
+            figure = Figure(figsize=(width, height), layout="constrained")
+            FigureCanvasAgg(figure)
+            draw(figure)
+            fix_layout(figure)
+            figure.savefig(self._folder / f"{name}.png", pil_kwargs={"compress_level": 3})
+            if self._vector:
+                self._pages.savefig(figure)
+        return width, height
+
+    def close(self) -> None:
+        """End the PDF, if any page was drawn."""
+        if "_pages" in self.__dict__:
+            with style():  # the fonts are embedded now
+                self._pages.close()
+
+    @cached_property
+    def _pages(self) -> PdfPages:
+        """One file for all figures: fonts, slow to cut down to the letters used, are embedded once."""
+        return PdfPages(self._path, metadata={"CreationDate": None})
