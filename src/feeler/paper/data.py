@@ -6,11 +6,12 @@ from functools import lru_cache
 import xarray as xr
 
 from feeler.errors import StoreError
-from feeler.experiment.configuration import describe_antenna, digest, list_versions
+from feeler.experiment.configuration import describe_antenna, describe_trial, digest, list_versions
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
 from feeler.paper.stage import COMMON, hash_source, hold, is_kept
-from feeler.paper.trials import LOCATIONS, SPEEDS, trials
+from feeler.paper.trials import LOCATIONS, SPEEDS, make_features, trials
+from feeler.stimulus.trial import Trial
 
 
 def list_profiles(context: Context) -> list[str]:
@@ -27,21 +28,22 @@ def list_speeds(context: Context, profile: str) -> dict[str, float]:
     return {name: SPEEDS[name] for name in (("fast", "slow") if first else ("slow",))}
 
 
-def list_locations(context: Context) -> tuple[float, ...]:
-    """Places of touch [fractions of length]; smoke takes the first and the last."""
-    return (LOCATIONS[0], LOCATIONS[-1]) if context.scale == "smoke" else LOCATIONS
+def list_touches(context: Context, profile: str) -> list[Trial]:
+    """Touches simulated for a profile; smoke has ball and box at the first and the last place: eight at each speed."""
+    speeds = list(list_speeds(context, profile).values())
+    if context.scale != "smoke":
+        return trials(speeds)
+    return trials(speeds, (LOCATIONS[0], LOCATIONS[-1]), [f for f in make_features() if f.kind != "triangle"])
 
 
 @lru_cache(maxsize=16)
 def load_tensors(context: Context, profile: str) -> xr.Dataset:
     """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
-    antenna, speeds = context.profiles[profile], tuple(list_speeds(context, profile).values())
-    locations = list_locations(context)
+    antenna, touches = context.profiles[profile], list_touches(context, profile)
     key = digest(
         {
             "antenna": describe_antenna(antenna),
-            "speeds": speeds,
-            "locations": locations,
+            "touches": [describe_trial(trial) for trial in touches],
             "timestep": context.timestep,
             "engine": context.engine,
             "seed": context.seed,
@@ -62,7 +64,7 @@ def load_tensors(context: Context, profile: str) -> xr.Dataset:
         with hold(path):
             if not is_kept(path, context):
                 shutil.rmtree(path, ignore_errors=True)
-            return touch(antenna, trials(speeds, locations), store=path, **options)
+            return touch(antenna, touches, store=path, **options)
     except StoreError as error:
         raise StoreError(f"{error} Remove {path} or choose another --out.") from error
 

@@ -1,5 +1,7 @@
 """The paper's ninety touches."""
 
+from collections.abc import Sequence
+
 from feeler.stimulus.feature import Ball, Box, Feature, Triangle
 from feeler.stimulus.trial import Trial, make_grid
 
@@ -18,6 +20,10 @@ def make_features() -> list[Feature]:
     ]
 
 
-def trials(speeds: tuple[float, ...] | None = None, locations: tuple[float, ...] = LOCATIONS) -> list[Trial]:
+def trials(
+    speeds: Sequence[float] | None = None,
+    locations: Sequence[float] = LOCATIONS,
+    features: Sequence[Feature] | None = None,
+) -> list[Trial]:
     """Six features at five locations and three speeds (fast, medium, slow): 90 trials (Results, Fig. 2D)."""
-    return make_grid(make_features(), list(locations), list(speeds or SPEEDS.values()))
+    return make_grid(list(features or make_features()), list(locations), list(speeds or SPEEDS.values()))

@@ -5,6 +5,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.paper import fig3, movie_s3
 from feeler.paper.context import Context
+from feeler.paper.data import list_profiles
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.paper.section import Section
 from feeler.wall.distance_map import DistanceMap
@@ -14,7 +15,8 @@ from feeler.wall.sensitivity import CHOICES, count_orderings
 
 def make(context: Context, section: Section) -> None:
     """Fig. 3A–D, Movie S3, the sensitivity of R², and a body that follows a wall by it."""
-    data = fig3.compute(context.profiles, scale=context.scale, engine=context.engine)
+    antennas = {name: context.profiles[name] for name in list_profiles(context)}
+    data = fig3.compute(antennas, scale=context.scale, engine=context.engine)
     section.text(
         "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which angle is meant and how much "
         "the wall rubs are not stated in the paper; the default was fixed with its reason (see the guide) before any R² was "
