@@ -1,6 +1,7 @@
 """Processes: workers that may crash or run out of memory without taking the batch with them."""
 
 import errno
+import gc
 import multiprocessing
 import os
 import pickle
@@ -19,7 +20,8 @@ from typing import Any
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import check_workers
 
-USUAL = (__name__, "numpy", "scipy.linalg")  # their BLAS, loaded where memory lacks, ends the process without a word
+# The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
+USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
 MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
 # Workers are forked from a process that only imports: a fork of this one would copy threads' locks and the store's open
 # files, and a new interpreter for each would import everything again.
@@ -184,6 +186,9 @@ def _serve(pipe: Connection, memory_limit: int) -> None:
         "spawn", force=True
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
+    gc.freeze()  # what was imported stays
+    gc.set_threshold(50_000)  # [C] figures are many objects that live on: looking through them often costs a twentieth
+    gc.enable()
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
     resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))

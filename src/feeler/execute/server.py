@@ -1,0 +1,5 @@
+"""Imported first of all, and only, by the process that workers are forked from."""
+
+import gc
+
+gc.disable()  # it imports and forks: there is nothing to collect, and looking for it takes a tenth of the time
