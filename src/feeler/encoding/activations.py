@@ -18,7 +18,7 @@ def apply_gram(kernel, edge, activations, out):
         first, stop = _find_extent(activations[k])
         padded[pad : pad + n_times] = activations[k]
         for m in range(n_components):
-            add_convolved(kernel[m, k], edge[m, k], padded, first, stop, out[m])
+            add_convolved(kernel[m, k], edge[k, m], padded, first, stop, out[m])
 
 
 @compiled
@@ -128,5 +128,5 @@ def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, ro
         pulled[n, m] += pull[n]
         for k in range(kernel.shape[0]):
             if k != m:
-                add_convolved(kernel[k, m], edge[k, m], change[n], first, stop, pulled[n, k])
+                add_convolved(kernel[k, m], edge[m, k], change[n], first, stop, pulled[n, k])
     return fall

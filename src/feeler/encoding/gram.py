@@ -39,8 +39,10 @@ def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @compiled(fastmath={"contract"})  # fused multiply-add: half the instructions
 def add_convolved(kernel, edge, padded, first, stop, out):
-    """Add G·h to out (time), G of the pair (m, k); h stands in `padded` with n_lags − 1 zeros each side, and is zero
-    outside [first, stop)."""
+    """Add G·h to out (time): the kernel is that of the pair (m, k), the edge that of (k, m), its transpose.
+
+    h stands in `padded` with n_lags − 1 zeros each side, and is zero outside [first, stop).
+    """
     n_lags, n_times = edge.shape[0], out.size
     low, high = max(0, first - n_lags + 1), min(n_times, stop + n_lags - 1)
     target, width = out[low:high], high - low
@@ -57,13 +59,13 @@ def add_convolved(kernel, edge, padded, first, stop, out):
         for s in range(width):
             target[s] += a * source[s]
         j += 1
-    last_full = n_times - n_lags
-    for place in range(max(first, last_full + 1), stop):  # near the end both are cut: put the edge's numbers instead
+    # near the end both are cut: put the edge's numbers instead, along its rows, where they lie side by side
+    for place in range(max(first, n_times - n_lags + 1), stop):
         value = padded[place + n_lags - 1]
         if value != 0.0:
-            for s in range(last_full + 1, n_times):
-                cut = edge[n_times - 1 - s, n_times - 1 - place] - kernel[s - place + n_lags - 1]
-                out[s] += value * cut
+            row, whole = edge[n_times - 1 - place], n_times - place + n_lags - 2
+            for i in range(n_lags - 1):
+                out[n_times - 1 - i] += value * (row[i] - kernel[whole - i])
 
 
 def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:
