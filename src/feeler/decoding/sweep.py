@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from sklearn.base import clone
-from threadpoolctl import threadpool_limits
 
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.noise import as_codes, compute_noise_sd, draw_copies, draw_rotated
 from feeler.errors import InvalidInput
-from feeler.execute.threads import count_cores
+from feeler.execute.threads import count_cores, hold_blas
 
 RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 N_COPIES = 10  # [C] not stated for LDA; 10 is the paper's number for the robot's SVM
@@ -151,7 +150,7 @@ def compute_sweep(
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
     # One repeat per thread: the matrices are too small for threads inside BLAS to pay.
-    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(n_threads) as pool:
+    with hold_blas(), ThreadPoolExecutor(n_threads) as pool:
         list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))
     return Sweep(
         ratios=np.asarray(ratios, dtype=float),

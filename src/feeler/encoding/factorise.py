@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from feeler.encoding.activations import descend_activations, multiply_activations
 from feeler.encoding.bases import multiply_bases
@@ -19,6 +18,7 @@ from feeler.encoding.convolution import (
 )
 from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
+from feeler.execute.threads import hold_blas
 
 BLOCK = 8  # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 
@@ -177,7 +177,7 @@ def open_pool(n_jobs: int) -> Iterator[Callable]:
 
     The products of small matrices in between stay on one thread: there, more only wait for each other.
     """
-    with threadpool_limits(1, user_api="blas"):
+    with hold_blas():
         if n_jobs == 1:
             yield map
             return

@@ -4,10 +4,14 @@ import atexit
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
+from functools import cache
 from queue import SimpleQueue
 from typing import Any
+
+from threadpoolctl import ThreadpoolController
 
 from feeler.errors import InvalidInput
 
@@ -27,6 +31,21 @@ def check_workers(workers: int | None) -> int:
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InvalidInput(f"workers must be a whole number ≥ 1, got {workers!r}; None uses one per core.")
     return workers
+
+
+@contextmanager
+def hold_blas() -> Iterator[None]:
+    """One thread within BLAS: its sums depend on their number, and small matrices gain nothing from more."""
+    with _find_blas().limit(limits=1, user_api="blas"):
+        yield
+
+
+@cache
+def _find_blas() -> ThreadpoolController:
+    import numpy  # noqa: F401  each brings a BLAS of its own, which is to be found
+    import scipy.linalg  # noqa: F401
+
+    return ThreadpoolController()
 
 
 class ThreadExecutor:

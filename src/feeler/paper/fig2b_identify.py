@@ -6,7 +6,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.calibration import Directions, Profiles
 from feeler.calibration.problem import FAILED
 from feeler.paper.calibration_report import PAPER_ERROR, PAPER_P, Calibration
-from feeler.plotting.style import PALETTE
+from feeler.plotting.style import PALETTE, set_decades
 
 LEVEL = 95.0  # % of the draws
 
@@ -20,14 +20,15 @@ def plot(found: Calibration, figure: Figure | SubFigure) -> None:
     for ax, base, rate, unit in zip(axes[2:], (0, 1), (2, 3), ("N·mm/rad", "N·mm·ms/rad"), strict=True):
         plot_band(found.draws[:, base], found.draws[:, rate], n_hinges, ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate], n_hinges), color=PALETTE[1], label="published")
-        ax.set(title=("stiffness", "damping")[base], ylabel=unit, xlabel="hinge")
+        ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
     axes[2].legend(loc="lower left")
 
 
 def plot_sensitivity(directions: Directions, ax) -> None:
     """How much the error changes along each direction."""
     number = np.arange(1, len(directions.sensitivity) + 1)
-    ax.semilogy(number, directions.sensitivity, "o-", color=PALETTE[0], subs=[])
+    ax.plot(number, directions.sensitivity, "o-", color=PALETTE[0])
+    set_decades(ax)
     ax.set(xlabel="direction", ylabel="change of the error per step", xticks=number)
 
 
@@ -47,7 +48,8 @@ def plot_band(base: np.ndarray, rate: np.ndarray, n_hinges: int, ax) -> None:
     hinge = np.arange(n_hinges)
     low, middle, high = np.percentile(_draw_out(base[:, None], rate[:, None], n_hinges), [2.5, 50.0, 97.5], axis=0)
     ax.fill_between(hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{LEVEL:g} % of draws")
-    ax.semilogy(hinge, middle, color=PALETTE[0], label="median", subs=[])
+    ax.plot(hinge, middle, color=PALETTE[0], label="median")
+    set_decades(ax)
 
 
 def _draw_out(base: float | np.ndarray, rate: float | np.ndarray, n_hinges: int) -> np.ndarray:

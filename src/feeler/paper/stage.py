@@ -11,9 +11,8 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from feeler.errors import FeelerError
+from feeler.execute.threads import hold_blas
 from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
 from feeler.paper.context import KEYED, Context, View
 from feeler.paper.section import MARKER, Section
@@ -93,7 +92,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
     section = Section(name=stage.name, title=stage.title, folder=partial, vector=context.vector)
     start = time.perf_counter()
     try:
-        with threadpool_limits(1, user_api="blas"):  # sums in BLAS depend on its number of threads
+        with hold_blas():
             make = stage.make or import_module(f"feeler.paper.sections.{stage.name}").make
             make(View(context, stage.reads), section)
     except FeelerError as error:

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Patch, Polygon
 
 from feeler.antenna.antenna import Antenna
+from feeler.plotting.style import set_decades
 from feeler.stimulus.feature import Feature, Wall
 
 OBJECT_COLOUR = "#009E73"
@@ -42,4 +43,4 @@ def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
         ax.plot(position, values, color="black")
         ax.set(xlabel="position (base 0, tip 1)", ylabel=label)
         if values.max() > SPANS_DECADES * values.min():
-            ax.set_yscale("log", subs=[])  # decades alone: ticks between them only crowd small panels
+            set_decades(ax)

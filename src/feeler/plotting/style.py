@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
@@ -43,6 +44,12 @@ def style() -> Iterator[None]:
     """Draw inside this context to get feeler's look; nothing outside it changes."""
     with mpl.rc_context(RC):
         yield
+
+
+def set_decades(ax: Axes) -> None:
+    """A logarithmic y axis with a plain number at each decade: ticks between them only crowd a small panel."""
+    ax.set_yscale("log", subs=[])
+    ax.yaxis.set_major_formatter("{x:g}")
 
 
 def fix_layout(figure: Figure) -> None:
