@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import (
@@ -19,8 +18,8 @@ from feeler.encoding import (
     reconstruct,
 )
 from feeler.paper.encoder import make_encoder, prepare
+from feeler.plotting.bases import plot_bases
 from feeler.plotting.style import PALETTE
-from feeler.plotting.tensor import plot_tensor
 
 RANKS = (2, 3, 4, 5)  # [P]
 MAIN_RANK = 3  # [P]
@@ -138,22 +137,6 @@ def plot_ranks(data: Fig4Data, ax: Axes) -> None:
     right.set_ylabel("activation entropy [bits]", color=PALETTE[1])
 
 
-def plot_bases(data: Fig4Data, axes: np.ndarray) -> None:
-    """Fig. 4C: one row per number of bases, from base to tip; each basis on its own colour scale."""
-    for row, encoder in zip(axes, data.encoders.values(), strict=True):
-        for column, ax in enumerate(row):
-            if column >= len(encoder.components_):
-                ax.set_axis_off()
-                continue
-            basis = encoder.components_[column]
-            lag = data.sampling * np.arange(basis.shape[1])
-            plot_tensor(basis, lag, ax, Normalize(0, basis.max() or 1), labels=False)
-            if column == 0:
-                ax.set_ylabel(f"M = {len(encoder.components_)}")
-            if row is axes[-1]:
-                ax.set_xlabel("lag [ms]")
-
-
 def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
     """Fig. 4D: activations of ball and box at each location, on fixed bases, as shares of the greatest."""
     names = sorted({name.split()[0] for name in data.examples})
@@ -178,8 +161,8 @@ def plot(data: Fig4Data, figure: Figure) -> None:
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9))
     plot_ranks(data, top.subplots())
     top.suptitle("B", x=0.02, ha="left", weight="bold")
-    plot_bases(data, bottom.subplots(len(data.ranks), max(data.ranks), sharex=True, sharey=True, squeeze=False))
-    bottom.supylabel("sensor (base → tip); colours by basis", fontsize=8)
+    sets = {f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()}
+    plot_bases(sets, data.sampling, bottom.subplots())
     bottom.suptitle("C", x=0.02, ha="left", weight="bold")
     n_rows = max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)

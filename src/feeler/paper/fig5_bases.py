@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import (
@@ -18,8 +17,8 @@ from feeler.encoding import (
     map_locations,
 )
 from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
+from feeler.plotting.bases import plot_bases
 from feeler.plotting.style import PALETTE
-from feeler.plotting.tensor import plot_tensor
 
 PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
 DEFINITIONS = ("histogram of [0, 1]", "histogram of unit length", "probability mass")
@@ -91,17 +90,6 @@ def _measure(definition: str, encoder: ConvolutiveNMF) -> np.ndarray:
     return np.array([compute_entropies(bases, "mass") for bases in sets])
 
 
-def plot_bases(data: Fig5BasesData, axes: np.ndarray) -> None:
-    """Fig. 5F: one row per profile; each basis on its own colour scale."""
-    for row, (name, encoder) in zip(axes, data.encoders.items(), strict=True):
-        for ax, basis in zip(row, encoder.components_, strict=True):
-            lag = data.sampling * np.arange(basis.shape[1])
-            plot_tensor(basis, lag, ax, Normalize(0, basis.max() or 1), labels=False)
-        row[0].set_ylabel(name)
-    for ax in axes[-1]:
-        ax.set_xlabel("lag [ms]")
-
-
 def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
     """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the paper's."""
     names = list(data.encoders)
@@ -123,9 +111,7 @@ def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
 def plot(data: Fig5BasesData, figure: Figure) -> None:
     """F on the left, G on the right; needs about 7.2 × 4 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1))
-    n_components = max(len(encoder.components_) for encoder in data.encoders.values())
-    plot_bases(data, left.subplots(len(data.encoders), n_components, sharex=True, sharey=True, squeeze=False))
-    left.supylabel("sensor (base → tip); colours by basis", fontsize=8)
+    plot_bases({name: encoder.components_ for name, encoder in data.encoders.items()}, data.sampling, left.subplots())
     left.suptitle("F", x=0.02, ha="left", weight="bold")
     plot_entropy(data, right.subplots())
     right.suptitle("G", x=0.02, ha="left", weight="bold")

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.encoding import ConvolutiveNMF, match_components
 from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
-from feeler.plotting.tensor import plot_tensor
+from feeler.plotting.bases import plot_bases
 
 DURATIONS = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
 REFERENCE = 40  # [P]
@@ -66,13 +65,6 @@ def compute(
 
 
 def plot(data: FigS5Data, figure: Figure) -> None:
-    """One row per duration, one column per basis, from base to tip; each basis on its own colour scale."""
-    n_components = len(next(iter(data.encoders.values())).components_)
-    axes = figure.subplots(len(data.encoders), n_components, sharey=True, squeeze=False)
-    for row, (n_lags, encoder) in zip(axes, data.encoders.items(), strict=True):
-        for ax, basis in zip(row, encoder.components_, strict=True):
-            plot_tensor(basis, data.sampling * np.arange(n_lags), ax, Normalize(0, basis.max() or 1), labels=False)
-        row[0].set_ylabel(f"T = {data.sampling * n_lags:g} ms")
-    figure.supylabel("sensor (base → tip); colours by basis", fontsize=8)
-    for ax in axes[-1]:
-        ax.set_xlabel("lag [ms]")
+    """One row per duration, one column per basis."""
+    sets = {f"T = {data.sampling * n_lags:g} ms": encoder.components_ for n_lags, encoder in data.encoders.items()}
+    plot_bases(sets, data.sampling, figure.subplots())

@@ -1,8 +1,18 @@
 """Style and primitives: take an Axes, draw, compute nothing."""
 
+from feeler.plotting.bases import plot_bases
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch, plot_posture, plot_profiles
 from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
 
-__all__ = ["make_patch", "plot_posture", "plot_profiles", "plot_tensor", "plot_tensor_grid", "style", "write_movie"]
+__all__ = [
+    "make_patch",
+    "plot_bases",
+    "plot_posture",
+    "plot_profiles",
+    "plot_tensor",
+    "plot_tensor_grid",
+    "style",
+    "write_movie",
+]

@@ -117,7 +117,7 @@ def _show_durations(context: Context, section: Section, tensors, main: fig4.Fig4
         "figS5_durations",
         "Three bases for each duration from 10 to 60 ms. (Fig. S5)",
         lambda figure: figS5.plot(data, figure),
-        height=7.0,
+        height=5.0,
     )
     section.numbers(
         "figS5_durations", profile=data.profile_similarity, basis=data.basis_similarity, residual=data.residual

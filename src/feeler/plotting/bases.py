@@ -1,0 +1,30 @@
+"""Draw bases: what an encoder takes touches to be made of."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+
+from feeler.plotting.tensor import plot_tensor_grid
+
+
+def plot_bases(sets: Mapping[str, np.ndarray], sampling: float, ax: Axes) -> None:
+    """A row of bases for each set (component, sensor, lag), base to tip upwards; each basis on its own colour scale.
+
+    ``sampling`` [ms]. Shorter bases stand among longer ones on one scale of lags.
+    """
+    shape = np.max([components.shape for components in sets.values()], axis=0)
+    grid = [[_pad(components, m, shape[1:]) for m in range(shape[0])] for components in sets.values()]
+    columns = [f"basis {m + 1}" for m in range(shape[0])]
+    plot_tensor_grid(grid, sampling * np.arange(shape[2]), ax, Normalize(0, 1), list(sets), columns)
+    ax.set(xlabel="lag [ms]", ylabel="sensor (base → tip upwards); colours by basis")
+
+
+def _pad(components: np.ndarray, m: int, shape: np.ndarray) -> np.ndarray:
+    """Basis ``m`` as a share of its greatest value, in an otherwise empty (sensor, lag); empty if there is none."""
+    padded = np.full(shape, np.nan)
+    if m < len(components):
+        basis = components[m]
+        padded[: basis.shape[0], : basis.shape[1]] = basis / (basis.max() or 1)
+    return padded
