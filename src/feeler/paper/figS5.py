@@ -12,6 +12,7 @@ from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
 from feeler.plotting.bases import plot_bases
 
 DURATIONS = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
+FEWER = (10, 20, 40, 60)  # below paper scale [C]
 REFERENCE = 40  # [P]
 
 
@@ -37,14 +38,16 @@ def compute(
     *,
     scale: str = "quick",
     quantity: str = "angle",
-    durations: Sequence[int] = DURATIONS,
+    durations: Sequence[int] | None = None,
     fitted: ConvolutiveNMF | None = None,
     random_state: int = 0,
 ) -> FigS5Data:
     """Fit three bases of each duration to the tensors of the main antenna.
 
+    durations : in samples; by default the paper's six, or four of them below paper scale.
     fitted : an encoder already fitted to these tensors (Fig. 4's of rank 3), used for its own duration.
     """
+    durations = durations or (DURATIONS if scale == "paper" else FEWER)
     data = prepare(tensors, quantity)
     encoders = {}
     for n_lags in durations:

@@ -59,7 +59,7 @@ def _write_movies(context: Context, section: Section) -> None:
         tensors = movie_s2.compute(
             context.antenna, trial, MOVIE_MS[speed], timestep=context.timestep, engine=context.engine
         )
-        frames = 12 if context.scale == "smoke" else movie_s2.FRAMES
+        frames = context.pick(smoke=12, quick=32, paper=movie_s2.FRAMES)
         path = movie_s2.write(context.antenna, trial, tensors, section.folder / f"movieS2_{speed}.mp4", frames)
         section.movie(
             path, f"A ball of 1.53 mm at the middle, {SPEEDS[speed]:g} m/s ({speed}), slowed down. (Movie S2)"
