@@ -1,13 +1,23 @@
 """Functions for worker processes: they must be importable by name."""
 
+import multiprocessing
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
 
 def double(x):
     return 2 * x
+
+
+def has_loaded(module):
+    return module in sys.modules
+
+
+def name_process(_):
+    return os.getpid(), multiprocessing.get_start_method()
 
 
 def refuse(x):

@@ -48,6 +48,25 @@ def test_imports_run_downwards(path):
     assert not above, f"{room} imports {above}, which lies above it"
 
 
+@pytest.mark.parametrize(
+    ("code", "slow"),
+    [
+        ("import feeler", ("numpy", "scipy", "xarray", "matplotlib", "numba")),
+        ("import feeler.cli.main", ("scipy", "xarray", "matplotlib", "numba")),
+        ("import feeler.paper.reproduce, feeler.paper.context as c; c.Context()", ("xarray", "matplotlib", "numba")),
+    ],
+)
+def test_nothing_slow_is_loaded_before_it_is_used(code, slow):
+    code = f"import sys; {code}; sys.exit(', '.join({set(slow)!r} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr.strip() == ""
+
+
+def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
+    code = "import feeler, feeler.stimulus.trial, feeler.experiment.touch; feeler.touch.__call__; feeler.bend.__call__"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 @pytest.mark.parametrize("room", ["tensors", "encoding", "dispersion", "decoding", "tracking", "response"])
 def test_analysis_needs_no_simulator(room):
     code = f"import feeler.{room}, sys; sys.exit('mujoco' in sys.modules)"
