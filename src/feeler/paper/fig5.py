@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding import (
@@ -19,9 +20,10 @@ from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.paper import figS6
 from feeler.paper.fig5_splits import compute_splits
-from feeler.paper.figS6 import FigS6Data, plot_index
+from feeler.paper.figS6 import FigS6Data, name_kinds, plot_kinds
 from feeler.paper.groups import CLAIMS, PROFILES, make_groups
 from feeler.plotting.style import PALETTE
+from feeler.plotting.tensor import plot_tensor_grid
 
 LABELS = {
     "joint": "joint fit (paper)",
@@ -188,24 +190,28 @@ def plot(data: Fig5Data, figure: Figure) -> None:
 def plot_top(data: Fig5Data, figure: SubFigure) -> None:
     """NMI of codes and tensors for both comparisons, and one tensor per condition."""
     left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
-    panels = [(c, k) for c in data.curves for k in MAIN]
-    axes = left.subplots(1, len(panels))
-    for (comparison, kind), ax in zip(panels, axes, strict=True):
-        plot_index(data.dispersion.dispersions[comparison][kind], "nmi", ax)
-        ax.set_title(f"{'A' if comparison == 'speed' else 'B'}  {LABELS[kind]}", fontsize=7)
+    axes = left.subplots(1, len(data.curves), squeeze=False)[0]
+    for letter, comparison, ax in zip("AB", data.curves, axes, strict=False):
+        found = [data.dispersion.dispersions[comparison][kind] for kind in MAIN]
+        plot_kinds(found, "nmi", ax)
+        name_kinds(found, [LABELS[kind] for kind in MAIN], ax)
+        ax.set_title(f"{letter}  by {comparison}", fontsize=7)
+        ax.tick_params(labelsize=6)
+        ax.legend(fontsize=6, handletextpad=0)
     axes[0].set_ylabel("NMI with closest match", fontsize=7)
-    largest = max(tensor.max() for tensor in data.examples.values())
-    grid = right.subplots(2, -(-len(data.examples) // 2), squeeze=False).ravel()
-    for ax, (name, tensor) in zip(grid, data.examples.items(), strict=False):
-        ax.imshow(tensor, aspect="auto", origin="lower", cmap="cividis", vmin=0, vmax=largest)
-        ax.set_title(name, fontsize=6)
-        ax.set_xticks([0, tensor.shape[1] - 1])
-        ax.tick_params(labelsize=5)
-    for ax in grid[len(data.examples) :]:
-        ax.set_visible(False)
+    plot_examples(data, right.subplots())
     right.suptitle(f"E  one tensor per condition ({data.unit})", fontsize=7)
-    right.supxlabel("time [ms]", fontsize=6)
-    right.supylabel("sensor, base to tip", fontsize=6)
+
+
+def plot_examples(data: Fig5Data, ax) -> None:
+    """One tensor of each condition on one colour scale."""
+    tensors = list(data.examples.values())
+    norm = Normalize(0, max(tensor.max() for tensor in tensors))
+    time = np.arange(tensors[0].shape[1])
+    plot_tensor_grid([[tensor] for tensor in tensors], time, ax, norm, list(data.examples), [""]).set_cmap("cividis")
+    ax.tick_params(labelsize=6)
+    ax.set_xlabel("time [ms]", fontsize=7)
+    ax.set_ylabel("sensor, base to tip upwards", fontsize=7)
 
 
 def plot_curves(curves: Curves, kind: str, level: str, ax) -> None:

@@ -113,5 +113,11 @@ def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax) -> None:
         ax.errorbar(starts + place + 0.28, mean, error, fmt="o", ms=4, capsize=2, color=colour, label=str(group))
 
 
+def name_kinds(dispersions: Sequence[Dispersion], names: Sequence[str], ax) -> None:
+    """The kind of code below the middle of each set that ``plot_kinds`` drew."""
+    n_groups = len(dispersions[0].groups)
+    ax.set_xticks(np.arange(len(dispersions)) * (n_groups + 1) + (n_groups - 1) / 2, names)
+
+
 def _list_interval(interval: Interval) -> tuple[float, float, float]:
     return interval.estimate, interval.low, interval.high
