@@ -14,7 +14,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
 from feeler.presets import PROFILE_NAMES, cockroach
-from feeler.stimulus.feature import Wall
+from feeler.stimulus.wall import Wall
 from feeler.wall import (
     FOLLOWING,
     Posture,

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from feeler.experiment.impulse import hit
     from feeler.experiment.release import release
     from feeler.experiment.touch import touch
-    from feeler.stimulus.feature import Ball, Box, Outline, Triangle, Wall
+    from feeler.stimulus.outline import Outline
+    from feeler.stimulus.shapes import Ball, Box, Triangle
     from feeler.stimulus.trial import Trial
+    from feeler.stimulus.wall import Wall
     from feeler.tensors.export import save
     from feeler.tensors.load import load
 
@@ -25,13 +27,13 @@ if TYPE_CHECKING:
 # need not wait for the physics.
 _HOMES = {
     "Antenna": "antenna.antenna",
-    "Ball": "stimulus.feature",
-    "Box": "stimulus.feature",
+    "Ball": "stimulus.shapes",
+    "Box": "stimulus.shapes",
     "ConvolutiveNMF": "encoding.model",
-    "Outline": "stimulus.feature",
+    "Outline": "stimulus.outline",
     "Trial": "stimulus.trial",
-    "Triangle": "stimulus.feature",
-    "Wall": "stimulus.feature",
+    "Triangle": "stimulus.shapes",
+    "Wall": "stimulus.wall",
     "bend": "experiment.bend",
     "hit": "experiment.impulse",
     "load": "tensors.load",

@@ -18,7 +18,7 @@ from feeler.decoding import (
     make_svm,
 )
 from feeler.errors import InvalidInput
-from feeler.stimulus.feature import Ball
+from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 
 FEW = {"n_copies": 4, "n_repeats": 3}

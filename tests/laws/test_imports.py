@@ -12,7 +12,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"errors", "compiled", "registry"},
+    {"errors", "compiled", "frozen", "registry"},
     {"antenna"},
     {"stimulus"},
     {"execute"},

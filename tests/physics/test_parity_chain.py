@@ -20,7 +20,6 @@ from feeler.physics.clock import Clock
 from feeler.physics.scene import Contact, Path, Scene, make_scene
 from feeler.presets import make_preset
 from feeler.stimulus import Outline, Trial, Wall, make_feature
-from feeler.stimulus.convex import split_convex
 
 from .mesh import make_model_like_mujoco, run_like_mujoco
 
@@ -209,7 +208,7 @@ def lies_along_a_face(scene: Scene, heading: float) -> bool:
     if scene.feature.kind not in MESHES:
         return False
     x, y = scene.forward
-    for part in split_convex(scene.feature.vertices):
+    for part in scene.feature.parts:
         edges = (np.roll(part, -1, axis=0) - part) @ np.array([[x, y], [-y, x]])
         across = edges[:, 0] * np.cos(heading) - edges[:, 1] * np.sin(heading)
         if (np.abs(across) < 0.02 * np.hypot(*edges.T)).any():

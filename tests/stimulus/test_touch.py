@@ -91,7 +91,7 @@ def test_bad_outlines_are_refused(vertices, message):
 
 
 def test_unknown_feature_lists_the_valid_ones():
-    with pytest.raises(InvalidInput, match="ball, box, triangle, wall"):
+    with pytest.raises(InvalidInput, match="ball, box, triangle, outline, wall"):
         make_feature("cube", 1.0)
 
 

@@ -9,7 +9,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import get_engine
 from feeler.physics.scene import Scene
 from feeler.presets import cockroach
-from feeler.stimulus.feature import Wall
+from feeler.stimulus.wall import Wall
 from feeler.wall import Posture, approach
 
 FEW = (22.0, 16.0, 10.0, 6.0)

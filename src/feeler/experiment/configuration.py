@@ -37,9 +37,8 @@ def describe_antenna(antenna: Antenna) -> dict[str, object]:
 
 def describe_trial(trial: Trial) -> dict[str, object]:
     """The trial as plain data."""
-    feature = {name: _plain(getattr(trial.feature, name)) for name in (f.name for f in fields(trial.feature))}
     plain = {field.name: getattr(trial, field.name) for field in fields(trial) if field.name != "feature"}
-    return {"feature": {"kind": trial.feature.kind, **feature}, **plain}
+    return {"feature": trial.feature.to_plain(), **plain}
 
 
 def describe_run(antenna: Antenna, trials: list[Trial], clock: Clock, contact: Contact, engine: str, seed: int) -> dict:

@@ -10,7 +10,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
-from feeler.stimulus.feature import Ball
+from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import FRICTION, Trial
 
 LOCATION = 0.95  # [P] share of the length where the cylinder hits

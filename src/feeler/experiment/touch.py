@@ -151,7 +151,7 @@ def make_touch_tensors(
         position=antenna.hinge_position[index] / antenna.length,
         segment_length=antenna.segment_length[index],
         trials={
-            "feature": [trial.feature.kind for trial in trials],
+            "feature": [trial.feature.name for trial in trials],
             "size": [trial.feature.size for trial in trials],
             "location": [trial.location for trial in trials],
             "speed": [trial.speed for trial in trials],

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from feeler.stimulus.feature import Ball, Box, Feature, Triangle
+from feeler.stimulus.feature import Feature
+from feeler.stimulus.shapes import Ball, Box, Triangle
 from feeler.stimulus.trial import Trial, make_grid
 
 SPEEDS = {"fast": 0.6, "medium": 0.3, "slow": 0.06}  # m/s [P]

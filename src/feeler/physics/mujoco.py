@@ -13,7 +13,6 @@ import numpy as np
 from feeler.errors import SimulationDiverged
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion, Scene
-from feeler.stimulus.convex import split_convex
 
 OBJECT_MASS = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
 SOLVER_ITERATIONS = 25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
@@ -134,14 +133,14 @@ def _shapes(spec: mujoco.MjSpec, scene: Scene) -> Iterator[dict[str, object]]:
         yield {
             "type": mujoco.mjtGeom.mjGEOM_SPHERE,
             "size": [feature.radius, 0, 0],
-            "pos": [*(feature.vertices[0] @ turn), 0],
+            "pos": [*(feature.parts[0][0] @ turn), 0],
         }
     elif feature.kind in ("box", "wall"):
         height, width = (WALL, WALL) if feature.kind == "wall" else (feature.half_height, feature.half_width)
         size = [height, width, DEPTH]
         yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, "pos": [*(-height * forward), 0], "quat": quat}
     else:
-        for number, part in enumerate(split_convex(feature.vertices)):
+        for number, part in enumerate(feature.parts):
             yield {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": _add_prism(spec, f"part{number}", part @ turn)}
 
 

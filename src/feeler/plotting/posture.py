@@ -2,11 +2,13 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.style import set_decades
-from feeler.stimulus.feature import Feature, Wall
+from feeler.stimulus.convex import trace_rim
+from feeler.stimulus.feature import Feature
 
 OBJECT_COLOUR = "#009E73"
 SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
@@ -19,15 +21,14 @@ def plot_posture(points: np.ndarray, ax: Axes, **line: object) -> None:
 
 def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0) -> Patch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along ``forward``."""
-    left = np.array([-forward[1], forward[0]])
-    look = {"facecolor": OBJECT_COLOUR, "edgecolor": "none", "alpha": 0.85}
-    if isinstance(feature, Wall):
-        corners = np.array([[0, -reach], [0, reach], [-reach, reach], [-reach, -reach]])
-    elif feature.kind == "ball":
-        return Circle(origin - feature.radius * forward, feature.radius, **look)
-    else:
-        corners = feature.vertices
-    return Polygon(origin + corners @ np.stack([forward, left]), closed=True, **look)
+    turn = np.stack([forward, [-forward[1], forward[0]]])
+    rims = [trace_rim(part, feature.rounding) for part in feature.parts]
+    if feature.unbounded:
+        rims = [np.array([[0, -reach], [0, reach], [-reach, reach], [-reach, -reach]])]
+    paths = [Path(np.vstack([rim, rim[:1]]) @ turn + origin, closed=True) for rim in rims]
+    return PathPatch(
+        Path.make_compound_path(*paths), facecolor=OBJECT_COLOUR, edgecolor=OBJECT_COLOUR, lw=0.0, alpha=0.85
+    )
 
 
 def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:

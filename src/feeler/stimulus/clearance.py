@@ -1,8 +1,8 @@
-"""Clearance between an antenna at rest and a feature: where the feature must start for contact to begin on time."""
+"""Clearance between an antenna and a feature: the smallest gap between their surfaces."""
 
 import numpy as np
 
-from feeler.stimulus.feature import Feature, Wall
+from feeler.stimulus.feature import Feature
 
 
 def compute_clearance(
@@ -19,15 +19,26 @@ def compute_clearance(
     origin, forward
         The feature frame's origin [mm] and its unit first axis.
     """
-    left = np.array([-forward[1], forward[0]])
-    if isinstance(feature, Wall):
+    turn = np.stack([forward, [-forward[1], forward[0]]])
+    if feature.unbounded:
         gap = (points - origin) @ forward
         return float(np.min(np.minimum(gap[:-1], gap[1:]) - radius))
-    corners = origin + feature.vertices @ np.stack([forward, left])
     start, end = points[:-1], points[1:]
+    gaps = [_part_segments(origin + part @ turn, start, end) - radius for part in feature.parts]
+    return float(np.min(gaps) - feature.rounding)
+
+
+def _part_segments(corners: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Distance (segment,) of each segment to a point, segment or convex polygon; 0 where they meet."""
+    to_corners = _point_segments(corners, start, end).min(axis=0)
     if len(corners) == 1:
-        return float(np.min(_point_segments(corners, start, end)[0] - radius) - feature.rounding)
-    return float(np.min(_polygon_segments(corners, start, end) - radius))
+        return to_corners
+    following = np.roll(corners, -1, axis=0)
+    to_edges = [_point_segments(ends, corners, following).min(axis=1) for ends in (start, end)]
+    meets = _crossing(corners, following, start, end)
+    if len(corners) > 2:
+        meets |= _inside(corners, start) | _inside(corners, end)
+    return np.where(meets, 0.0, np.minimum(to_corners, np.minimum(*to_edges)))
 
 
 def _point_segments(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -36,15 +47,6 @@ def _point_segments(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> n
     dx, dy = x - start[:, 0], y - start[:, 1]
     t = np.clip((dx * along[:, 0] + dy * along[:, 1]) / (along**2).sum(axis=1), 0.0, 1.0)
     return np.hypot(dx - t * along[:, 0], dy - t * along[:, 1])
-
-
-def _polygon_segments(corners: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Distance (segment,) of each segment to the polygon; 0 where they meet."""
-    following = np.roll(corners, -1, axis=0)
-    to_corners = _point_segments(corners, start, end).min(axis=0)
-    to_edges = [_point_segments(ends, corners, following).min(axis=1) for ends in (start, end)]
-    meets = _inside(corners, start) | _inside(corners, end) | _crossing(corners, following, start, end)
-    return np.where(meets, 0.0, np.minimum(to_corners, np.minimum(*to_edges)))
 
 
 def _inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:

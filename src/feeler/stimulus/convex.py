@@ -3,6 +3,28 @@
 import numpy as np
 
 
+def measure_area(corners: np.ndarray) -> float:
+    """Area of a polygon (corner, 2), positive where the corners run counter-clockwise."""
+    x, y = np.asarray(corners).T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
+
+
+def is_convex(corners: np.ndarray, slack: float = 0.0) -> bool:
+    """Whether a counter-clockwise polygon turns left at every corner, or right by no more than ``slack`` (an area)."""
+    edge = np.roll(corners, -1, axis=0) - corners
+    before = np.roll(edge, 1, axis=0)
+    return bool(np.all(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0] >= -slack))
+
+
+def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarray:
+    """Points (point, 2) around a convex part grown by ``rounding``: ``n_arc`` to each corner's arc, for drawing."""
+    if rounding == 0:
+        return corners
+    turn = np.linspace(0.0, 2 * np.pi, n_arc * max(len(corners), 4), endpoint=False)
+    outward = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return corners[np.argmax(outward @ corners.T, axis=1)] + rounding * outward
+
+
 def split_convex(corners: np.ndarray) -> list[np.ndarray]:
     """Convex polygons (corner, 2) that together fill a simple counter-clockwise polygon.
 
@@ -10,7 +32,7 @@ def split_convex(corners: np.ndarray) -> list[np.ndarray]:
     merged while they stay convex (Hertel & Mehlhorn 1983: at most four times the fewest parts).
     """
     corners = np.asarray(corners, dtype=float)
-    if _is_convex(corners):
+    if is_convex(corners):
         return [corners]
     parts = [list(triangle) for triangle in _clip_ears(corners)]
     while _merge_one(corners, parts):
@@ -20,11 +42,6 @@ def split_convex(corners: np.ndarray) -> list[np.ndarray]:
 
 def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     return float((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
-
-
-def _is_convex(corners: np.ndarray) -> bool:
-    before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
-    return all(_turn(a, b, c) >= 0 for a, b, c in zip(before, corners, after, strict=True))
 
 
 def _clip_ears(corners: np.ndarray) -> list[tuple[int, int, int]]:
@@ -57,7 +74,7 @@ def _merge_one(corners: np.ndarray, parts: list[list[int]]) -> bool:
     for i, first in enumerate(parts):
         for j in range(i + 1, len(parts)):
             joined = _join(first, parts[j])
-            if joined and _is_convex(corners[joined]):
+            if joined and is_convex(corners[joined]):
                 parts[i] = joined
                 del parts[j]
                 return True

@@ -1,201 +1,204 @@
-"""Features: the things an antenna touches, as plane shapes in their own frame.
+"""Features: the things an antenna touches. A feature is convex parts and a rounding, in a frame of its own.
 
-In a feature's frame the first axis points the way the feature moves, the second to its left; the origin is the foremost
-point on the feature's axis, so that everything else lies at first coordinates ≤ 0.
+In a feature's frame the first axis points the way the feature moves, the second to its left; the foremost point stands at
+first coordinate 0, so that everything else lies at first coordinates ≤ 0. Engines, placement and drawing read only
+``parts``, ``rounding`` and ``unbounded``. A new shape is one class, registered under its name:
+
+    @SHAPES.register("capsule")
+    @dataclass(frozen=True, kw_only=True, eq=False)
+    class Capsule(Feature):
+        half_length: float
+        rounding: float
+        kind: ClassVar[str] = "capsule"
+        symmetric: ClassVar[bool] = True
+
+        def make_parts(self):
+            return [[(0.0, -self.half_length), (0.0, self.half_length)]]
 """
 
-from dataclasses import dataclass
-from typing import ClassVar
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.frozen import Frozen, freeze
+from feeler.registry import Registry
+from feeler.stimulus.convex import is_convex, measure_area
+
+MAX_NAME = 200  # characters [C]
 
 
-def _check_positive(feature: object, **values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{type(feature).__name__}.{name} must be finite and > 0 mm, got {value}.")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Feature(Frozen, ABC):
+    """Base of all shapes: convex parts, each grown by ``rounding``.
 
+    Stated lengths are those of the core, and ``rounding`` comes on top: it makes the outer surface larger on every side
+    and the corners round. It does not move the foremost point, which stays at 0: the parts are set back by it.
 
-@dataclass(frozen=True, kw_only=True)
-class Ball:
-    """A ball (in the plane: a disc) of the given radius [mm]."""
+    Raises
+    ------
+    InvalidInput
+        A length that is not finite and > 0, a rounding < 0, or a name that is no short text.
+    """
 
-    radius: float
-    kind: ClassVar[str] = "ball"
+    name: str = ""
+    """The label that its touches carry; default: the shape's word."""
+    kind: ClassVar[str]
+    """The shape's word, under which it is registered in ``SHAPES``."""
+    rounding: ClassVar[float]
+    """Distance [mm] by which every part is grown, ≥ 0; each shape states its own, as a field or a property."""
+    symmetric: ClassVar[bool] = False
+    """Whether the shape is its own mirror image about the line of motion."""
+    unbounded: ClassVar[bool] = False
+    """Whether the foremost face goes on without end; its parts are then as large as an engine needs."""
+    wide: ClassVar[bool] = False
+    """Whether it may be larger than the antenna."""
 
     def __post_init__(self) -> None:
-        _check_positive(self, radius=self.radius)
+        for field in fields(self):
+            if field.type in (float, "float"):
+                self._store_length(field.name)
+        if not (isinstance(self.name, str) and len(self.name) <= MAX_NAME and self.name.isprintable()):
+            raise InvalidInput(
+                f"{type(self).__name__}.name must be a line of at most {MAX_NAME} characters, got {str(self.name)[:40]!r}."
+            )
+        object.__setattr__(self, "name", self.name or self.make_name())
+
+    def _store_length(self, name: str) -> None:
+        value, zero = getattr(self, name), name == "rounding"
+        allowed = f"{type(self).__name__}.{name} must be finite and {'≥' if zero else '>'} 0 mm, got "
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise InvalidInput(f"{allowed}{str(value)[:40]!r}.") from None
+        if not (np.isfinite(number) and (number > 0 or (zero and number == 0))):
+            raise InvalidInput(f"{allowed}{number}.")
+        object.__setattr__(self, name, number)
+
+    @abstractmethod
+    def make_parts(self) -> Sequence[Any]:
+        """Corners (corner, 2) [mm] of each convex part: one is a point, two are a segment, more a polygon's, in order.
+
+        Only places across the motion and relative ones along it matter: ``parts`` sets them back from the front.
+        """
+
+    def make_name(self) -> str:
+        """The name of a feature that was given none."""
+        return self.kind
+
+    @cached_property
+    def parts(self) -> tuple[np.ndarray, ...]:
+        """Convex parts (corner, 2) [mm], read-only, counter-clockwise; the foremost point of the grown shape is at 0.
+
+        Raises
+        ------
+        InvalidInput
+            ``make_parts`` of a new shape gave something that is no list of convex parts.
+        """
+        cores = [_order(np.asarray(core, dtype=float), self.kind) for core in self.make_parts()]
+        if not cores:
+            raise InvalidInput(f"make_parts of the shape {self.kind!r} gave no part; give at least one.")
+        front = max(core[:, 0].max() for core in cores) + self.rounding
+        return tuple(freeze(core - [front, 0.0]) for core in cores)
 
     @property
     def size(self) -> float:
-        """Radius [mm]."""
-        return float(self.radius)
+        """Half the extent across the motion [mm], rounding included; infinite without end."""
+        if self.unbounded:
+            return float("inf")
+        across = np.concatenate([part[:, 1] for part in self.parts])
+        return float(np.ptp(across) / 2 + self.rounding)
+
+    def mirror(self) -> "Feature":
+        """The mirror image about the line of motion."""
+        return self if self.symmetric else Mirrored(of=self, name=self.name)
+
+    def to_plain(self) -> dict[str, Any]:
+        """The feature as plain data: its kind and fields; :func:`make_feature` gives it back."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        plain = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+        return {"kind": self.kind, **plain}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mirrored(Feature):
+    """The mirror image of a feature that is not its own."""
+
+    of: Feature
 
     @property
-    def vertices(self) -> np.ndarray:
-        """Core points (1, 2) [mm]: the centre, to be rounded by ``rounding``."""
-        return np.array([[-float(self.radius), 0.0]])
+    def kind(self) -> str:
+        """The shape's word."""
+        return self.of.kind
 
     @property
     def rounding(self) -> float:
-        """Distance [mm] by which the core is grown."""
-        return float(self.radius)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Polygon:
-    rounding: ClassVar[float] = 0.0
+        """Rounding [mm]."""
+        return self.of.rounding
 
     @property
-    def size(self) -> float:
-        """Half the extent across the motion [mm]."""
-        return float(np.ptp(self.vertices[:, 1]) / 2)
+    def wide(self) -> bool:
+        """Whether it may be larger than the antenna."""
+        return self.of.wide
+
+    def make_parts(self) -> list[np.ndarray]:
+        """The parts with their second axis turned round."""
+        return [part[::-1] * [1.0, -1.0] for part in self.of.parts]
+
+    def mirror(self) -> Feature:
+        """The feature itself."""
+        return self.of
 
 
-@dataclass(frozen=True, kw_only=True)
-class Box(_Polygon):
-    """A box whose face leads: ``half_width`` across the motion, ``half_height`` along it [mm]."""
-
-    half_width: float
-    half_height: float
-    kind: ClassVar[str] = "box"
-
-    def __post_init__(self) -> None:
-        _check_positive(self, half_width=self.half_width, half_height=self.half_height)
-
-    @property
-    def vertices(self) -> np.ndarray:
-        """Corners (4, 2) [mm], counter-clockwise."""
-        w, h = float(self.half_width), 2.0 * float(self.half_height)
-        return np.array([[0.0, -w], [0.0, w], [-h, w], [-h, -w]])
+SHAPES: Registry[type[Feature]] = Registry(
+    "shape",
+    {
+        "ball": "feeler.stimulus.shapes:Ball",
+        "box": "feeler.stimulus.shapes:Box",
+        "triangle": "feeler.stimulus.shapes:Triangle",
+        "outline": "feeler.stimulus.outline:Outline",
+        "wall": "feeler.stimulus.wall:Wall",
+    },
+)
+"""Every shape by its word; register a new one to use it everywhere."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Triangle(_Polygon):
-    """A triangle whose vertex leads: base 2·``half_width`` across the motion, height 2·``half_height`` along it [mm]."""
+def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **values: Any) -> Feature:
+    """A feature by name: every length that must be given and is not among ``values`` becomes ``size`` [mm].
 
-    half_width: float
-    half_height: float | None = None
-    kind: ClassVar[str] = "triangle"
+    So ``make_feature("ball", 1.5)`` has radius 1.5 mm, and ``make_feature("box", 1.5, half_height=3)`` half-width 1.5 mm.
+    The plain data of ``Feature.to_plain`` may stand for all of it.
 
-    def __post_init__(self) -> None:
-        if self.half_height is None:
-            object.__setattr__(self, "half_height", self.half_width)
-        _check_positive(self, half_width=self.half_width, half_height=self.half_height)
-
-    @property
-    def vertices(self) -> np.ndarray:
-        """Corners (3, 2) [mm], counter-clockwise, the leading one first."""
-        w, h = float(self.half_width), 2.0 * float(self.half_height)
-        return np.array([[0.0, 0.0], [-h, w], [-h, -w]])
-
-
-@dataclass(frozen=True, kw_only=True)
-class Outline(_Polygon):
-    """Any simple polygon: corners (corner, 2) [mm] in a frame whose first axis points the way it moves."""
-
-    vertices: tuple[tuple[float, float], ...]
-    kind: ClassVar[str] = "outline"
-
-    def __post_init__(self) -> None:
-        try:
-            corners = np.array(self.vertices, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InvalidInput(f"Outline.vertices must be pairs of numbers [mm], got {self.vertices!r}.") from error
-        if corners.ndim != 2 or corners.shape[1] != 2 or not 3 <= corners.shape[0] <= 1000:
-            raise InvalidInput(f"Outline.vertices must be 3 to 1000 points (corner, 2), got shape {corners.shape}.")
-        if not np.all(np.isfinite(corners)):
-            raise InvalidInput("Outline.vertices must be finite.")
-        _check_simple(corners)
-        if _area(corners) < 0:
-            corners = corners[::-1]
-        corners = corners - [corners[:, 0].max(), 0.0]
-        corners.setflags(write=False)
-        object.__setattr__(self, "vertices", corners)
-
-    def mirror(self) -> "Outline":
-        """The mirror image about the line of motion."""
-        return Outline(vertices=self.vertices * [1.0, -1.0])
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Outline) and np.array_equal(self.vertices, other.vertices)
-
-    def __hash__(self) -> int:
-        return hash(self.vertices.tobytes())
+    Raises
+    ------
+    InvalidInput
+        No shape of this name, an unknown field, or a field that is missing.
+    """
+    if isinstance(kind, Mapping):
+        values = {**kind, **values}
+        kind = values.pop("kind", None)
+    shape = SHAPES[kind]
+    known = {field.name: field for field in fields(shape)}
+    if unknown := values.keys() - known.keys():
+        raise InvalidInput(f"a {kind} has no {min(map(str, unknown))!r}; it has {', '.join(known)}.")
+    needed = [name for name, field in known.items() if field.default is MISSING and name not in values]
+    if needed and size is None:
+        raise InvalidInput(f"feature {kind!r} needs {', '.join(needed)} [mm], or one size for all of them.")
+    if other := [name for name in needed if known[name].type not in (float, "float")]:
+        raise InvalidInput(f"feature {kind!r} needs its {', '.join(other)}; a size is not enough.")
+    return shape(**values, **dict.fromkeys(needed, size))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wall:
-    """A wide-field feature: a straight face without end, perpendicular to its motion unless turned."""
-
-    kind: ClassVar[str] = "wall"
-    rounding: ClassVar[float] = 0.0
-
-    @property
-    def size(self) -> float:
-        """A wall has no size: infinite [mm]."""
-        return float("inf")
-
-
-Feature = Ball | Box | Triangle | Outline | Wall
-FEATURES = {cls.kind: cls for cls in (Ball, Box, Triangle, Outline, Wall)}
-
-
-def make_feature(kind: str, size: float | None = None) -> Feature:
-    """A feature by name with one size: a ball's radius, a box's or triangle's half-width (and half-height) [mm]."""
-    if kind == "wall":
-        return Wall()
-    if kind not in ("ball", "box", "triangle"):
-        raise InvalidInput(
-            f"unknown feature {kind!r}; valid: ball, box, triangle, wall (an Outline needs its vertices)."
-        )
-    if size is None:
-        raise InvalidInput(f"feature {kind!r} needs a size [mm]: a ball's radius, a box's or triangle's half-width.")
-    return Ball(radius=size) if kind == "ball" else FEATURES[kind](half_width=size, half_height=size)
-
-
-def _area(corners: np.ndarray) -> float:
-    x, y = corners.T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
-
-
-def _check_simple(corners: np.ndarray) -> None:
-    """Raise where two edges meet other than at their shared corner, or the polygon has no area."""
-    start, end = corners, np.roll(corners, -1, axis=0)
-    n = len(corners)
-    if np.any(np.all(start == end, axis=1)):
-        raise InvalidInput("Outline.vertices repeats a corner; give each corner once (the last joins the first).")
-    for i in range(n):
-        others = np.array([j for j in range(i + 2, n) if (j + 1) % n != i], dtype=int)
-        if others.size and np.any(_cross(start[i], end[i], start[others], end[others])):
-            raise InvalidInput(
-                f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order the corners around the rim."
-            )
-    extent = np.ptp(corners, axis=0).max()
-    if abs(_area(corners)) < 1e-9 * extent**2:
-        raise InvalidInput("Outline has no area; give at least three corners that are not on one line.")
-
-
-def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Whether segment a–b meets each segment c–d (touching counts)."""
-
-    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        return np.sign(
-            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
-        )
-
-    def within(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        low, high = np.minimum(p, q), np.maximum(p, q)
-        return np.all((low <= r) & (r <= high), axis=-1)
-
-    ac, ad, ca, cb = side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)
-    crossing = (ac * ad < 0) & (ca * cb < 0)
-    return (
-        crossing
-        | ((ac == 0) & within(a, b, c))
-        | ((ad == 0) & within(a, b, d))
-        | ((ca == 0) & within(c, d, a))
-        | ((cb == 0) & within(c, d, b))
-    )
+def _order(core: np.ndarray, kind: str) -> np.ndarray:
+    """A convex part with its corners counter-clockwise."""
+    if core.ndim != 2 or core.shape[0] < 1 or core.shape[1] != 2 or not np.isfinite(core).all():
+        raise InvalidInput(f"a part of the shape {kind!r} must be finite corners (corner, 2), got shape {core.shape}.")
+    if len(core) > 2 and measure_area(core) < 0:
+        core = core[::-1]
+    if len(core) > 2 and not is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
+        raise InvalidInput(f"a part of the shape {kind!r} is not convex; split it with feeler.stimulus.split_convex.")
+    return core

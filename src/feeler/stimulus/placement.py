@@ -8,7 +8,6 @@ import scipy
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.feature import Wall
 from feeler.stimulus.trial import Trial
 
 
@@ -48,9 +47,9 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
 
 def _check_size(antenna: Antenna, trial: Trial) -> None:
     size = trial.feature.size
-    if not isinstance(trial.feature, Wall) and 2 * size > antenna.length:
+    if not trial.feature.wide and 2 * size > antenna.length:
         raise InvalidInput(
-            f"the feature is bigger than the antenna: {trial.feature.kind} of half-width {size:g} mm, "
+            f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g} mm, "
             f"antenna {antenna.length:g} mm long. Use a half-width up to {antenna.length / 2:g} mm, or Wall()."
         )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.stimulus.feature import FEATURES, Feature, Outline
+from feeler.stimulus.feature import SHAPES, Feature
 
 SIDES = ("left", "right")
 FRICTION = 1.0  # [D] fits the published video best
@@ -42,7 +42,7 @@ class Trial:
 
     def __post_init__(self) -> None:
         if not isinstance(self.feature, Feature):
-            raise InvalidInput(f"Trial.feature must be one of {', '.join(FEATURES)} objects, got {self.feature!r}.")
+            raise InvalidInput(f"Trial.feature must be a {', '.join(SHAPES)}, got {self.feature!r}.")
         if self.side not in SIDES:
             raise InvalidInput(f"Trial.side must be one of {', '.join(SIDES)}, got {self.side!r}.")
         self._check("location", 0.0, 1.0, "a fraction of the length in (0, 1]", upper_open=False)
@@ -65,13 +65,13 @@ class Trial:
 
     @property
     def shape(self) -> Feature:
-        """The feature as it meets the antenna: from the right, an outline is mirrored with everything else."""
-        return self.feature.mirror() if self.side == "right" and isinstance(self.feature, Outline) else self.feature
+        """The feature as it meets the antenna: from the right, it is mirrored with everything else."""
+        return self.feature.mirror() if self.side == "right" else self.feature
 
     @property
     def label(self) -> str:
         """One readable line for messages and titles."""
-        return f"{self.feature.kind} {self.feature.size:g} mm at {self.location:g} L, {self.speed:g} m/s"
+        return f"{self.feature.name} {self.feature.size:g} mm at {self.location:g} L, {self.speed:g} m/s"
 
 
 def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:

@@ -12,7 +12,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Motion, Path, Scene
 from feeler.physics.simulate import simulate
-from feeler.stimulus.feature import Wall
+from feeler.stimulus.wall import Wall
 from feeler.tensors import make_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, approach

@@ -7,7 +7,7 @@ from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
-from feeler.stimulus.feature import Ball
+from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 from feeler.tensors.export import save
 

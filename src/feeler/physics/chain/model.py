@@ -42,7 +42,6 @@ from feeler.physics.chain.fields import (
     O_WIDTH,
 )
 from feeler.physics.scene import Scene
-from feeler.stimulus.convex import split_convex
 
 MIN_FRICTION = 1e-5  # MuJoCo's smallest friction
 WALL = 1e3  # mm; half extent of the box that stands for a wall, as in the MuJoCo model
@@ -161,7 +160,6 @@ def _make_shape(scene: Scene) -> tuple[int, np.ndarray, np.ndarray]:
         face = np.array([[0.0, -WALL], [0.0, WALL], [-2 * WALL, WALL], [-2 * WALL, -WALL]])
         return KIND_BOX, face, np.array([0, 4])
     if feature.kind in ("ball", "box"):
-        corners = np.array(feature.vertices, dtype=float)
+        corners = np.array(feature.parts[0])
         return (KIND_BALL if feature.kind == "ball" else KIND_BOX), corners, np.array([0, len(corners)])
-    parts = split_convex(feature.vertices)
-    return KIND_POLYGON, np.concatenate(parts), np.cumsum([0, *map(len, parts)])
+    return KIND_POLYGON, np.concatenate(feature.parts), np.cumsum([0, *map(len, feature.parts)])

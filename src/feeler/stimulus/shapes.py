@@ -1,0 +1,69 @@
+"""Ball, box and triangle."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from feeler.stimulus.feature import Feature
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ball(Feature):
+    """A ball (in the plane: a disc): a point grown by its radius."""
+
+    radius: float
+    """Radius [mm], > 0."""
+    kind: ClassVar[str] = "ball"
+    symmetric: ClassVar[bool] = True
+
+    @property
+    def rounding(self) -> float:
+        """The radius [mm]: the core is the centre."""
+        return self.radius
+
+    def make_parts(self) -> list:
+        """The centre."""
+        return [[(0.0, 0.0)]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Box(Feature):
+    """A box whose face leads; its outer half-width is ``half_width + rounding``."""
+
+    half_width: float
+    """Half the core's extent across the motion [mm], > 0."""
+    half_height: float
+    """Half the core's extent along the motion [mm], > 0."""
+    rounding: float = 0.0
+    """Radius [mm] of the edges, added outside the core, ≥ 0."""
+    kind: ClassVar[str] = "box"
+    symmetric: ClassVar[bool] = True
+
+    def make_parts(self) -> list:
+        """The core's corners."""
+        w, h = self.half_width, 2.0 * self.half_height
+        return [[(0.0, -w), (0.0, w), (-h, w), (-h, -w)]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Triangle(Feature):
+    """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``."""
+
+    half_width: float
+    """Half the core's base, across the motion [mm], > 0."""
+    half_height: float | None = None
+    """Half the core's height, along the motion [mm], > 0; default: ``half_width``."""
+    rounding: float = 0.0
+    """Radius [mm] of the edges, added outside the core, ≥ 0."""
+    kind: ClassVar[str] = "triangle"
+    symmetric: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        if self.half_height is None:
+            object.__setattr__(self, "half_height", self.half_width)
+        self._store_length("half_height")
+        super().__post_init__()
+
+    def make_parts(self) -> list:
+        """The core's corners, the leading one first."""
+        w, h = self.half_width, 2.0 * self.half_height
+        return [[(0.0, 0.0), (-h, w), (-h, -w)]]

@@ -1,0 +1,159 @@
+"""The contract of shapes: convex parts grown by a rounding, foremost point at 0, one label each."""
+
+import copy
+import pickle
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
+from feeler.errors import InvalidInput
+from feeler.stimulus import SHAPES, Feature, make_feature, place
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.convex import is_convex, measure_area
+
+HOOK = ((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2))
+EXAMPLES = [
+    Ball(radius=1.5),
+    Box(half_width=1.5, half_height=1.0),
+    Box(half_width=1.5, half_height=1.0, rounding=0.2),
+    Triangle(half_width=1.5, rounding=0.1),
+    Outline(vertices=HOOK),
+    Outline(vertices=HOOK, rounding=0.3, name="hook"),
+    Wall(),
+]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Capsule(Feature):
+    """A shape that the package does not know: a segment across the motion, grown."""
+
+    half_length: float
+    rounding: float
+    kind: ClassVar[str] = "capsule"
+    symmetric: ClassVar[bool] = True
+
+    def make_parts(self):
+        return [[(0.0, -self.half_length), (0.0, self.half_length)]]
+
+
+@pytest.fixture
+def capsule():
+    SHAPES.register("capsule", Capsule)
+    yield Capsule(half_length=1.0, rounding=0.5)
+    SHAPES.unregister("capsule")
+
+
+@pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
+def test_parts_are_convex_set_back_and_read_only(feature):
+    assert max(part[:, 0].max() for part in feature.parts) + feature.rounding == pytest.approx(0.0, abs=1e-15)
+    for part in feature.parts:
+        assert part.dtype == float
+        assert not part.flags.writeable
+        assert len(part) < 3 or (measure_area(part) > 0 and is_convex(part, slack=1e-12))
+
+
+@pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda f: pickle.loads(pickle.dumps(f)), lambda f: replace(f)])
+def test_copies_are_equal_and_stay_read_only(feature, copied):
+    feature.parts  # noqa: B018 - kept for speed; a copy makes its own
+    twin = copied(feature)
+    assert twin == feature
+    assert hash(twin) == hash(feature)
+    assert not any(part.flags.writeable for part in twin.parts)
+    assert not np.asarray(getattr(twin, "vertices", feature.parts[0])).flags.writeable
+
+
+@pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
+def test_plain_data_gives_the_feature_back(feature):
+    assert make_feature(feature.to_plain()) == feature
+
+
+@pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
+def test_the_mirror_image_of_the_mirror_image_is_the_feature(feature):
+    image = feature.mirror()
+    assert image.mirror() == feature
+    assert (image.name, image.kind, image.size) == (feature.name, feature.kind, feature.size)
+    across = [np.concatenate([part[:, 1] for part in each.parts]) for each in (feature, image)]
+    assert across[0].min() == pytest.approx(-across[1].max())
+
+
+def test_size_is_half_the_outer_extent():
+    assert Box(half_width=1.5, half_height=1.0, rounding=0.2).size == pytest.approx(1.7)
+    assert Ball(radius=1.5).size == 1.5
+    assert Outline(vertices=HOOK, rounding=0.5).size == pytest.approx(1.35 + 0.5)
+
+
+def test_labels_default_to_the_kind_and_tell_outlines_apart():
+    first, second = Outline(vertices=HOOK), Outline(vertices=[(x, y + 0.01) for x, y in HOOK])
+    assert first.size == pytest.approx(second.size)
+    assert first.name != second.name
+    assert replace(first, vertices=second.vertices).name == second.name
+    assert Outline(vertices=HOOK, name="hook").name == replace(first, name="hook").name == "hook"
+    assert Ball(radius=1.0).name == "ball"
+    assert Ball(radius=1.0, name="pea") != Ball(radius=1.0)
+
+
+def test_a_flat_box_of_no_width_grown_is_nearly_a_ball():
+    """Rounding is a true growth: what is far from the core by ``rounding`` is the surface, also past a corner."""
+    point = np.array([[2.0, 2.0], [2.0, 3.0]])
+    box = Box(half_width=1.0, half_height=0.5, rounding=0.25)
+    gap = compute_clearance(point, np.array([0.1]), box, np.zeros(2), np.array([1.0, 0.0]))
+    assert gap == pytest.approx(np.hypot(2.25, 1.0) - 0.25 - 0.1)
+
+
+def test_a_shape_from_outside_is_placed_and_described(capsule):
+    trial = Trial(feature=capsule, location=0.6, speed=0.3, lead=2.0)
+    start = place(presets.cockroach(), trial)
+    np.testing.assert_allclose(start.origin, [-(0.225 + 0.6), 0.6 * 42.0], atol=1e-9)
+    assert make_feature("capsule", 0.5) == Capsule(half_length=0.5, rounding=0.5)
+    assert make_feature(capsule.to_plain()) == capsule
+    assert capsule.size == 1.5
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: Ball(radius="x"), "Ball.radius must be finite and > 0 mm, got 'x'"),
+        (lambda: Ball(radius=-1), "Ball.radius must be finite and > 0 mm, got -1"),
+        (lambda: Box(half_width=1, half_height=1, rounding=-0.1), "Box.rounding must be finite and ≥ 0"),
+        (lambda: Triangle(half_width=None), "Triangle.half_height must be finite"),
+        (lambda: Ball(radius=1.0, name=3), "Ball.name must be a line"),
+        (lambda: make_feature("ball"), r"'ball' needs radius \[mm\]"),
+        (lambda: make_feature("outline", 1.0), "needs its vertices; a size is not enough"),
+        (lambda: make_feature("box", 1.0, depth=2.0), "box has no 'depth'; it has name, rounding, half"),
+        (lambda: make_feature({"radius": 1.0}), "unknown shape None"),
+    ],
+)
+def test_what_makes_no_shape_is_said(make, match):
+    with pytest.raises(InvalidInput, match=match):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("core", "match"),
+    [([], "gave no part"), ([[(0, 0), (2, 0), (0.5, 0.5), (0, 2)]], "not convex"), ([[0, 1]], "corners")],
+)
+def test_a_new_shape_with_bad_parts_is_told_at_first_use(core, match):
+    class Bad(Feature):
+        kind, rounding = "bad", 0.0
+
+        def make_parts(self):
+            return core
+
+    with pytest.raises(InvalidInput, match=match):
+        Bad().parts  # noqa: B018
+
+
+@given(st.floats(0.1, 5.0), st.floats(0.1, 5.0), st.floats(0.0, 1.0))
+def test_a_grown_box_stands_as_far_from_the_antenna_as_a_larger_one(w, h, r):
+    """Face on, rounding is the same as a larger box."""
+    points, radius = np.array([[0.0, 0.0], [0.0, 20.0]]), np.array([0.2])
+    where = np.array([-3.0, 10.0]), np.array([1.0, 0.0])
+    grown = compute_clearance(points, radius, Box(half_width=w, half_height=h, rounding=r), *where)
+    sharp = compute_clearance(points, radius, Box(half_width=w + r, half_height=h + r), *where)
+    assert grown == pytest.approx(sharp, abs=1e-12)
