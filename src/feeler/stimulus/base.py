@@ -1,0 +1,89 @@
+"""How an antenna's base moves: at constant velocity, or along a recorded path."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.frozen import Frozen, freeze
+from feeler.stimulus.object import check_number, check_vector
+
+LATE = 1e-9  # ms; how far beyond its end a path may be asked for
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BaseMotion(Frozen):
+    """The base as a function of time.
+
+    Either it moves with constant ``velocity`` and ``turn`` from its place at the origin, and the antenna moves with it
+    from the start; or it follows ``pose`` given at ``time``, with a cubic spline through the samples (twice continuously
+    differentiable, not-a-knot ends), so that forces have no jumps.
+
+    Raises
+    ------
+    InvalidInput
+        Numbers that are not finite, times that do not rise from 0, fewer than four samples, or both ways at once.
+    """
+
+    velocity: tuple[float, float] = (0.0, 0.0)
+    """[mm/ms]"""
+    turn: float = 0.0
+    """[rad/ms], positive from +y towards +x, as angles are."""
+    time: np.ndarray | None = None
+    """(sample,) [ms], from 0."""
+    pose: np.ndarray | None = None
+    """x, y [mm] and heading [rad] of the base (sample, 3)."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "velocity", check_vector(self.velocity, "BaseMotion.velocity"))
+        object.__setattr__(self, "turn", check_number(self.turn, "BaseMotion.turn"))
+        if self.time is None and self.pose is None:
+            return
+        if any(self.velocity) or self.turn:
+            raise InvalidInput("a BaseMotion has either a velocity and a turn or a path (time and pose), not both.")
+        time, pose = (np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose))
+        if time.ndim != 1 or len(time) < 4 or pose.shape != (len(time), 3):
+            raise InvalidInput(
+                "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at least four samples, got "
+                f"shapes {time.shape} and {pose.shape}."
+            )
+        if not (np.isfinite(time).all() and np.isfinite(pose).all() and time[0] == 0 and np.all(np.diff(time) > 0)):
+            raise InvalidInput("BaseMotion.time must rise from 0 ms, and time and pose must be finite.")
+        object.__setattr__(self, "time", freeze(time))
+        object.__setattr__(self, "pose", freeze(pose))
+
+    def compute_pose(self, time: np.ndarray) -> np.ndarray:
+        """x, y [mm] and heading [rad] (time, 3) at times [ms].
+
+        Raises
+        ------
+        InvalidInput
+            A time after the end of the recorded path.
+        """
+        time = np.asarray(time, dtype=float)
+        if self.time is None:
+            return time[:, None] * [*self.velocity, self.turn]
+        if time.max(initial=0.0) > self.time[-1] + LATE:
+            raise InvalidInput(
+                f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are asked for. Use a "
+                "shorter duration, or record longer."
+            )
+        return self._make_spline()(time)
+
+    def compute_rate(self) -> tuple[float, float, float]:
+        """Velocity x, y [mm/ms] and turn rate [rad/ms] at time 0."""
+        if self.time is None:
+            return *self.velocity, self.turn
+        vx, vy, turn = self._make_spline()(0.0, 1)
+        return float(vx), float(vy), float(turn)
+
+    def mirror(self) -> "BaseMotion":
+        """The mirror image about the y axis."""
+        if self.time is None:
+            return BaseMotion(velocity=(-self.velocity[0], self.velocity[1]), turn=-self.turn)
+        return BaseMotion(time=self.time, pose=self.pose * [-1.0, 1.0, -1.0])
+
+    def _make_spline(self):
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(self.time, self.pose)
