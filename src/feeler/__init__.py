@@ -46,6 +46,7 @@ _HOMES = {
 _ROOMS = (
     "antenna",
     "calibration",
+    "comparison",
     "decoding",
     "dispersion",
     "encoding",
@@ -55,6 +56,7 @@ _ROOMS = (
     "physics",
     "plotting",
     "presets",
+    "report",
     "response",
     "robot",
     "stimulus",

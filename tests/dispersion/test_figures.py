@@ -9,10 +9,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from sklearn.base import BaseEstimator
 
+from feeler.comparison import compare_antennas, write_page
+from feeler.decoding import list_groups
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
-from feeler.paper import compare, fig5, figS6
-from feeler.paper.groups import list_groups
+from feeler.paper import fig5, figS6
+from feeler.paper.claims import SPREADS_MORE
 
 matplotlib.use("Agg")
 PLAN = Plan(ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True)
@@ -64,8 +66,8 @@ def pick_slow(tensors):
 
 def test_planted_orders_are_found_and_put_into_words(data):
     words = {(v.claim, v.measure): v.word for v in data.dispersion.verdicts}
-    assert words[figS6.CLAIMS["speed"], "MSE of raw"] == "agrees"
-    assert words[figS6.CLAIMS["profile"], "MSE of raw"] == "agrees"
+    assert words[SPREADS_MORE["speed"], "MSE of raw"] == "agrees"
+    assert words[SPREADS_MORE["profile"], "MSE of raw"] == "agrees"
     text = data.describe()
     assert {row[2] for row in fig5.list_copies(data.curves)} == {"3", "4"}
     for part in ("variance that 30 components keep", "unseen touches, by profile", "wrong in"):
@@ -100,8 +102,8 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
 
 
 def test_comparison_page_is_whole(tensors, tmp_path):
-    found = compare.compare({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), scale=PLAN)
-    page = compare.write_page(found, tmp_path / "sub" / "page.html").read_text()
+    found = compare_antennas({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), scale=PLAN)
+    page = write_page(found, tmp_path / "sub" / "page.html").read_text()
     assert "&lt;a&gt; against b" in page and "data:image/png;base64," in page
     assert not re.search(r"src=.http|<script|@import|url\(", page)  # nothing comes from elsewhere
     assert all(title.split(" (")[0].split(",")[0] in page for title, *_ in found.list_rows())
@@ -109,9 +111,18 @@ def test_comparison_page_is_whole(tensors, tmp_path):
     assert float(row["accuracy, tensors, common noise (%)"][0]) > float(row["accuracy, tensors, common noise (%)"][1])
 
 
+def test_antennas_may_have_different_numbers_of_sensors(tensors):
+    fewer = tensors["constant"].isel(sensor=slice(None, None, 2))
+    found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), scale=PLAN)
+    alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), scale=PLAN)
+    np.testing.assert_allclose(  # each antenna's own tensors, however many sensors its neighbour has
+        found.dispersion["raw"].values("pearson", "b"), alone.dispersion["raw"].values("pearson", "b")
+    )
+
+
 def test_bad_input_is_refused(tensors):
     with pytest.raises(InvalidInput, match="at least two antennas"):
-        compare.compare({"a": tensors["linear"]}, SumEncoder())
+        compare_antennas({"a": tensors["linear"]}, SumEncoder())
     with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"):
         fig5.compute(tensors, SumEncoder(), reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):

@@ -9,8 +9,8 @@ from pypdf import PdfReader
 
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
-from feeler.paper.section import Section
 from feeler.plotting.style import DOUBLE, SINGLE
+from feeler.report.section import Section
 
 WIDTHS = {"wide": DOUBLE, "narrow": SINGLE}
 

@@ -21,11 +21,10 @@ def compare(
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna
+    from feeler.comparison import compare_antennas, write_page
     from feeler.errors import InvalidInput
     from feeler.experiment.configuration import list_versions
     from feeler.experiment.touch import touch
-    from feeler.paper.compare import compare as compute
-    from feeler.paper.compare import write_page
     from feeler.paper.encoder import make_encoder
     from feeler.paper.trials import SPEEDS, trials
     from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
@@ -42,7 +41,9 @@ def compare(
     for name, antenna in chosen.items():
         tensors[name] = touch(antenna, touches, seed=seed)
         typer.echo(f"{name}: touched {len(touches)} times")
-    data = compute(tensors, make_encoder(scale, random_state=seed), scale=scale, random_state=seed, report=typer.echo)
+    data = compare_antennas(
+        tensors, make_encoder(scale, random_state=seed), scale=scale, random_state=seed, report=typer.echo
+    )
     for title, *cells in data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (

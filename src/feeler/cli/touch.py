@@ -67,7 +67,7 @@ def touch(
         )
         for kind, width, place, pace in itertools.product(feature, size, location, speed)
     ]  # fmt: skip
-    options = {"timestep": timestep or TIMESTEP, "engine": engine}
+    options = {"timestep": TIMESTEP if timestep is None else timestep, "engine": engine}
     if store is not None:
         _fill(store, chosen, trials, {**options, "duration": duration, "seed": seed}, workers, processes, log_json)
     elif len(trials) > 1:
@@ -102,37 +102,27 @@ def _say_what_stays(store: Path) -> Iterator[None]:
 
 def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> None:
     """One touch as tensor, picture and movie."""
-    from feeler.paper import movie_s2
-
-    everything = movie_s2.compute(antenna, trial, duration, **options)
-    tensors = everything.isel(sensor=antenna.sensors - 1)
-    out.mkdir(parents=True, exist_ok=True)
-    _save(tensors, out)
-    if movie:
-        movie_s2.write(antenna, trial, everything, out / "movie.mp4")
-    peak = tensors["angle"].max().item() * 57.29578
-    typer.echo(
-        f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {tensors['curvature'].max().item():.3g} /mm"
-    )
-    typer.echo(f"wrote {out}/tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
-
-
-def _save(tensors, out: Path) -> None:
-    from matplotlib.colors import Normalize
+    import numpy as np
     from matplotlib.figure import Figure
 
-    from feeler.plotting import plot_tensor, style
+    from feeler.experiment.touch import touch as simulate
+    from feeler.plotting import plot_touch, style, write_touch_movie
     from feeler.tensors.export import save
 
+    everything = simulate(antenna, trial, duration=duration, all_hinges=True, **options)
+    tensors = everything.isel(sensor=antenna.sensors - 1)
+    out.mkdir(parents=True, exist_ok=True)
     save(tensors, out / "tensor.nc")
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
-        values = tensors["curvature"].values[0]
-        ax = figure.subplots()
-        image = plot_tensor(values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
-        figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
+        plot_touch(tensors, figure)
         for kind in ("png", "svg", "pdf"):
             figure.savefig(out / f"tensor.{kind}")
+    if movie:
+        write_touch_movie(antenna, trial, everything, out / "movie.mp4")
+    peak, curvature = np.degrees(tensors["angle"].max().item()), tensors["curvature"].max().item()
+    typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {curvature:.3g} /mm")
+    typer.echo(f"wrote {out}/tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
 
 
 def register(app: typer.Typer) -> None:

@@ -2,15 +2,17 @@
 
 from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_lda, make_svm
-from feeler.decoding.codes import CODES, encode, make_codes, make_null
+from feeler.decoding.codes import CODES, LABELS, encode, make_codes, make_null
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.confusion import Confused, explain_confusion
+from feeler.decoding.groups import list_groups, make_groups
 from feeler.decoding.labels import make_labels
 from feeler.decoding.splits import compute_jittered, compute_left_out, iterate_left_out, jitter_trials
 from feeler.decoding.sweep import Sweep, compute_sweep
 
 __all__ = [
     "CODES",
+    "LABELS",
     "Confused",
     "PeakEncoder",
     "PrincipalComponents",
@@ -22,7 +24,9 @@ __all__ = [
     "explain_confusion",
     "iterate_left_out",
     "jitter_trials",
+    "list_groups",
     "make_codes",
+    "make_groups",
     "make_labels",
     "make_lda",
     "make_null",

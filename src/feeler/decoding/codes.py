@@ -14,6 +14,13 @@ CODES = {
     "ridge": "activations for fixed bases, no sparseness constraint, a small ridge: one answer",
     "raw": "tensors themselves",
 }
+LABELS = {
+    "joint": "joint fit (paper)",
+    "sparse": "fixed bases, sparse",
+    "ridge": "fixed bases, no constraint",
+    "raw": "tensors",
+}
+"""What each code is called in every figure and table."""
 
 
 class Encoder(Protocol):

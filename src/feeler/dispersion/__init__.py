@@ -1,6 +1,6 @@
 """Dispersion: how far apart the tensors of a set lie. Arrays in, arrays out; no simulator needed."""
 
-from feeler.dispersion.closest import GREATEST, INDICES, Closest, find_closest, search_closest
+from feeler.dispersion.closest import GREATEST, INDICES, NAMES, Closest, find_closest, search_closest
 from feeler.dispersion.dispersion import Dispersion, compute_dispersion, scale_common
 from feeler.dispersion.interval import Interval, bootstrap_difference, bootstrap_mean
 from feeler.dispersion.mse import compute_mse
@@ -11,6 +11,7 @@ from feeler.dispersion.ssim import compute_ssim
 __all__ = [
     "GREATEST",
     "INDICES",
+    "NAMES",
     "Closest",
     "Dispersion",
     "Interval",

@@ -15,6 +15,7 @@ from feeler.errors import InvalidInput
 INDICES = {"pearson": make_pearson, "ssim": make_ssim, "mse": make_mse, "nmi": make_nmi}
 GREATEST = {"pearson": True, "ssim": True, "mse": False, "nmi": True}
 """Whether the closest match has the greatest value of an index (similarity) or the least (distance)."""
+NAMES = {"pearson": "Pearson r", "ssim": "SSIM", "mse": "MSE", "nmi": "NMI"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

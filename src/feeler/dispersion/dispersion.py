@@ -1,6 +1,6 @@
 """Dispersion of groups of tensors: closest matches, their average and its interval, by index and group."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,10 +35,7 @@ def scale_common(tensors: Any) -> np.ndarray:
     them together, then split them.
     """
     array = as_tensors(tensors, least=1)
-    largest = np.abs(array).max()
-    if largest == 0:
-        raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
-    return array / largest
+    return array / _check_largest(np.abs(array).max())
 
 
 def compute_dispersion(
@@ -58,7 +55,8 @@ def compute_dispersion(
     Parameters
     ----------
     tensors
-        (trial, sensor, time), or activations (trial, component, time).
+        (trial, sensor, time), or activations (trial, component, time); or one such array per group by its name, which
+        may differ in sensors and samples: matches are sought within groups only.
     groups
         One name per trial, for instance its speed; None takes the whole set as one group.
     indices
@@ -79,27 +77,39 @@ def compute_dispersion(
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    array = scale_common(tensors) if scale else as_tensors(tensors)
-    labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
-    names = tuple(dict.fromkeys(labels))
-    members = _find_members(labels, names, len(array))
-    options = {"nmi": {"data_range": (float(array.min()), float(array.max()))}} | (options or {})
+    sets = _split(tensors, groups)
+    least, greatest = min(array.min() for array in sets.values()), max(array.max() for array in sets.values())
+    if scale:
+        largest = _check_largest(max(abs(least), abs(greatest)))
+        sets = {name: array / largest for name, array in sets.items()}
+        least, greatest = least / largest, greatest / largest
+    options = {"nmi": {"data_range": (float(least), float(greatest))}} | (options or {})
     rng = np.random.default_rng(random_state)
     closest = {
-        index: {
-            name: search_closest(array[members[name]], index, block=block, **options.get(index, {})) for name in names
-        }
+        index: {n: search_closest(array, index, block=block, **options.get(index, {})) for n, array in sets.items()}
         for index in indices
     }
     average = {i: {n: bootstrap_mean(c.value, rng) for n, c in by_group.items()} for i, by_group in closest.items()}
-    return Dispersion(groups=names, closest=closest, average=average)
+    return Dispersion(groups=tuple(sets), closest=closest, average=average)
 
 
-def _find_members(labels: list[Hashable], names: tuple[Hashable, ...], n: int) -> dict[Hashable, np.ndarray]:
-    if len(labels) != n:
-        raise InvalidInput(f"{len(labels)} group names for {n} tensors; give one per tensor.")
-    members = {name: np.array([k for k, label in enumerate(labels) if label == name]) for name in names}
-    for name, trials in members.items():
-        if trials.size < 2:
+def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np.ndarray]:
+    """The tensors of each group, at least two."""
+    if isinstance(tensors, Mapping) and not hasattr(tensors, "dims"):
+        sets = {name: np.ascontiguousarray(as_tensors(array, least=1)) for name, array in tensors.items()}
+    else:
+        array = as_tensors(tensors, least=1)
+        labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
+        if len(labels) != len(array):
+            raise InvalidInput(f"{len(labels)} group names for {len(array)} tensors; give one per tensor.")
+        sets = {name: array[[label == name for label in labels]] for name in dict.fromkeys(labels)}
+    for name, array in sets.items():
+        if len(array) < 2:
             raise InvalidInput(f"group {name!r} has one tensor; a closest match needs at least two.")
-    return members
+    return sets
+
+
+def _check_largest(largest: float) -> float:
+    if largest == 0:
+        raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
+    return largest

@@ -7,8 +7,17 @@ from importlib.resources import files
 from itertools import pairwise
 
 from feeler.paper.context import Context
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
+PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
+READ_BETTER = {
+    "speed": "slower touch is classified better",
+    "profile": "exponential is classified best, constant worst",
+}
+SPREADS_MORE = {
+    "speed": "slower touch spreads tensors more",
+    "profile": "exponential spreads tensors most, constant least",
+}
 VERDICTS = ("reproduced", "partly", "not reproduced", "not comparable")
 
 

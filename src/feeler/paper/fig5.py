@@ -8,29 +8,18 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import (
-    CODES,
-    Confused,
-    Sweep,
-    explain_confusion,
-    make_labels,
-)
+from feeler.decoding import CODES, LABELS, Confused, explain_confusion, make_groups, make_labels
 from feeler.decoding.curves import LEVELS, Curves, compute_curves
 from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.paper import figS6
+from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.fig5_splits import compute_splits
-from feeler.paper.figS6 import FigS6Data, name_kinds, plot_kinds
-from feeler.paper.groups import CLAIMS, PROFILES, make_groups
-from feeler.plotting.style import PALETTE
+from feeler.paper.figS6 import FigS6Data
+from feeler.plotting.accuracy import plot_curves
+from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
 
-LABELS = {
-    "joint": "joint fit (paper)",
-    "sparse": "fixed bases, sparse",
-    "ridge": "fixed bases, no constraint",
-    "raw": "tensors",
-}
 MAIN = ("joint", "raw")
 
 
@@ -124,7 +113,7 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                 verdicts.append(
                     judge_order(
                         values,
-                        claim=CLAIMS[comparison],
+                        claim=READ_BETTER[comparison],
                         measure=f"accuracy, {LABELS[kind]}, {level} noise",
                         explained=compute_explained(sweeps[claimed[comparison][0]], null),
                     )
@@ -212,26 +201,3 @@ def plot_examples(data: Fig5Data, ax) -> None:
     ax.tick_params(labelsize=6)
     ax.set_xlabel("time [ms]", fontsize=7)
     ax.set_ylabel("sensor, base to tip upwards", fontsize=7)
-
-
-def plot_curves(curves: Curves, kind: str, level: str, ax) -> None:
-    """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
-    for colour, (name, sweep) in zip(PALETTE, curves.find(kind, level).items(), strict=False):
-        plot_sweep(sweep, ax, color=colour, label=name)
-    null = curves.find_null(kind, level)
-    if null is not None:
-        plot_sweep(null, ax, color="#000000", ls="--", label="null: one tensor repeated")
-    for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):
-        label = "peak place and time only" if name == next(iter(curves.baselines)) else None
-        place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
-        ax.plot(*place, ls="-.", marker="x", ms=3, lw=0.7, color=colour, label=label)
-    ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8, label="chance")
-    ax.set(xlim=(0, 32), ylim=(0, 103))
-    ax.tick_params(labelsize=6)
-
-
-def plot_sweep(sweep: Sweep, ax, **style) -> None:
-    """One accuracy curve on noisy copies, mean ± 1 SD."""
-    mean, sd = 100 * sweep.noisy.mean(axis=1), 100 * sweep.noisy.std(axis=1)
-    (line,) = ax.plot(100 * sweep.ratios, mean, lw=1, marker=".", ms=3, **style)
-    ax.fill_between(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import Sweep, compute_sweep
+from feeler.decoding import Sweep, compute_sweep, list_groups
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.errors import InvalidInput
-from feeler.paper.fig5 import plot_sweep
-from feeler.paper.groups import CLAIMS, PROFILES, list_groups
+from feeler.paper.claims import PROFILES, READ_BETTER
+from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.style import PALETTE
 
 LAYERS = (
@@ -107,7 +107,9 @@ def compute(
             sweeps[comparison][name] = known[key]
         values = {name: sweeps[comparison][name].area for name in claimed if name in sweeps[comparison]}
         if len(values) > 1:
-            verdicts.append(judge_order(values, claim=CLAIMS[comparison], measure="accuracy of the network on tensors"))
+            verdicts.append(
+                judge_order(values, claim=READ_BETTER[comparison], measure="accuracy of the network on tensors")
+            )
     return FigS4Data(
         sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size, scale=scale
     )

@@ -8,8 +8,8 @@ from feeler.execute.threads import check_workers
 from feeler.paper.claims import judge_claims
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
-from feeler.paper.section import Section
 from feeler.paper.stage import Stage, find_kept, run_stage
+from feeler.report.section import Section
 
 STAGES = (
     Stage(

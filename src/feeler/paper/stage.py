@@ -15,7 +15,7 @@ from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
 from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
 from feeler.paper.context import KEYED, Context, View
-from feeler.paper.section import MARKER, Section
+from feeler.report.section import MARKER, Section
 
 PRINTED = ("report", "claims", "places", "compare", "reproduce")
 COMMON = ("antenna", "stimulus", "physics", "tensors", "experiment", "plotting", "errors.py")

@@ -5,6 +5,7 @@ from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch, plot_posture, plot_profiles
 from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
+from feeler.plotting.touch import plot_touch, write_touch_movie
 
 __all__ = [
     "make_patch",
@@ -13,6 +14,8 @@ __all__ = [
     "plot_profiles",
     "plot_tensor",
     "plot_tensor_grid",
+    "plot_touch",
     "style",
     "write_movie",
+    "write_touch_movie",
 ]

@@ -5,7 +5,7 @@ from feeler.antenna.fact import SOURCE_TAGS
 from feeler.antenna.modes import compute_modes
 from feeler.paper import fig2
 from feeler.paper.context import Context
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
 
 def make(context: Context, section: Section) -> None:

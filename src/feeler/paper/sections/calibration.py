@@ -4,7 +4,7 @@ import numpy as np
 
 from feeler.paper import calibration_report, fig2b, fig2b_identify, figS1, movie_s1
 from feeler.paper.context import Context
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
 UNITS = {"frequency": 1e3}  # kHz → Hz
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, load_tensors
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
 
 def make(context: Context, section: Section) -> None:

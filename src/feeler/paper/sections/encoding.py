@@ -6,7 +6,7 @@ from feeler.paper import fig4, fig5_bases, figS5
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors
 from feeler.paper.encoder import EFFORT, SIDE_RESTARTS
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
 
 def make(context: Context, section: Section) -> None:

@@ -7,12 +7,12 @@ from feeler.decoding.sensitivity import compute_sensitivity, make_table
 from feeler.decoding.splits import jitter_trials
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper import fig5, figS6
+from feeler.paper.claims import PROFILES
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, load_tensors, select_speed
 from feeler.paper.encoder import make_encoder
-from feeler.paper.groups import PROFILES
-from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS, trials
+from feeler.report.section import Section
 
 KINDS = {"raw": "tensor", "joint": "activation"}  # the paper's two data sets
 

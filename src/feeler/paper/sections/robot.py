@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 
 from feeler.paper import fig6, fig6_plot, figS7
 from feeler.paper.context import Context
-from feeler.paper.section import Section
 from feeler.plotting.movie import write_movie
 from feeler.plotting.style import style
+from feeler.report.section import Section
 from feeler.robot.comparison import compute_comparison
 
 

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from feeler.paper import fig2, movie_s2
+from feeler.experiment.touch import touch
+from feeler.paper import fig2
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors, select_speed
-from feeler.paper.section import Section
 from feeler.paper.trials import SPEEDS
+from feeler.plotting.touch import FRAMES, write_touch_movie
+from feeler.report.section import Section
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 from feeler.tensors.export import save
@@ -56,11 +58,10 @@ def _write_movies(context: Context, section: Section) -> None:
     speeds = ("fast",) if context.scale == "smoke" else tuple(MOVIE_MS)
     for speed in speeds:
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
-        tensors = movie_s2.compute(
-            context.antenna, trial, MOVIE_MS[speed], timestep=context.timestep, engine=context.engine
-        )
-        frames = context.pick(smoke=12, quick=32, paper=movie_s2.FRAMES)
-        path = movie_s2.write(context.antenna, trial, tensors, section.folder / f"movieS2_{speed}.mp4", frames)
+        options = {"timestep": context.timestep, "engine": context.engine}
+        everything = touch(context.antenna, trial, duration=MOVIE_MS[speed], all_hinges=True, **options)
+        frames = context.pick(smoke=12, quick=32, paper=FRAMES)
+        path = write_touch_movie(context.antenna, trial, everything, section.folder / f"movieS2_{speed}.mp4", frames)
         section.movie(
             path, f"A ball of 1.53 mm at the middle, {SPEEDS[speed]:g} m/s ({speed}), slowed down. (Movie S2)"
         )

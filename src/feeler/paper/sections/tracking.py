@@ -4,7 +4,7 @@ import numpy as np
 
 from feeler.paper import figS2
 from feeler.paper.context import Context
-from feeler.paper.section import Section
+from feeler.report.section import Section
 
 
 def make(context: Context, section: Section) -> None:

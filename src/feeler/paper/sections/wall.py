@@ -7,7 +7,7 @@ from feeler.paper import fig3, movie_s3
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
-from feeler.paper.section import Section
+from feeler.report.section import Section
 from feeler.wall.distance_map import DistanceMap
 from feeler.wall.following import follow
 from feeler.wall.sensitivity import CHOICES, count_orderings

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from feeler.paper.pictures import Pictures
+    from feeler.report.pictures import Pictures
 
 PAGES = "figures.pdf"
 MARKER = "section.json"
@@ -53,7 +53,7 @@ class Section:
 
     @cached_property
     def _pictures(self) -> "Pictures":
-        from feeler.paper.pictures import Pictures  # matplotlib is slow to load, and who reads a section does not draw
+        from feeler.report.pictures import Pictures  # matplotlib is slow to load, and who reads a section does not draw
 
         return Pictures(self.folder, self.folder / PAGES, vector=self.vector)
 
@@ -67,14 +67,14 @@ class Section:
 
     def numbers(self, name: str, **arrays: object) -> None:
         """Keep the numbers a figure draws as JSON."""
-        text = json.dumps({key: make_plain(value) for key, value in arrays.items()}, sort_keys=True)
+        text = json.dumps({key: to_json(value) for key, value in arrays.items()}, sort_keys=True)
         (self.folder / f"{name}.json").write_text(text)
 
     def save(self) -> None:
         """Close the PDF and write ``section.json``, which says that the section is whole."""
         if "_pictures" in self.__dict__:
             self._pictures.close()
-        data = asdict(self) | {"folder": None, "values": make_plain(self.values)}
+        data = asdict(self) | {"folder": None, "values": to_json(self.values)}
         (self.folder / MARKER).write_text(json.dumps(data, sort_keys=True, indent=1))
 
     @classmethod
@@ -84,14 +84,14 @@ class Section:
         return cls(**data | {"folder": folder, "cached": True})
 
 
-def make_plain(value: object) -> object:
+def to_json(value: object) -> object:
     """Arrays, NumPy scalars and mappings as JSON knows them; what is not a number becomes null."""
     if hasattr(value, "values") and not isinstance(value, dict):
         value = value.values
     if isinstance(value, dict):
-        return {str(key): make_plain(item) for key, item in value.items()}
+        return {str(key): to_json(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | list | tuple):
-        return [make_plain(item) for item in value]
+        return [to_json(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):

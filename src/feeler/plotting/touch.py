@@ -1,13 +1,13 @@
-"""Movie S2: an antenna meets a feature while its tactile tensor grows."""
+"""One touch, drawn: its tensor as a picture, and the antenna meeting the feature while its tensor grows as a movie."""
 
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
-from feeler.experiment.touch import touch
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch
 from feeler.plotting.style import style
@@ -18,13 +18,17 @@ from feeler.stimulus.trial import Trial
 FRAMES = 48
 
 
-def compute(antenna: Antenna, trial: Trial, duration: float, **options: object):
-    """The touch with every hinge recorded, so that the whole shape can be drawn."""
-    return touch(antenna, trial, duration=duration, all_hinges=True, **options)
+def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
+    """The curvature of a Dataset's first touch, (sensor, time)."""
+    values, ax = tensors["curvature"].values[0], figure.subplots()
+    image = plot_tensor(values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
+    figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
 
 
-def write(antenna: Antenna, trial: Trial, tensors, path: Path, n_frames: int = FRAMES, fps: int = 25) -> Path:
-    """The movie of one touch: shape and feature left, growing tensor right."""
+def write_touch_movie(
+    antenna: Antenna, trial: Trial, tensors: xr.Dataset, path: Path, n_frames: int = FRAMES, fps: int = 25
+) -> Path:
+    """Shape and feature left, growing tensor right; ``tensors`` holds one touch recorded at every hinge."""
     time, curvature = tensors["time"].values, tensors["curvature"].values[0]
     points, placement = antenna.shape(tensors["angle"].values[0].T), place(antenna, trial)
     frames = np.unique(np.linspace(0, len(time) - 1, min(n_frames, len(time))).astype(int))

@@ -1,25 +1,17 @@
-"""Any antennas side by side: dispersion, entropy, accuracy against noise, on one self-contained page."""
+"""Any antennas side by side: dispersion, entropy, accuracy against noise."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from feeler.decoding.codes import make_codes
+from feeler.decoding import LABELS, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan, get_plan
-from feeler.dispersion import INDICES, Dispersion, Interval, bootstrap_difference
+from feeler.dispersion import INDICES, NAMES, Dispersion, Interval, bootstrap_difference, compute_dispersion
 from feeler.encoding import compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
-from feeler.paper.fig5 import LABELS, plot_curves
-from feeler.paper.figS6 import NAMES, compute_groups, plot_index
-from feeler.paper.groups import list_groups
-from feeler.paper.report import render_page
-from feeler.paper.section import Section
 
 KINDS = ("sparse", "raw")
 
@@ -57,7 +49,7 @@ class Comparison:
         return rows
 
 
-def compare(
+def compare_antennas(
     tensors: Mapping[str, Any],
     encoder: Any,
     *,
@@ -87,7 +79,7 @@ def compare(
         report(f"{name}: encoded")
     return Comparison(
         names=tuple(listed),
-        dispersion={kind: compute_groups({n: g.codes[kind] for n, g in groups.items()}) for kind in KINDS},
+        dispersion={kind: compute_dispersion({n: g.codes[kind] for n, g in groups.items()}) for kind in KINDS},
         curves=(curves := compute_curves(groups, plan, kinds=KINDS, random_state=random_state, report=report)),
         entropy=entropy,
         sparseness={n: float(np.mean([hoyer_sparseness(t.ravel()) for t in g.tensors])) for n, g in groups.items()},
@@ -106,49 +98,3 @@ def _compute_differences(curves: Curves, random_state: int) -> dict[tuple[str, s
                 measure = f"accuracy, {LABELS[kind]}, {level} noise"
                 found[measure, name] = bootstrap_difference(reference.area, sweep.area, rng)
     return found
-
-
-def plot(data: Comparison, figure: Figure) -> None:
-    """Dispersion of tensors above, accuracy below."""
-    top, bottom = figure.subfigures(2, 1)
-    for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
-        plot_index(data.dispersion["raw"], index, ax)
-        ax.set_title(f"{NAMES[index]}, tensors", fontsize=8)
-    axes = bottom.subplots(1, 4, sharey=True)
-    panels = [(kind, level) for kind in KINDS for level in ("relative", "common")]
-    for (kind, level), ax in zip(panels, axes, strict=True):
-        plot_curves(data.curves, kind, level, ax)
-        ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
-        ax.set_xlabel("noise [%]", fontsize=7)
-    axes[0].set_ylabel("accuracy [%]", fontsize=7)
-    bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
-
-
-def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path:
-    """One HTML file with everything inside; ``conditions`` says how it was made."""
-    title, path = " against ".join(data.names), Path(path)
-    lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."
-    with TemporaryDirectory() as folder:
-        section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
-        section.figure(
-            "comparison",
-            "Above: closest matches of every tensor, and their average with its 95 % bootstrap interval over stimuli; low "
-            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy of 30 classes against noise; dashed: "
-            "the null, one tensor repeated.",
-            lambda figure: plot(data, figure),
-            width=10.0,
-            height=6.5,
-        )
-        section.table(["measure", *data.names], data.list_rows())
-        section.heading("Differences over the same stimuli, with effect size")
-        for (measure, name), interval in data.differences.items():
-            section.text(f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}")
-        section.text(conditions)
-        page = render_page(title, lead, [section])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_text(page, encoding="utf-8")
-    return partial.replace(path)
-
-
-__all__ = ["Comparison", "compare", "plot", "write_page"]

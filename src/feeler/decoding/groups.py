@@ -1,4 +1,4 @@
-"""The paper's two comparisons: one antenna at several speeds, several antennas at the slowest speed."""
+"""Two comparisons: one antenna at several speeds, several antennas at the slowest speed."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,16 +6,11 @@ from typing import Any
 import numpy as np
 from sklearn.base import clone
 
-from feeler.decoding import make_codes, make_labels
+from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Group
+from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
-
-CLAIMS = {
-    "speed": "slower touch is classified better",
-    "profile": "exponential is classified best, constant worst",
-}
-PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
 
 
 def make_groups(

@@ -1,0 +1,56 @@
+"""A comparison of antennas as one self-contained page."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from matplotlib.figure import Figure
+
+from feeler.comparison.compare import KINDS, Comparison
+from feeler.decoding import LABELS
+from feeler.dispersion import INDICES, NAMES
+from feeler.plotting.accuracy import plot_curves
+from feeler.plotting.closest import plot_index
+from feeler.report import Section, render_page
+
+
+def plot(data: Comparison, figure: Figure) -> None:
+    """Dispersion of tensors above, accuracy below."""
+    top, bottom = figure.subfigures(2, 1)
+    for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
+        plot_index(data.dispersion["raw"], index, ax)
+        ax.set_title(f"{NAMES[index]}, tensors", fontsize=8)
+    axes = bottom.subplots(1, 4, sharey=True)
+    panels = [(kind, level) for kind in KINDS for level in ("relative", "common")]
+    for (kind, level), ax in zip(panels, axes, strict=True):
+        plot_curves(data.curves, kind, level, ax)
+        ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
+        ax.set_xlabel("noise [%]", fontsize=7)
+    axes[0].set_ylabel("accuracy [%]", fontsize=7)
+    bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
+
+
+def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+    """One HTML file with everything inside; ``conditions`` says how it was made."""
+    title, path = " against ".join(data.names), Path(path)
+    lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."
+    with TemporaryDirectory() as folder:
+        section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
+        section.figure(
+            "comparison",
+            "Above: closest matches of every tensor, and their average with its 95 % bootstrap interval over stimuli; low "
+            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy of 30 classes against noise; dashed: "
+            "the null, one tensor repeated.",
+            lambda figure: plot(data, figure),
+            width=10.0,
+            height=6.5,
+        )
+        section.table(["measure", *data.names], data.list_rows())
+        section.heading("Differences over the same stimuli, with effect size")
+        for (measure, name), interval in data.differences.items():
+            section.text(f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}")
+        section.text(conditions)
+        page = render_page(title, lead, [section])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.part")
+    partial.write_text(page, encoding="utf-8")
+    return partial.replace(path)
