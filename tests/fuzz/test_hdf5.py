@@ -14,7 +14,7 @@ import pytest
 from feeler.tensors.hdf5 import build_dataset
 from feeler.tensors.hdf5_child import read_file
 from feeler.tensors.limits import Limits
-from feeler.tensors.validate import find_breaches
+from feeler.tensors.contract import find_breaches
 
 from ._files import make_file
 from ._mutate import change_hdf5, mutate

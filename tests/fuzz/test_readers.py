@@ -30,7 +30,7 @@ from feeler.tensors.limits import Limits
 from feeler.tensors.mat import load_mat
 from feeler.tensors.model import read_model
 from feeler.tensors.table import load_csv
-from feeler.tensors.validate import find_breaches
+from feeler.tensors.contract import find_breaches
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files

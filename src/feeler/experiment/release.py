@@ -10,7 +10,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
 from feeler.physics.scene import Contact, Scene
 from feeler.physics.statics import compute_point, solve_static
-from feeler.tensors.dataset import make_tensors
+from feeler.tensors.dataset import make_motion_tensors
 
 
 def release(
@@ -48,14 +48,11 @@ def release(
     motion = run_scene(scene, clock, engine)
     trial = {"feature": ["release"], "size": [0.0], "location": [at / antenna.length], "speed": [0.0]}
     configuration = describe_run(antenna, [], clock, Contact(), engine, 0) | {"at": at, "deflection": deflection}
-    return make_tensors(
-        angle=motion.angle.T[None],
-        time=motion.time,
-        segment=np.arange(1, antenna.n_segments + 1),
-        position=antenna.hinge_position / antenna.length,
-        segment_length=antenna.segment_length,
+    whole = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
+    return make_motion_tensors(
+        whole,
+        [motion],
         trials=trial | {"antenna": [antenna.name], "source": ["simulation"], "seed": [0]},
-        tip=antenna.shape(motion.angle)[None, :, -1],
         attrs={
             "configuration": configuration,
             "engine": engine,

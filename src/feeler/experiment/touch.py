@@ -18,10 +18,12 @@ from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
 from feeler.physics.simulate import simulate
 from feeler.stimulus.trial import Trial
-from feeler.tensors.dataset import make_tensors
+from feeler.tensors.dataset import make_motion_tensors
 from feeler.tensors.store import Store, open_store
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
+
+LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
 
 Progress = Callable[[int, int], None]
 
@@ -142,27 +144,20 @@ def make_touch_tensors(
     antenna: Antenna, trials: Sequence[Trial], motions: Sequence[Motion], seeds: Sequence[int], attrs: dict
 ) -> xr.Dataset:
     """Motions of the trials as one Dataset."""
-    index = antenna.sensors - 1
-    angle = np.stack([motion.angle[:, index].T for motion in motions])
-    return make_tensors(
-        angle=angle,
-        time=motions[0].time,
-        segment=antenna.sensors,
-        position=antenna.hinge_position[index] / antenna.length,
-        segment_length=antenna.segment_length[index],
-        trials={
-            "feature": [trial.feature.name for trial in trials],
-            "size": [trial.feature.size for trial in trials],
-            "location": [trial.location for trial in trials],
-            "speed": [trial.speed for trial in trials],
-            "antenna": [antenna.name] * len(trials),
-            "source": ["simulation"] * len(trials),
-            "seed": list(seeds),
-        },
-        tip=np.stack([antenna.shape(motion.angle)[:, -1] for motion in motions]),
-        force=np.stack([motion.force for motion in motions]),
-        attrs=attrs,
-    )
+    return make_motion_tensors(antenna, motions, trials=describe_labels(antenna, trials, seeds), attrs=attrs)
+
+
+def describe_labels(antenna: Antenna, trials: Sequence[Trial], seeds: Sequence[int]) -> dict[str, list]:
+    """The trials' coordinates: every parameter of each."""
+    return {
+        "feature": [trial.feature.name for trial in trials],
+        "kind": [trial.feature.kind for trial in trials],
+        "size": [trial.feature.size for trial in trials],
+        **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
+        "antenna": [antenna.name] * len(trials),
+        "source": ["simulation"] * len(trials),
+        "seed": list(seeds),
+    }
 
 
 def _collect_stored(store: Store, outcomes: list) -> xr.Dataset:

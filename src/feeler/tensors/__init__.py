@@ -1,7 +1,28 @@
 """The data contract: tactile tensors (trial, sensor, time) with units, labels and their whole configuration."""
 
-from feeler.tensors.dataset import make_tensors
-from feeler.tensors.rectify import rectify, scale_common
-from feeler.tensors.validate import find_breaches, validate
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["find_breaches", "make_tensors", "rectify", "scale_common", "validate"]
+if TYPE_CHECKING:
+    from feeler.tensors.contract import find_breaches, validate
+    from feeler.tensors.dataset import make_tensors
+    from feeler.tensors.quantities import QUANTITIES, Quantity
+    from feeler.tensors.scaling import rectify, scale_common
+
+_HOMES = {  # imported when first asked for: whoever reads a file in a process of its own needs none of it
+    "QUANTITIES": "quantities",
+    "Quantity": "quantities",
+    "find_breaches": "contract",
+    "make_tensors": "dataset",
+    "rectify": "scaling",
+    "scale_common": "scaling",
+    "validate": "contract",
+}
+
+__all__ = ["QUANTITIES", "Quantity", "find_breaches", "make_tensors", "rectify", "scale_common", "validate"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -2,99 +2,137 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
+from feeler.tensors.quantities import DIMS, QUANTITIES, derive_curvature, list_required
 
-DIMS = ("trial", "sensor", "time")
-UNITS = {
-    "angle": "rad",
-    "curvature": "1/mm",
-    "tip": "mm",
-    "force": "N",
-    "time": "ms",
-    "position": "fraction of length",
-    "size": "mm",
-    "location": "fraction of length",
-    "speed": "mm/ms",
-}
-MEANING = {
-    "angle": "hinge angle, positive towards +x",
-    "curvature": "hinge angle over the length of the segment it carries",
-    "tip": "place of the tip, base at the origin, straight antenna along +y",
-    "force": "total contact force on the antenna",
-    "position": "arc length of the sensor's hinge over antenna length",
-    "segment": "number of the sensor's hinge, 1 at the base",
-}
-TRIAL_COORDINATES = ("feature", "size", "location", "speed", "antenna", "source", "seed")
 SOURCES = ("simulation", "robot", "surrogate")
 
 
 def make_tensors(
     *,
-    angle: np.ndarray,
     time: np.ndarray,
     segment: Sequence[int],
     position: np.ndarray,
     segment_length: np.ndarray,
     trials: Mapping[str, Sequence[object]],
-    tip: np.ndarray | None = None,
-    force: np.ndarray | None = None,
     attrs: Mapping[str, object] | None = None,
+    dtype: str = "float64",
+    **quantities: np.ndarray | None,
 ) -> xr.Dataset:
     """The Dataset of the data contract, units attached.
 
     Parameters
     ----------
-    angle
-        (trial, sensor, time) [rad], sensors from base to tip.
     time
         (time,) [ms].
     segment, position, segment_length
         Per sensor: hinge number, arc length over antenna length, and length [mm] of the segment it carries.
     trials
-        The coordinates ``feature, size, location, speed, antenna, source, seed``, one value per trial.
-    tip, force
-        (trial, time, axis) [mm], [N].
+        Coordinates, one value per trial: ``feature, size, location, speed, antenna, source, seed`` and any others.
     attrs
         ``configuration`` and whatever else should travel; mappings are stored as JSON.
+    dtype
+        Type of the variables, ``float64`` or ``float32``.
+    quantities
+        Values by the names of :data:`feeler.tensors.quantities.QUANTITIES`, in their dims and units: ``angle``
+        (trial, sensor, time) [rad], and ``tip``, ``force`` … where there are any.
 
     Returns
     -------
     xarray.Dataset
-        Variables ``angle``, ``curvature`` = angle / segment_length, and ``tip``, ``force`` where given.
+        The quantities given, and ``curvature`` = angle / segment_length.
     """
-    missing = [name for name in TRIAL_COORDINATES if name not in trials]
+    missing = [name for name in list_required("trial") if name not in trials]
     if missing:
-        raise InvalidInput(f"trials lacks {', '.join(missing)}; each trial needs {', '.join(TRIAL_COORDINATES)}.")
-    angle = np.asarray(angle, dtype=float)
-    variables = {"angle": (DIMS, angle), "curvature": (DIMS, angle / np.asarray(segment_length, dtype=float)[:, None])}
-    for name, values in (("tip", tip), ("force", force)):
-        if values is not None:
-            variables[name] = (("trial", "time", "axis"), np.asarray(values, dtype=float))
+        raise InvalidInput(f"trials lacks {', '.join(missing)}; each trial needs {', '.join(list_required('trial'))}.")
+    if quantities.get("angle") is None:
+        raise InvalidInput("the tensors need angle= (trial, sensor, time) [rad].")
+    given = {name: np.asarray(values, dtype=dtype) for name, values in quantities.items() if values is not None}
+    length = np.asarray(segment_length, dtype=float)
+    given.setdefault("curvature", derive_curvature(np.asarray(quantities["angle"]), length[:, None]).astype(dtype))
+    variables = {name: (QUANTITIES[name].dims, values) for name, values in given.items()}
     coordinates = {
         "time": ("time", np.asarray(time, dtype=float)),
         "sensor": ("sensor", np.arange(1, len(segment) + 1)),
         "segment": ("sensor", np.asarray(segment, dtype=int)),
         "position": ("sensor", np.asarray(position, dtype=float)),
-        "trial": ("trial", np.arange(angle.shape[0])),
+        "segment_length": ("sensor", length),
+        "trial": ("trial", np.arange(given["angle"].shape[0])),
         **{name: ("trial", np.asarray(list(values))) for name, values in trials.items()},
     }
-    if "tip" in variables or "force" in variables:
+    if any("axis" in dims for dims, _ in variables.values()):
         coordinates["axis"] = ("axis", ["x", "y"])
-    dataset = xr.Dataset(variables, coordinates, attrs=_plain(attrs or {}))
-    return label_units(dataset)
+    return label_units(xr.Dataset(variables, coordinates, attrs=_plain(attrs or {})))
+
+
+def make_motion_tensors(
+    antenna: Any,
+    motions: Sequence[Any],
+    *,
+    trials: Mapping[str, Sequence[object]],
+    attrs: Mapping[str, object] | None = None,
+    save: Sequence[str] | None = None,
+    dtype: str = "float64",
+    **given: np.ndarray,
+) -> xr.Dataset:
+    """The Dataset of motions of one antenna: every quantity of ``save`` that can be made from a motion.
+
+    Parameters
+    ----------
+    antenna, motions
+        One motion per trial, all sampled at the same times; the antenna's sensors are recorded.
+    save
+        Names of quantities; default all that the motions have, but the optional ones. ``angle`` is always there.
+    given
+        Quantities made otherwise, which take the place of those made from the motions.
+    """
+    values = given | {name: _make(name, antenna, motions) for name in choose_quantities(save) if name not in given}
+    absent = [name for name in save or () if values.get(name) is None and name != "curvature"]
+    if absent:
+        raise InvalidInput(f"these motions have no {', '.join(absent)}; leave it out of save=.")
+    index = antenna.sensors - 1
+    return make_tensors(
+        time=motions[0].time,
+        segment=antenna.sensors,
+        position=antenna.hinge_position[index] / antenna.length,
+        segment_length=antenna.segment_length[index],
+        trials=trials,
+        attrs=attrs,
+        dtype=dtype,
+        **values,
+    )
+
+
+def choose_quantities(save: Sequence[str] | None) -> list[str]:
+    """Names of the quantities to be made from motions; an unknown name in ``save`` is an InvalidInput."""
+    if isinstance(save, str):
+        raise InvalidInput(f"save must be a list of names, got the text {save!r}; write save=({save!r},).")
+    if save is None:
+        return [name for name, quantity in QUANTITIES.items() if quantity.make and not quantity.optional]
+    for name in save:
+        if QUANTITIES[name].coordinate:
+            raise InvalidInput(f"{name!r} is a coordinate and always saved; save= names variables.")
+    return [name for name in dict.fromkeys(("angle", *save)) if QUANTITIES[name].make]
+
+
+def _make(name: str, antenna: Any, motions: Sequence[Any]) -> np.ndarray | None:
+    parts = [QUANTITIES[name].make(antenna, motion) for motion in motions]  # type: ignore[misc]
+    return None if any(part is None for part in parts) else np.stack(parts)
 
 
 def label_units(dataset: xr.Dataset) -> xr.Dataset:
-    """Attach ``units`` and ``long_name`` to every variable that has one in the contract."""
+    """Attach ``units`` and ``long_name`` to every variable that the contract knows."""
     for name in dataset.variables:
-        if name in UNITS:
-            dataset[name].attrs["units"] = UNITS[name]
-        if name in MEANING:
-            dataset[name].attrs["long_name"] = MEANING[name]
+        quantity = QUANTITIES[name] if name in QUANTITIES else None
+        if quantity and quantity.unit:
+            dataset[name].attrs["units"] = quantity.unit
+        if quantity and quantity.meaning:
+            dataset[name].attrs["long_name"] = quantity.meaning
     return dataset
 
 
@@ -103,3 +141,6 @@ def _plain(attrs: Mapping[str, object]) -> dict[str, object]:
         name: json.dumps(value, sort_keys=True) if isinstance(value, Mapping | list | tuple) else value
         for name, value in attrs.items()
     }
+
+
+__all__ = ["DIMS", "SOURCES", "choose_quantities", "label_units", "make_motion_tensors", "make_tensors"]

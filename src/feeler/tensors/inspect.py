@@ -14,7 +14,7 @@ from feeler.tensors.layout import read_layout
 from feeler.tensors.limits import Limits, find_limits
 from feeler.tensors.load import detect, load
 from feeler.tensors.model import read_model
-from feeler.tensors.validate import find_breaches
+from feeler.tensors.contract import find_breaches
 
 NAMES = {
     "store": "store of trials (Zarr v3)",

@@ -13,6 +13,7 @@ from feeler.tensors.configuration import make_plain
 from feeler.tensors.limits import NAME
 
 TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
+OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
 REQUIRED = {"configuration": "{}", "versions": "{}", "units": "g, mm, ms, rad", "licence": "not stated"}
 """Attributes that every file carries, with what stands where the producer said nothing."""
 
@@ -50,7 +51,9 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
         variables, coordinates = {}, {}
         for name, entry in content["variables"].items():
             values = _values(name, entry, arrays, source)
-            variable = xr.Variable(_read_dims(name, entry["dims"]), values, dict(entry.get("attributes") or {}))
+            attributes = dict(entry.get("attributes") or {})
+            attributes |= {"units": "1"} if attributes.get("units") == OLD_UNIT else {}
+            variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
             (coordinates if entry.get("coordinate") else variables)[name] = variable
         return xr.Dataset(variables, coords=coordinates, attrs=dict(content.get("attributes") or {}))
     except InvalidInput:

@@ -13,7 +13,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Motion, Path, Scene
 from feeler.physics.simulate import simulate
 from feeler.stimulus.wall import Wall
-from feeler.tensors import make_tensors
+from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, approach
 
@@ -68,12 +68,10 @@ class WallTouch:
         angle = np.stack([motion.angle - (antenna.rest_angle if relative else 0.0) for motion in self.motions])
         n = len(self.motions)
         location = self.distance[:, 0] / np.sin(self.posture.base_angle) / antenna.length
-        dataset = make_tensors(
+        dataset = make_motion_tensors(
+            antenna,
+            self.motions,
             angle=angle[:, :, hinge].transpose(0, 2, 1),
-            time=self.motions[0].time,
-            segment=antenna.sensors,
-            position=antenna.hinge_position[hinge] / antenna.length,
-            segment_length=antenna.segment_length[hinge],
             trials={
                 "feature": ["wall"] * n,
                 "size": [np.inf] * n,
@@ -84,7 +82,6 @@ class WallTouch:
                 "seed": [0] * n,
             },
             tip=self.points[:, :, -1],
-            force=np.stack([motion.force for motion in self.motions]),
             attrs={"configuration": {"posture": asdict(self.posture), "relative": relative}},
         )
         return dataset.assign_coords(distance=("trial", self.distance[:, 0], {"units": "mm"}))

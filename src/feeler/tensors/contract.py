@@ -1,0 +1,85 @@
+"""The one door: every Dataset of tactile tensors passes here, whoever made it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from feeler.errors import InvalidInput
+from feeler.tensors.dataset import SOURCES
+from feeler.tensors.quantities import DIMS, QUANTITIES
+
+BLOCK = 64 * 2**20  # bytes looked at together, so that a lazy Dataset of any size can pass
+
+
+def validate(dataset: xr.Dataset) -> xr.Dataset:
+    """The same Dataset if it keeps the data contract.
+
+    Raises
+    ------
+    InvalidInput
+        With every breach found, one a line.
+    """
+    return refuse(find_breaches(dataset), dataset)
+
+
+def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset, or one InvalidInput with all its breaches."""
+    if breaches:
+        raise InvalidInput("not a valid set of tactile tensors:\n" + "\n".join(f"  - {breach}" for breach in breaches))
+    return dataset
+
+
+def find_breaches(dataset: xr.Dataset, *, whole: bool = True) -> list[str]:
+    """What is wrong with a Dataset, in words; empty where nothing is.
+
+    With ``whole=False`` what is missing is no breach, as in a file of a single variable.
+    """
+    if whole and "angle" not in dataset:
+        return [f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"]
+    breaches = _find_missing(dataset) if whole else []
+    known = [name for name in map(str, dataset.variables) if name in QUANTITIES]
+    for name in known:
+        quantity, dims = QUANTITIES[name], dataset[name].dims
+        if dims != quantity.dims:
+            breaches.append(f"'{name}' must have dims {quantity.dims}, got {dims}")
+        elif "axis" in dims and dataset.sizes["axis"] != 2:
+            breaches.append(f"'{name}' must have 2 axes, got {dataset.sizes['axis']}")
+    return breaches or [words for name in known for words in _find_value_breaches(dataset, name)]
+
+
+def _find_missing(dataset: xr.Dataset) -> list[str]:
+    return [
+        f"coordinate '{name}' along {quantity.dims[0]} is missing"
+        for name, quantity in QUANTITIES.items()
+        if quantity.coordinate and quantity.required and name not in dataset.coords
+    ]
+
+
+def _find_value_breaches(dataset: xr.Dataset, name: str) -> Iterator[str]:
+    quantity, item = QUANTITIES[name], dataset[name]
+    if item.attrs.get("units", quantity.unit) != quantity.unit:
+        yield f"'{name}' must be in {quantity.unit}, says {item.attrs['units']!r}"
+    if name == "source":
+        unknown = sorted(set(map(str, np.unique(item.values))) - set(SOURCES))
+        if unknown:
+            yield f"'source' must be one of {', '.join(SOURCES)}, got {unknown}"
+    elif not (quantity.unit and _is_number(item)):
+        if quantity.unit:
+            yield f"'{name}' must hold numbers, got {item.dtype}"
+    elif not quantity.gaps and not _is_finite(item):
+        yield f"'{name}' has values that are not finite numbers"
+    elif name in ("time", "position") and np.any(np.diff(item.values) <= 0):
+        order = "" if name == "time" else "sensors must run from base to tip: "
+        yield f"{order}'{name}' must rise strictly"
+
+
+def _is_number(item: xr.DataArray) -> bool:
+    return item.dtype.kind in "fiu"
+
+
+def _is_finite(item: xr.DataArray) -> bool:
+    """Whether every value is finite, looked at block by block."""
+    rows = max(1, BLOCK * item.shape[0] // max(item.nbytes, 1)) if item.ndim else 1
+    blocks = (item[start : start + rows] for start in range(0, item.shape[0], rows)) if item.ndim else (item,)
+    return all(bool(np.isfinite(block.values).all()) for block in blocks)

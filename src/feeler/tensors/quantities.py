@@ -1,0 +1,116 @@
+"""Quantities: all that a Dataset of touches may hold, each with its unit, its meaning, its dims and how it is made.
+
+A new one is one entry here, or one ``QUANTITIES.register(name, Quantity(...))`` from outside the package.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from feeler.registry import Registry
+
+DIMS = ("trial", "sensor", "time")
+PATH = ("trial", "time", "axis")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One variable or coordinate of a Dataset."""
+
+    unit: str = ""
+    """As the library pint reads it; "1" for a number without unit, empty for text."""
+    meaning: str = ""
+    """Half a sentence; it becomes ``long_name``."""
+    dims: tuple[str, ...]
+    """Its dims; a quantity of touches begins with ``trial``."""
+    make: Callable[[Any, Any], np.ndarray | None] | None = None
+    """``make(antenna, motion)`` gives one trial's values, dims without ``trial``; None where the motion lacks it."""
+    coordinate: bool = False
+    """A label of trials, sensors or samples rather than a measured variable."""
+    required: bool = False
+    """Whether each Dataset must have it."""
+    optional: bool = False
+    """Recorded only where asked for by name (``save=``)."""
+    gaps: bool = False
+    """Whether it may be NaN, where there is nothing to tell."""
+
+
+def _take(name: str) -> Callable[[Any, Any], np.ndarray | None]:
+    return lambda antenna, motion: getattr(motion, name, None)
+
+
+def _label(unit: str, meaning: str, dim: str = "trial", required: bool = False) -> Quantity:
+    return Quantity(unit=unit, meaning=meaning, dims=(dim,), coordinate=True, required=required, gaps=dim == "trial")
+
+
+QUANTITIES: Registry[Quantity] = Registry("quantity")
+for _name, _quantity in {
+    "angle": Quantity(
+        unit="rad",
+        meaning="hinge angle, positive towards +x",
+        dims=DIMS,
+        make=lambda antenna, motion: motion.angle[:, antenna.sensors - 1].T,
+        required=True,
+    ),
+    "curvature": Quantity(
+        unit="1/mm",
+        meaning="hinge angle over the length of the segment it carries",
+        dims=DIMS,  # derived from angle and segment_length, never made from a motion
+    ),
+    "velocity": Quantity(
+        unit="rad/ms",
+        meaning="angular velocity of the hinge",
+        dims=DIMS,
+        make=lambda antenna, motion: motion.velocity[:, antenna.sensors - 1].T,
+        optional=True,
+    ),
+    "tip": Quantity(
+        unit="mm",
+        meaning="place of the tip, base at the origin, straight antenna along +y",
+        dims=PATH,
+        make=lambda antenna, motion: antenna.shape(motion.angle)[:, -1],
+    ),
+    "force": Quantity(unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")),
+    "base_force": Quantity(
+        unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")
+    ),
+    "base_moment": Quantity(
+        unit="N*mm", meaning="moment that holds the base", dims=("trial", "time"), make=_take("base_moment")
+    ),
+    "contact_place": Quantity(
+        unit="1",
+        meaning="arc length of the contact over antenna length, NaN without contact",
+        dims=("trial", "time"),
+        make=_take("contact_place"),
+        gaps=True,
+    ),
+    "time": _label("ms", "", "time", required=True),
+    "position": _label("1", "arc length of the sensor's hinge over antenna length", "sensor", required=True),
+    "segment": _label("", "number of the sensor's hinge, 1 at the base", "sensor", required=True),
+    "segment_length": _label("mm", "length of the segment that the sensor's hinge carries", "sensor"),
+    "feature": _label("", "the object's name", required=True),
+    "kind": _label("", "the object's shape: ball, box …"),
+    "size": _label("mm", "half-width or radius of the object", required=True),
+    "location": _label("1", "place of the touch, arc length over antenna length", required=True),
+    "speed": _label("mm/ms", "speed of the object", required=True),
+    "approach": _label("deg", "angle between the motion and the antenna"),
+    "side": _label("", "the side the object comes from"),
+    "lead": _label("ms", "time before contact"),
+    "friction": _label("1", "coefficient of sliding friction"),
+    "antenna": _label("", "name of the antenna", required=True),
+    "source": _label("", "simulation, robot or surrogate", required=True),
+    "seed": _label("", "the trial's own seed", required=True),
+}.items():
+    QUANTITIES.register(_name, _quantity)
+
+
+def list_required(dim: str) -> tuple[str, ...]:
+    """Names of the coordinates along ``dim`` that each Dataset must have."""
+    return tuple(name for name, q in QUANTITIES.items() if q.coordinate and q.required and q.dims == (dim,))
+
+
+def derive_curvature(angle: Any, segment_length: Any) -> Any:
+    """Curvature [1/mm] from angle [rad] and, along the same dims, the length [mm] of the segments."""
+    return angle / segment_length

@@ -1,0 +1,84 @@
+"""Quantities are one open set: units that others can read, and a new one from outside goes all the way."""
+
+import numpy as np
+import pint
+import pytest
+
+import feeler
+from feeler.dispersion import compute_dispersion
+from feeler.errors import InvalidInput
+from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
+from feeler.tensors.load import load
+from tensors._touches import antenna, options, trials
+
+
+@pytest.mark.parametrize("name", list(QUANTITIES))
+def test_units_are_read_by_pint_and_dims_begin_with_the_trial(name):
+    quantity = QUANTITIES[name]
+    pint.UnitRegistry().Unit(quantity.unit or "1")
+    assert quantity.coordinate or quantity.dims[0] == "trial"
+
+
+@pytest.fixture
+def work():
+    """A quantity of somebody else: twice the first hinge's angle, in words of their own."""
+    quantity = Quantity(
+        unit="mJ", meaning="a made-up work", dims=("trial", "time"), make=lambda antenna, motion: 2 * motion.angle[:, 0]
+    )
+    QUANTITIES.register("work", quantity)
+    yield
+    QUANTITIES.unregister("work")
+
+
+def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(work, tmp_path):
+    tensors = feeler.touch(antenna, trials[:3], store=tmp_path / "set.zarr", **options)
+    for dataset in (tensors, load(tmp_path / "set.zarr")):
+        assert find_breaches(dataset) == []
+        assert dataset.work.attrs["units"] == "mJ" and "made-up" in dataset.work.attrs["long_name"]
+        np.testing.assert_array_equal(dataset.work, 2 * dataset.angle.isel(sensor=0))
+    found = compute_dispersion(load(tmp_path / "set.zarr").work.values[:, None], indices=("mse",))
+    assert found.values("mse", found.groups[0]).min() > 0
+
+
+def test_every_parameter_of_a_trial_is_a_coordinate():
+    trial = feeler.Trial(
+        feature=feeler.Box(half_width=1.0, name="crumb"), location=0.7, speed=0.3, approach=80.0, side="right", lead=7.0, friction=0.4
+    )
+    tensors = feeler.touch(antenna, trial, **options)
+    expected = {"kind": "box", "feature": "crumb", "size": 1.0, "location": 0.7, "speed": 0.3, "approach": 80.0}
+    expected |= {"side": "right", "lead": 7.0, "friction": 0.4}
+    assert {name: tensors[name].item() for name in expected} == expected
+
+
+def _sensors(n):
+    labels = {"feature": ["x"], "size": [1.0], "location": [0.5], "speed": [1.0], "antenna": ["a"], "seed": [0]}
+    return {
+        "time": np.arange(4.0),
+        "segment": np.arange(1, n + 1),
+        "position": np.linspace(0, 0.9, n),
+        "segment_length": np.full(n, 0.5),
+        "trials": labels | {"source": ["robot"]},
+    }
+
+
+def test_curvature_follows_from_angle_in_the_type_asked_for():
+    tensors = make_tensors(angle=np.ones((1, 3, 4)), dtype="float32", **_sensors(3))
+    assert tensors.curvature.dtype == np.float32
+    np.testing.assert_array_equal(tensors.curvature, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"strain": 1}, "unknown quantity 'strain'"), ({"angle": None}, "need angle="), ({"trials": {}}, "trials lacks")],
+)
+def test_what_is_missing_or_unknown_is_named(change, words):
+    arguments = {"angle": np.ones((1, 3, 4)), **_sensors(3), **change}
+    with pytest.raises(InvalidInput, match=words):
+        make_tensors(**arguments)
+
+
+def test_only_quantities_with_gaps_may_be_nan():
+    angle, place = np.ones((1, 3, 4)), np.full((1, 4), np.nan)
+    assert find_breaches(make_tensors(angle=angle, contact_place=place, **_sensors(3))) == []
+    broken = make_tensors(angle=angle, base_moment=place, **_sensors(3))
+    assert find_breaches(broken) == ["'base_moment' has values that are not finite numbers"]
