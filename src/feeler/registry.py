@@ -56,6 +56,10 @@ class Registry(Mapping[str, T], Generic[T]):
             self._waiting.discard(name)
         return self._entries[name]  # type: ignore[return-value]
 
+    def get(self, name: str, default: T | None = None) -> T | None:  # type: ignore[override]
+        """The entry called ``name``, or ``default`` where there is none."""
+        return self[name] if name in self else default
+
     def __contains__(self, name: object) -> bool:
         return name in self._entries
 

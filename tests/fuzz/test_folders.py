@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from feeler.errors import FeelerError
+from feeler.tensors.contract import find_breaches
 from feeler.tensors.export import save
 from feeler.tensors.finished import read_store
 from feeler.tensors.limits import Limits
 from feeler.tensors.load import load_zarr
 from feeler.tensors.store import open_store
-from feeler.tensors.contract import find_breaches
 
 from ._files import make_set
 from ._mutate import mutate, shape_json

@@ -7,11 +7,11 @@ import pytest
 
 from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
+from feeler.tensors.contract import find_breaches
 from feeler.tensors.export import save
 from feeler.tensors.finished import read_store
 from feeler.tensors.limits import Limits, read_bytes
 from feeler.tensors.plain import restore
-from feeler.tensors.contract import find_breaches
 from feeler.tensors.zarr3 import parse_array_metadata
 from feeler.tracking.table import parse_table
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from feeler.tensors.contract import find_breaches
 from feeler.tensors.hdf5 import build_dataset
 from feeler.tensors.hdf5_child import read_file
 from feeler.tensors.limits import Limits
-from feeler.tensors.contract import find_breaches
 
 from ._files import make_file
 from ._mutate import change_hdf5, mutate

@@ -25,12 +25,12 @@ from feeler.encoding import load_encoder
 from feeler.robot.recording import load_recording
 from feeler.robot.repair import repair
 from feeler.robot.sensor import load_calibration, load_calibration_table
+from feeler.tensors.contract import find_breaches
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.limits import Limits
 from feeler.tensors.mat import load_mat
 from feeler.tensors.model import read_model
 from feeler.tensors.table import load_csv
-from feeler.tensors.contract import find_breaches
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files

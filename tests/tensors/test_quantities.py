@@ -42,7 +42,13 @@ def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(work, tm
 
 def test_every_parameter_of_a_trial_is_a_coordinate():
     trial = feeler.Trial(
-        feature=feeler.Box(half_width=1.0, name="crumb"), location=0.7, speed=0.3, approach=80.0, side="right", lead=7.0, friction=0.4
+        feature=feeler.Box(half_width=1.0, half_height=1.0, name="crumb"),
+        location=0.7,
+        speed=0.3,
+        approach=80.0,
+        side="right",
+        lead=7.0,
+        friction=0.4,
     )
     tensors = feeler.touch(antenna, trial, **options)
     expected = {"kind": "box", "feature": "crumb", "size": 1.0, "location": 0.7, "speed": 0.3, "approach": 80.0}

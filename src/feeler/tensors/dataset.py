@@ -128,7 +128,7 @@ def _make(name: str, antenna: Any, motions: Sequence[Any]) -> np.ndarray | None:
 def label_units(dataset: xr.Dataset) -> xr.Dataset:
     """Attach ``units`` and ``long_name`` to every variable that the contract knows."""
     for name in dataset.variables:
-        quantity = QUANTITIES[name] if name in QUANTITIES else None
+        quantity = QUANTITIES.get(str(name))
         if quantity and quantity.unit:
             dataset[name].attrs["units"] = quantity.unit
         if quantity and quantity.meaning:

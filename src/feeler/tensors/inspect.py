@@ -9,12 +9,12 @@ import xarray as xr
 
 from feeler.antenna.file import read_antenna_file
 from feeler.errors import FeelerError
+from feeler.tensors.contract import find_breaches
 from feeler.tensors.finished import find_damage, find_records, read_label
 from feeler.tensors.layout import read_layout
 from feeler.tensors.limits import Limits, find_limits
 from feeler.tensors.load import detect, load
 from feeler.tensors.model import read_model
-from feeler.tensors.contract import find_breaches
 
 NAMES = {
     "store": "store of trials (Zarr v3)",

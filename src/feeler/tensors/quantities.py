@@ -73,9 +73,7 @@ for _name, _quantity in {
         make=lambda antenna, motion: antenna.shape(motion.angle)[:, -1],
     ),
     "force": Quantity(unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")),
-    "base_force": Quantity(
-        unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")
-    ),
+    "base_force": Quantity(unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")),
     "base_moment": Quantity(
         unit="N*mm", meaning="moment that holds the base", dims=("trial", "time"), make=_take("base_moment")
     ),
