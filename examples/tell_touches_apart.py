@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import feeler
-from feeler.decoding import compute_sweep, make_labels
+from feeler.decoding import Common, compute_sweep, make_labels
 from feeler.dispersion import compute_dispersion
 from feeler.tensors import rectify
 
@@ -25,7 +25,7 @@ def main(out: Path) -> None:
         angle = rectify(tensors["angle"])
         similar = compute_dispersion(angle, np.zeros(len(angle))).average["nmi"]
         sweep = compute_sweep(
-            angle, make_labels(tensors), ratios=RATIOS, n_repeats=3, level="common", reference=peak, rotate=True
+            angle, make_labels(tensors), ratios=RATIOS, n_repeats=3, noise=Common(reference=peak), rotate=True
         )
         accuracy = 100 * sweep.noisy.mean(axis=1)
         ax.plot(100 * sweep.ratios, accuracy, marker="o", label=name)

@@ -16,7 +16,7 @@ def run(*arguments, cwd):
     ("arguments", "message"),
     [
         (("touch", "--location", "1.5"), "fraction of the length"),
-        (("touch", "--feature", "cube"), "ball, box, triangle, wall"),
+        (("touch", "--feature", "cube"), "valid: ball, box, triangle"),
         (("touch", "--antenna", "spider"), "unknown antenna 'spider'"),
         (("touch", "--engine", "ode"), "valid: chain-consistent, chain, mujoco"),
         (("reproduce", "--scale", "huge"), "smoke, quick, paper"),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from feeler.decoding import compute_sweep
-from feeler.decoding.noise import compute_noise_sd, draw_copies, draw_rotated
+from feeler.decoding import NOISES, Common, Relative, compute_sweep
+from feeler.decoding.noise import draw_copies, draw_rotated
 from feeler.errors import InvalidInput
 
 
@@ -15,23 +15,23 @@ def codes():
 
 
 @pytest.mark.parametrize(
-    ("level", "peak"),
+    ("noise", "peak"),
     [
-        ("vector", lambda c: c.max(axis=2, keepdims=True)),
-        ("tensor", lambda c: c.max(axis=(1, 2), keepdims=True)),
-        ("common", lambda c: np.full((1, 1, 1), c.max())),
+        (Relative(), lambda c: c.max(axis=2, keepdims=True)),
+        (Relative(each="tensor"), lambda c: c.max(axis=(1, 2), keepdims=True)),
+        (Common(), lambda c: np.full((1, 1, 1), c.max())),
     ],
 )
-def test_noise_is_the_ratio_of_the_maximum_named(codes, level, peak):
-    sd = compute_noise_sd(codes, 0.2, level)
+def test_noise_is_the_ratio_of_the_maximum_named(codes, noise, peak):
+    sd = noise.sd(codes, 0.2)
     np.testing.assert_allclose(sd, 0.2 * peak(codes))
-    copies = draw_copies(codes, sd, 20, np.random.default_rng(1)).reshape(20, *codes.shape)
+    copies = noise.draw(codes, 0.2, 20, np.random.default_rng(1)).reshape(20, *codes.shape)
     measured = (copies - codes).std(axis=(0, 3))
     np.testing.assert_allclose(measured, np.broadcast_to(sd, (4, 3, 1))[:, :, 0], rtol=0.05)
 
 
-def test_common_level_follows_the_reference(codes):
-    np.testing.assert_allclose(compute_noise_sd(codes, 0.1, "common", reference=50.0), 5.0)
+def test_common_noise_follows_the_reference(codes):
+    np.testing.assert_allclose(Common(reference=50.0).sd(codes, 0.1), 5.0)
 
 
 def test_copies_are_fresh_and_in_turn(codes):
@@ -62,7 +62,7 @@ def test_rotated_sweep_agrees_with_the_plain_one():
     rng = np.random.default_rng(0)
     tensors = 0.3 * rng.random((6, 10, 60)) + 2 * rng.random((10, 60))
     labels = np.arange(6)
-    options = {"ratios": (0.1, 0.3), "n_copies": 10, "n_repeats": 10, "level": "tensor"}
+    options = {"ratios": (0.1, 0.3), "n_copies": 10, "n_repeats": 10, "noise": Relative(each="tensor")}
     plain = compute_sweep(tensors, labels, **options)
     turned = compute_sweep(tensors, labels, rotate=True, **options)
     assert 0.3 < plain.noisy[1].mean() < 0.97  # neither floor nor ceiling, so that agreement means something
@@ -74,9 +74,10 @@ def test_rotated_sweep_agrees_with_the_plain_one():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda c: compute_noise_sd(c, -0.1), "ratio ≥ 0 .* got -0.1"),
-        (lambda c: compute_noise_sd(c, np.nan), "ratio ≥ 0"),
-        (lambda c: compute_noise_sd(c, 0.1, "row"), "vector, tensor, common"),
+        (lambda c: Relative().sd(c, -0.1), "ratio ≥ 0 .* got -0.1"),
+        (lambda c: Common().sd(c, np.nan), "ratio ≥ 0"),
+        (lambda c: Relative(each="row"), "each of vector, tensor, got 'row'"),
+        (lambda c: NOISES["pink"], "unknown noise model 'pink'; valid: relative, common"),
         (lambda c: draw_copies(c, c, 0, np.random.default_rng(0)), "n_copies"),
     ],
 )

@@ -63,9 +63,9 @@ def test_planted_order_agrees_and_its_reverse_does_not():
     reverse = dict(reversed(GROUPS.items()))
     rows = compute_sensitivity({"right": GROUPS, "wrong": reverse}, indices=("pearson", "mse"))
     counts = count_agreement(rows)
-    assert counts["right", "mse"] == (len(rows), len(rows))
-    assert counts["wrong", "mse"] == (0, len(rows))
+    assert counts["right", "MSE"] == (len(rows), len(rows))
+    assert counts["wrong", "MSE"] == (0, len(rows))
     assert counts["right", "accuracy of tensors"][0] > counts["wrong", "accuracy of tensors"][0]
     header, cells = make_table(rows)
-    assert cells[-1][header.index("right, mse")] == f"{len(rows)} of {len(rows)} agree"
+    assert cells[-1][header.index("right, MSE")] == f"{len(rows)} of {len(rows)} agree"
     assert len(cells) == len(rows) + 1 and all(len(line) == len(header) for line in cells)

@@ -157,7 +157,7 @@ def _update(decoder, *samples):
         (lambda d: d.fit(TOUCHES, LABELS[:2]), "3 touches and 2 labels"),
         (lambda d: d.fit([np.zeros((3, 9))] * 2, LABELS[:2]), "at least 2 classes with contact, got 0"),
         (lambda d: d.fit([np.full((3, 9), np.nan)], LABELS[:1]), "training touches are finite"),
-        (lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS), "0 < threshold ≤ 1, got 1.5"),
+        (lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS), r"threshold in \(0, 1\], got 1.5"),
         (lambda d: StreamDecoder(window=0).fit(TOUCHES, LABELS), "window ≥ 1, got 0"),
     ],
 )

@@ -9,6 +9,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from feeler.decoding import (
     PeakEncoder,
     PrincipalComponents,
+    Relative,
     compute_jittered,
     compute_left_out,
     compute_sweep,
@@ -47,7 +48,7 @@ def test_accuracy_falls_to_chance_as_noise_grows():
 @pytest.mark.parametrize("rotate", [False, True])
 def test_the_null_of_identical_codes_stays_at_chance(rotate):
     null = make_null(make_bumps())
-    sweep = compute_sweep(null, np.arange(6), ratios=(0.2,), level="tensor", rotate=rotate, n_repeats=25)
+    sweep = compute_sweep(null, np.arange(6), ratios=(0.2,), noise=Relative(each="tensor"), rotate=rotate, n_repeats=25)
     np.testing.assert_allclose(sweep.noisy.mean(axis=1), 1 / 6, atol=0.04)
     np.testing.assert_allclose(sweep.clean, 1 / 6)
 
@@ -167,7 +168,7 @@ BUMPS = make_bumps()
         (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "ratio ≥ 0"),
         (lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3), "18 training trials cannot give 30 .* at most 18"),
         (lambda: compute_sweep(BUMPS[0], np.arange(6)), r"\(trial, vector, time\), got shape"),
-        (lambda: compute_sweep([BUMPS[0], BUMPS[0, :, :9]], [0, 1]), "same shape"),
+        (lambda: compute_sweep([BUMPS[0], BUMPS[0, :, :9]], [0, 1]), "do not form one array"),
         (lambda: compute_sweep(BUMPS * np.nan, np.arange(6)), "NaN"),
         (lambda: compute_sweep(BUMPS, np.arange(6), rotate=True), "rotate needs"),
         (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS, np.arange(1, 7))), "held-out classes 6"),

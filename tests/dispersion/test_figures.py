@@ -66,8 +66,8 @@ def pick_slow(tensors):
 
 def test_planted_orders_are_found_and_put_into_words(data):
     words = {(v.claim, v.measure): v.word for v in data.dispersion.verdicts}
-    assert words[SPREADS_MORE["speed"], "MSE of raw"] == "agrees"
-    assert words[SPREADS_MORE["profile"], "MSE of raw"] == "agrees"
+    assert words[SPREADS_MORE["speed"], "MSE of tensors"] == "agrees"
+    assert words[SPREADS_MORE["profile"], "MSE of tensors"] == "agrees"
     text = data.describe()
     assert {row[2] for row in fig5.list_copies(data.curves)} == {"3", "4"}
     for part in ("variance that 30 components keep", "unseen touches, by profile", "wrong in"):

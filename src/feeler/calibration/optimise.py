@@ -9,6 +9,7 @@ from scipy.optimize import least_squares, minimize
 
 from feeler.calibration.problem import Problem
 from feeler.errors import InvalidInput
+from feeler.registry import Registry
 
 POWELL_TOLERANCE = 1e-3  # [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
 
@@ -32,8 +33,7 @@ class Minimum:
 
 def search(problem: Problem, start: np.ndarray, method: str = "least-squares", max_evaluations: int = 1500) -> Minimum:
     """Search from parameters ``start`` with one method and give the best point it saw."""
-    if method not in METHODS:
-        raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
+    optimise = METHODS[method]
     low, high = problem.hinges.bounds
     x = problem.hinges.to_x(start)
     if np.any((x < low - 1e-9) | (x > high + 1e-9)):
@@ -43,7 +43,7 @@ def search(problem: Problem, start: np.ndarray, method: str = "least-squares", m
         )
     before, spent = problem.evaluations, problem.seconds
     problem.best_x, problem.best_error = None, np.inf
-    METHODS[method](problem, np.clip(x, low, high), max_evaluations)
+    optimise(problem, np.clip(x, low, high), max_evaluations)
     return Minimum(
         method=method,
         start=tuple(map(float, start)),
@@ -54,10 +54,18 @@ def search(problem: Problem, start: np.ndarray, method: str = "least-squares", m
     )
 
 
+Optimiser = Callable[[Problem, np.ndarray, int], None]
+"""``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the problem itself keeps the
+best point it was asked for."""
+METHODS: Registry[Optimiser] = Registry("method")
+"""Every known optimiser by its name; ``METHODS.register(name, optimiser)`` adds one."""
+
+
 class _Spent(Exception):
     """The evaluations are used up; the best point is in the problem."""
 
 
+@METHODS.register("least-squares")
 def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in lanes."""
     low, high = problem.hinges.bounds
@@ -75,11 +83,13 @@ def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> Non
     )
 
 
+@METHODS.register("powell")
 def _powell(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """The paper's: line searches along conjugate directions (Powell 1964), on scaled parameters."""
     _minimise(problem, x, max_evaluations, "Powell", {"xtol": POWELL_TOLERANCE, "ftol": POWELL_TOLERANCE})
 
 
+@METHODS.register("nelder-mead")
 def _nelder_mead(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """The simplex (Nelder & Mead 1965)."""
     _minimise(problem, x, max_evaluations, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True})
@@ -97,10 +107,3 @@ def _minimise(problem: Problem, x: np.ndarray, max_evaluations: int, method: str
     bounds = list(zip(low / scale, high / scale, strict=True))
     with suppress(_Spent):
         minimize(error, x / scale, method=method, bounds=bounds, options=options)
-
-
-METHODS: dict[str, Callable[[Problem, np.ndarray, int], None]] = {
-    "least-squares": _least_squares,
-    "powell": _powell,
-    "nelder-mead": _nelder_mead,
-}

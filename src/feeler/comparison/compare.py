@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding import LABELS, list_groups, make_codes
+from feeler.decoding import list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan, get_plan
-from feeler.dispersion import INDICES, NAMES, Dispersion, Interval, bootstrap_difference, compute_dispersion
-from feeler.encoding import compute_histogram_entropy, hoyer_sparseness
+from feeler.dispersion import INDICES, Dispersion, Interval, bootstrap_difference, compute_dispersion
+from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
 
 KINDS = ("sparse", "raw")
@@ -40,11 +40,13 @@ class Comparison:
         rows.append(("Hoyer sparseness of the tensors", *(f"{self.sparseness[n]:.2f}" for n in self.names)))
         for index in INDICES:
             average = self.dispersion["raw"].average[index]
-            rows.append((f"{NAMES[index]} with the closest match, tensors", *(str(average[n]) for n in self.names)))
+            rows.append(
+                (f"{INDICES[index].label} with the closest match, tensors", *(str(average[n]) for n in self.names))
+            )
         for kind in KINDS:
-            for level in ("relative", "common"):
-                found = self.curves.find(kind, level)
-                title = f"accuracy, {LABELS[kind]}, {level} noise (%)"
+            for noise in self.curves.noises:
+                found = self.curves.find(kind, noise)
+                title = f"accuracy, {LABELS[kind]}, {noise} noise (%)"
                 rows.append((title, *(f"{100 * found[n].noisy.mean():.1f}" for n in self.names)))
         return rows
 
@@ -92,9 +94,9 @@ def _compute_differences(curves: Curves, random_state: int) -> dict[tuple[str, s
     rng = np.random.default_rng(random_state)
     found = {}
     for kind in KINDS:
-        for level in ("relative", "common"):
-            (_, reference), *others = curves.find(kind, level).items()
+        for noise in curves.noises:
+            (_, reference), *others = curves.find(kind, noise).items()
             for name, sweep in others:
-                measure = f"accuracy, {LABELS[kind]}, {level} noise"
+                measure = f"accuracy, {LABELS[kind]}, {noise} noise"
                 found[measure, name] = bootstrap_difference(reference.area, sweep.area, rng)
     return found

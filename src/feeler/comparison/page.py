@@ -6,8 +6,8 @@ from tempfile import TemporaryDirectory
 from matplotlib.figure import Figure
 
 from feeler.comparison.compare import KINDS, Comparison
-from feeler.decoding import LABELS
-from feeler.dispersion import INDICES, NAMES
+from feeler.dispersion import INDICES
+from feeler.encoding import LABELS
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
 from feeler.report import Section, render_page
@@ -18,12 +18,12 @@ def plot(data: Comparison, figure: Figure) -> None:
     top, bottom = figure.subfigures(2, 1)
     for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
         plot_index(data.dispersion["raw"], index, ax)
-        ax.set_title(f"{NAMES[index]}, tensors", fontsize=8)
-    axes = bottom.subplots(1, 4, sharey=True)
-    panels = [(kind, level) for kind in KINDS for level in ("relative", "common")]
-    for (kind, level), ax in zip(panels, axes, strict=True):
-        plot_curves(data.curves, kind, level, ax)
-        ax.set_title(f"{LABELS[kind]}, {level} noise", fontsize=7)
+        ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)
+    panels = [(kind, noise) for kind in KINDS for noise in data.curves.noises]
+    axes = bottom.subplots(1, len(panels), sharey=True)
+    for (kind, noise), ax in zip(panels, axes, strict=True):
+        plot_curves(data.curves, kind, noise, ax)
+        ax.set_title(f"{LABELS[kind]}, {noise} noise", fontsize=7)
         ax.set_xlabel("noise [%]", fontsize=7)
     axes[0].set_ylabel("accuracy [%]", fontsize=7)
     bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)

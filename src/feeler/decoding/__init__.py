@@ -2,25 +2,31 @@
 
 from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_lda, make_svm
-from feeler.decoding.codes import CODES, LABELS, encode, make_codes, make_null
+from feeler.decoding.codes import CODES, encode_with, make_codes, make_null
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.confusion import Confused, explain_confusion
+from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import list_groups, make_groups
 from feeler.decoding.labels import make_labels
+from feeler.decoding.noise import NOISES, Common, Noise, Relative
 from feeler.decoding.splits import compute_jittered, compute_left_out, iterate_left_out, jitter_trials
 from feeler.decoding.sweep import Sweep, compute_sweep
 
 __all__ = [
     "CODES",
-    "LABELS",
+    "NOISES",
+    "Common",
     "Confused",
+    "Noise",
     "PeakEncoder",
     "PrincipalComponents",
+    "Relative",
+    "StreamDecoder",
     "Sweep",
     "compute_jittered",
     "compute_left_out",
     "compute_sweep",
-    "encode",
+    "encode_with",
     "explain_confusion",
     "iterate_left_out",
     "jitter_trials",

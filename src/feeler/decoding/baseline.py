@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.noise import as_codes
+from feeler.dispersion.blocks import check_tensors
 
 
 class PeakEncoder:
@@ -24,7 +24,7 @@ class PeakEncoder:
 
     def __call__(self, tensors: Any) -> np.ndarray:
         """(trial, 2, 1): position along the antenna, time."""
-        array = as_codes(tensors)
+        array = check_tensors(tensors, least=1)
         _, n_sensors, n_samples = array.shape
         peak = np.unravel_index(array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples))
         dither = self._rng.uniform(-0.5, 0.5, (len(array), 2))

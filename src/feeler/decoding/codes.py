@@ -5,22 +5,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from feeler.decoding.noise import as_codes
+from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 
-CODES = {
-    "joint": "activations fitted together with the bases (the paper's recipe)",
-    "sparse": "activations for fixed bases, sparseness constraint on",
-    "ridge": "activations for fixed bases, no sparseness constraint, a small ridge: one answer",
-    "raw": "tensors themselves",
-}
-LABELS = {
-    "joint": "joint fit (paper)",
-    "sparse": "fixed bases, sparse",
-    "ridge": "fixed bases, no constraint",
-    "raw": "tensors",
-}
-"""What each code is called in every figure and table."""
+CODES = ("joint", "sparse", "ridge", "raw")
+"""Activations fitted together with the bases (the paper's recipe), activations for fixed bases with and without the
+sparseness constraint, and the tensors themselves; ``feeler.encoding.LABELS`` has a label for each."""
 
 
 class Encoder(Protocol):
@@ -36,7 +26,7 @@ class Encoder(Protocol):
         """Activations of tensors for the fitted bases."""
 
 
-def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = tuple(CODES)) -> dict[str, np.ndarray]:
+def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES) -> dict[str, np.ndarray]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
     Parameters
@@ -48,15 +38,15 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = tup
     kinds
         Any of joint, sparse, ridge, raw.
     """
-    array = as_codes(tensors)
+    array = check_tensors(tensors, least=1)
     if unknown := [kind for kind in kinds if kind not in CODES]:
         raise InvalidInput(f"unknown code {unknown[0]!r}; known: {', '.join(CODES)}.")
     if set(kinds) - {"raw"}:
         encoder.fit(array)
-    return {kind: encoder.activations_ if kind == "joint" else encode(array, encoder, kind) for kind in kinds}
+    return {kind: encoder.activations_ if kind == "joint" else encode_with(array, encoder, kind) for kind in kinds}
 
 
-def encode(tensors: np.ndarray, encoder: Encoder | None, kind: str) -> np.ndarray:
+def encode_with(tensors: np.ndarray, encoder: Encoder | None, kind: str) -> np.ndarray:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
         raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
@@ -69,7 +59,7 @@ def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
     The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies reach, labelled
     as if they were different touches, comes from the method and not from touch.
     """
-    array = as_codes(tensors)
+    array = check_tensors(tensors, least=1)
     energy = (array**2).sum(axis=(1, 2))
     typical = np.argsort(energy, kind="stable")[len(array) // 2]
     return np.repeat(array[typical][None], n_copies or len(array), axis=0)

@@ -9,12 +9,11 @@ from sklearn.base import clone
 
 from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
-from feeler.decoding.codes import CODES, encode, make_null
+from feeler.decoding.codes import CODES, encode_with, make_null
+from feeler.decoding.noise import NOISES, Common
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
-
-LEVELS = ("relative", "common")
-"""``relative``: to each vector's maximum (the paper; for tensors to each tensor's); ``common``: one absolute noise."""
+from feeler.tensors.rectify import rectify
 
 
 class Curve(NamedTuple):
@@ -22,7 +21,8 @@ class Curve(NamedTuple):
 
     group: str
     kind: str
-    level: str
+    noise: str
+    """Name of the model; ``relative`` means to each tensor for tensors, to each vector for all other codes."""
     n_copies: int
     when: str = "after"
     """Noise ``after`` encoding (the paper) or ``before``."""
@@ -48,24 +48,26 @@ class Curves:
     """The same pipelines on one single tensor repeated, labelled as if it were different touches."""
     baselines: dict[str, Sweep]
     """Peak position and time only, by group, noise on the tensors at one common level."""
+    noises: tuple[str, ...]
     n_copies: int
 
-    def find(self, kind: str, level: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:
+    def find(self, kind: str, noise: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:
         """Sweeps by group name."""
-        wanted = (kind, level, n_copies or self.n_copies, when)
-        return {c.group: s for c, s in self.sweeps.items() if (c.kind, c.level, c.n_copies, c.when) == wanted}
+        wanted = (kind, noise, n_copies or self.n_copies, when)
+        return {c.group: s for c, s in self.sweeps.items() if (c.kind, c.noise, c.n_copies, c.when) == wanted}
 
-    def find_null(self, kind: str, level: str = "relative", n_copies: int | None = None) -> Sweep | None:
+    def find_null(self, kind: str, noise: str = "relative", n_copies: int | None = None) -> Sweep | None:
         """The null of a kind of code."""
-        wanted = (kind, level, n_copies or self.n_copies)
-        return next((s for c, s in self.nulls.items() if (c.kind, c.level, c.n_copies) == wanted), None)
+        wanted = (kind, noise, n_copies or self.n_copies)
+        return next((s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted), None)
 
 
 def compute_curves(
     groups: Mapping[str, Group],
     plan: Plan,
     *,
-    kinds: Sequence[str] = tuple(CODES),
+    kinds: Sequence[str] = CODES,
+    noises: Sequence[str] | None = None,
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
@@ -77,52 +79,50 @@ def compute_curves(
         Conditions to compare, e.g. three speeds; the first one also gives the null its tensor.
     kinds
         Codes to compare; each group must hold them.
+    noises
+        Names of noise models; all registered ones by default.
     """
+    noises = tuple(NOISES) if noises is None else tuple(noises)
     peaks = {kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds}
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
         for kind in kinds:
             codes = {name: group.codes[kind]}
-            sweeps |= _sweep_kind(codes, group.labels, kind, peaks[kind], plan, random_state)
+            sweeps |= _sweep_kind(codes, group.labels, kind, noises, peaks[kind], plan, random_state)
         report(f"{name}: {len(kinds)} codes")
     if plan.before_repeats:
-        sweeps |= _sweep_before(groups, [k for k in kinds if k == "sparse"], plan, random_state)
+        sweeps |= _sweep_before(groups, [k for k in kinds if k == "sparse"], noises, plan, random_state)
     reference = next(iter(groups.values()))
     nulls: dict[Curve, Sweep] = {}
     for kind in kinds:
         null = {"null": _encode_null(reference, kind)}
-        nulls |= _sweep_kind(null, reference.labels, kind, peaks[kind], plan, random_state)
+        nulls |= _sweep_kind(null, reference.labels, kind, noises, peaks[kind], plan, random_state)
     peak = max(group.tensors.max() for group in groups.values())
     baselines = {name: compute_baseline(group, plan, float(peak), random_state) for name, group in groups.items()}
-    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, n_copies=plan.n_copies)
+    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, noises=noises, n_copies=plan.n_copies)
 
 
-def _sweep_kind(codes, labels, kind, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
-    """Main curves at both noise levels, and the other numbers of copies at the probe ratio."""
+def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
+    """Main curves with every noise, and the other numbers of copies at the probe ratio."""
     found = {}
     for name, array in codes.items():
-        for level in LEVELS:
-            relative = "tensor" if kind == "raw" else "vector"
-            options = {
-                "level": "common" if level == "common" else relative,
-                "reference": float(peak),
-                "rotate": kind == "raw",
-                "random_state": random_state,
-            }
-            found[Curve(name, kind, level, plan.n_copies)] = compute_sweep(
+        for model in noises:
+            noise = NOISES[model](each="tensor" if kind == "raw" else "vector", reference=float(peak))
+            options = {"noise": noise, "rotate": kind == "raw" and noise.is_even, "random_state": random_state}
+            found[Curve(name, kind, model, plan.n_copies)] = compute_sweep(
                 array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
                 estimator=make_fitting_lda(len(labels), plan.n_copies), **options,
             )  # fmt: skip
-            if level == "relative" and kind in plan.other_kinds:
+            if model == "relative" and kind in plan.other_kinds:
                 for n in plan.other_copies:
-                    found[Curve(name, kind, level, n)] = compute_sweep(
+                    found[Curve(name, kind, model, n)] = compute_sweep(
                         array, labels, ratios=(plan.probe,), n_copies=n, n_repeats=plan.other_repeats,
                         estimator=make_fitting_lda(len(labels), n), **options,
                     )  # fmt: skip
     return found
 
 
-def _sweep_before(groups, kinds, plan: Plan, random_state) -> dict[Curve, Sweep]:
+def _sweep_before(groups, kinds, noises, plan: Plan, random_state) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
     names = list(groups)[: None if plan.before_all else 1]
     peak = float(max(group.tensors.max() for group in groups.values()))
@@ -130,15 +130,15 @@ def _sweep_before(groups, kinds, plan: Plan, random_state) -> dict[Curve, Sweep]
     for name in names:
         group = groups[name]
         for kind in kinds:
-            for level in LEVELS if plan.before_all else ("common",):
+            for model in noises if plan.before_all else ("common",):
 
                 def encode_noisy(noisy, group=group, kind=kind):
-                    return encode(np.maximum(noisy, 0.0), group.encoder, kind)
+                    return encode_with(rectify(noisy), group.encoder, kind)
 
-                found[Curve(name, kind, level, plan.before_copies, "before")] = compute_sweep(
+                found[Curve(name, kind, model, plan.before_copies, "before")] = compute_sweep(
                     group.tensors, group.labels, ratios=(plan.probe,), n_copies=plan.before_copies,
-                    n_repeats=plan.before_repeats, level="tensor" if level == "relative" else "common", reference=peak,
-                    encode=encode_noisy, estimator=make_fitting_lda(len(group.labels), plan.before_copies),
+                    n_repeats=plan.before_repeats, noise=NOISES[model](each="tensor", reference=peak), encode=encode_noisy,
+                    estimator=make_fitting_lda(len(group.labels), plan.before_copies),
                     random_state=random_state,
                 )  # fmt: skip
     return found
@@ -149,7 +149,7 @@ def _encode_null(group: Group, kind: str) -> np.ndarray:
     null = make_null(group.tensors)
     if kind == "joint":
         return clone(group.encoder).fit(null).activations_
-    return np.repeat(encode(null[:1], group.encoder, kind), len(null), axis=0)
+    return np.repeat(encode_with(null[:1], group.encoder, kind), len(null), axis=0)
 
 
 def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 0) -> Sweep:
@@ -160,8 +160,7 @@ def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 
         ratios=(plan.probe,) if plan.n_repeats < 5 else plan.ratios,
         n_copies=3,
         n_repeats=min(plan.n_repeats, 2),
-        level="common",
-        reference=peak,
+        noise=Common(reference=peak),
         encode=PeakEncoder(random_state),
         estimator=make_lda(None),
         random_state=random_state,

@@ -6,7 +6,7 @@ each class is held at several lags at once and the lags are summed out. τ, the 
 neighbouring samples, whose errors go together, from counting as independent witnesses.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.special import logsumexp
@@ -20,6 +20,20 @@ from feeler.errors import InvalidInput
 FLOOR = 0.004  # [C] rad; least sd of a reading
 MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
 SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
+
+AT_LEAST_1, ABOVE_0 = ("≥ 1", lambda value: value >= 1), ("> 0", lambda value: value > 0)
+AT_LEAST_0 = ("≥ 0", lambda value: value >= 0)
+RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "window": AT_LEAST_1,
+    "threshold": ("in (0, 1]", lambda value: 0 < value <= 1),
+    "onset": ABOVE_0,
+    "confirm": AT_LEAST_1,
+    "noise": AT_LEAST_0,
+    "correlation": AT_LEAST_1,
+    "max_lag": AT_LEAST_0,
+    "lag_step": AT_LEAST_1,
+    "interval": ABOVE_0,
+}
 
 
 class StreamDecoder(BaseEstimator):
@@ -139,20 +153,9 @@ class StreamDecoder(BaseEstimator):
         self.constant_at_ = self.constant_[:, at].transpose(1, 0, 2).reshape(shape[:2])
 
     def _check(self) -> None:
-        checks = {
-            "window ≥ 1": self.window >= 1,
-            "0 < threshold ≤ 1": 0 < self.threshold <= 1,
-            "onset > 0": self.onset > 0,
-            "confirm ≥ 1": self.confirm >= 1,
-            "noise ≥ 0": self.noise >= 0,
-            "correlation ≥ 1": self.correlation >= 1,
-            "0 ≤ max_lag": self.max_lag >= 0,
-            "lag_step ≥ 1": self.lag_step >= 1,
-            "interval > 0": self.interval > 0,
-        }
-        wrong = [rule for rule, holds in checks.items() if not holds]
-        if wrong:
-            raise InvalidInput(f"StreamDecoder needs {wrong[0]}, got {getattr(self, _name(wrong[0]))}.")
+        for name, (rule, holds) in RULES.items():
+            if not holds(getattr(self, name)):
+                raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {getattr(self, name)}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
         """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None without contact."""
@@ -182,7 +185,3 @@ def _score_log(evidence: np.ndarray, true: np.ndarray, n_classes: int) -> float:
     by_class = logsumexp(evidence.reshape(*evidence.shape[:2], n_classes, -1), axis=3)
     log_posterior = by_class - logsumexp(by_class, axis=2, keepdims=True)
     return float(log_posterior[np.arange(true.size), :, true].mean())
-
-
-def _name(rule: str) -> str:
-    return next(word for word in rule.split() if word.replace("_", "").isalpha())

@@ -11,6 +11,7 @@ from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
+from feeler.tensors.rectify import rectify
 
 
 def make_groups(
@@ -63,7 +64,7 @@ def list_groups(
         every = make_labels(data)
         trials = np.flatnonzero(np.asarray(data["speed"]) == wanted)
         trials = trials[np.argsort(every[trials], kind="stable")]
-        return np.maximum(data[quantity].values[trials], 0.0) / peak, every[trials]
+        return rectify(data[quantity].values[trials]) / peak, every[trials]
 
     listed = {
         "speed": {f"{v:g} m/s": pick(tensors[reference], v) for v in np.unique(speed)},

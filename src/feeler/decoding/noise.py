@@ -1,67 +1,87 @@
 """Noisy copies of codes: how much noise, relative to what, drawn how."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.registry import Registry
 
-LEVELS = ("vector", "tensor", "common")
 LEAST_RATIO = 1e-6  # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
+PARTS = {"vector": 2, "tensor": (1, 2)}
 
 
-def as_codes(codes: Any) -> np.ndarray:
-    """Codes or tensors as a finite float array (trial, vector, time).
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """A model of noise; a new one gives ``compute_size``, or draws its copies otherwise than Gaussian."""
 
-    Raises
-    ------
-    InvalidInput
-        Another number of dimensions (trials of unequal shapes cannot form such an array), or NaN.
-    """
-    try:
-        array = np.asarray(codes, dtype=float)
-    except (ValueError, TypeError) as error:
-        raise InvalidInput(
-            f"the codes do not form one array (trial, vector, time): {error}. All trials must have the same shape."
-        ) from None
-    if array.ndim != 3 or array.size == 0:
-        raise InvalidInput(f"expected codes or tensors (trial, vector, time), got shape {array.shape}.")
-    if not np.isfinite(array).all():
-        raise InvalidInput("the codes hold NaN or infinite entries; drop or repair those trials first.")
-    return array
+    each: str = "vector"
+    """What a ratio is a share of, where the model asks: the greatest magnitude of each ``vector`` h_i(t) of each trial, or
+    of each ``tensor``."""
+    reference: float | None = None
+    """Greatest magnitude over everything that is compared; None: over the codes at hand."""
+
+    def __post_init__(self) -> None:
+        if self.each not in PARTS:
+            raise InvalidInput(f"noise is relative to each of {', '.join(PARTS)}, got {self.each!r}.")
+
+    @property
+    def is_even(self) -> bool:
+        """Whether the noise is Gaussian with one sd over all entries of a trial: ``draw_rotated`` is then exact."""
+        return False
+
+    def compute_size(self, codes: np.ndarray) -> np.ndarray:
+        """What a ratio of 1 means, broadcastable to ``codes`` (trial, vector, time)."""
+        raise NotImplementedError
+
+    def sd(self, codes: np.ndarray, ratio: float) -> np.ndarray:
+        """Standard deviation, broadcastable to ``codes``; a ratio of 0.1 is 10 %."""
+        if not np.isfinite(ratio) or ratio < 0:
+            raise InvalidInput(f"noise must be a ratio ≥ 0 (0.1 is 10 %), got {ratio}.")
+        return max(ratio, LEAST_RATIO) * self.compute_size(codes)
+
+    def draw(self, codes: np.ndarray, ratio: float, n_copies: int, rng: np.random.Generator) -> np.ndarray:
+        """``n_copies`` of every trial with fresh noise (copy · trial, vector, time), the set in turn."""
+        return draw_copies(codes, self.sd(codes, ratio), n_copies, rng)
 
 
-def compute_noise_sd(
-    codes: np.ndarray, ratio: float, level: str = "vector", reference: float | None = None
-) -> np.ndarray:
-    """Standard deviation of the noise, broadcastable to ``codes`` (trial, vector, time).
+NOISES: Registry[type[Noise]] = Registry("noise model")
+"""Every known model by its name; ``NOISES.register(name, model)`` adds one."""
 
-    Parameters
-    ----------
-    codes
-        Clean activations (trial, component, time) or tensors (trial, sensor, time).
-    ratio
-        Noise ratio ≥ 0, e.g. 0.1 for 10 %.
-    level
-        ``vector``: ratio × the greatest magnitude of each vector h_i(t) of each trial (the paper's definition).
-        ``tensor``: ratio × the greatest magnitude of each trial. ``common``: ratio × ``reference``, the same absolute
-        noise everywhere, as a sensor with a fixed noise floor has.
-    reference
-        For ``common``: the greatest magnitude over everything that is compared; default that of ``codes`` alone.
+
+@NOISES.register("relative")
+@dataclass(frozen=True, kw_only=True)
+class Relative(Noise):
+    """sd = ratio × the greatest magnitude of each vector (the paper's), or of each tensor.
 
     Notes
     -----
     Paper, "Feature classification from tactile tensors": deviation relative to each activation vector's maximum.
     """
-    if not np.isfinite(ratio) or ratio < 0:
-        raise InvalidInput(f"noise must be a ratio ≥ 0 (0.1 is 10 %), got {ratio}.")
-    if level not in LEVELS:
-        raise InvalidInput(f"noise level must be one of {', '.join(LEVELS)}, got {level!r}.")
-    if level == "common":
-        peak = np.full((1, 1, 1), np.abs(codes).max() if reference is None else reference)
-    else:
-        peak = np.abs(codes).max(axis=(1, 2) if level == "tensor" else 2, keepdims=True)
-    return max(ratio, LEAST_RATIO) * peak
+
+    @property
+    def is_even(self) -> bool:
+        """True for noise relative to whole tensors."""
+        return self.each == "tensor"
+
+    def compute_size(self, codes: np.ndarray) -> np.ndarray:
+        """Greatest magnitude of each vector or tensor."""
+        return np.abs(codes).max(axis=PARTS[self.each], keepdims=True)
+
+
+@NOISES.register("common")
+@dataclass(frozen=True, kw_only=True)
+class Common(Noise):
+    """sd = ratio × ``reference``: the same absolute noise everywhere, as a sensor with a fixed noise floor has."""
+
+    @property
+    def is_even(self) -> bool:
+        """True."""
+        return True
+
+    def compute_size(self, codes: np.ndarray) -> np.ndarray:
+        """The reference."""
+        return np.full((1, 1, 1), np.abs(codes).max() if self.reference is None else self.reference)
 
 
 def draw_copies(codes: np.ndarray, sd: np.ndarray, n_copies: int, rng: np.random.Generator) -> np.ndarray:

@@ -1,6 +1,6 @@
 """How many of the choices that the paper leaves open agree with its claims."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -9,9 +9,11 @@ import numpy as np
 
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.labels import make_labels
+from feeler.decoding.noise import Common
 from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import GREATEST, compute_dispersion
+from feeler.dispersion import INDICES, compute_dispersion
+from feeler.tensors.rectify import rectify
 
 CHOICES: dict[str, tuple[Any, ...]] = {
     "quantity": ("angle", "curvature"),
@@ -36,7 +38,7 @@ def compute_sensitivity(
     comparisons: Mapping[str, Mapping[str, Any]],
     *,
     full: bool = False,
-    indices: tuple[str, ...] = ("pearson", "ssim", "mse", "nmi"),
+    indices: Sequence[str] | None = None,
     ratio: float = 0.2,
     random_state: int = 0,
 ) -> list[Row]:
@@ -55,7 +57,7 @@ def compute_sensitivity(
         verdicts = []
         for claim, groups in comparisons.items():
             arrays, labels = prepare(groups, choices)
-            verdicts += _judge(claim, arrays, labels, indices, ratio, random_state)
+            verdicts += _judge(claim, arrays, labels, indices or tuple(INDICES), ratio, random_state)
         rows.append(Row(choices=choices, verdicts=tuple(verdicts)))
     return rows
 
@@ -78,7 +80,7 @@ def prepare(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict
         array = data[choices["quantity"]].values[trials]
         array = array[:, _choose_sensors(array.shape[1], choices["sensors"])]
         array = array[:, :, : round(choices["window"] * array.shape[2])]
-        arrays[name] = np.maximum(array, 0.0) if choices["sign"] == "rectified" else array
+        arrays[name] = rectify(array) if choices["sign"] == "rectified" else array
         labels = every[trials]
     peaks = {name: np.abs(array).max() for name, array in arrays.items()}
     common = max(peaks.values())
@@ -104,18 +106,16 @@ def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]
         judge_order(
             {name: found.values(index, name) for name in arrays},
             claim=claim,
-            measure=index,
-            greater=not GREATEST[index],
+            measure=INDICES[index].label,
+            greater=not INDICES[index].is_similarity,
         )
         for index in indices
     ]
     n_copies = 4
-    options = {"ratios": (ratio,), "n_copies": n_copies, "n_repeats": 2, "level": "common", "rotate": True}
+    options = {"ratios": (ratio,), "n_copies": n_copies, "n_repeats": 2, "noise": Common(reference=1.0), "rotate": True}
     estimator = make_lda(min(30, n_copies * len(labels) - 1))
     areas = {
-        name: compute_sweep(
-            array, labels, reference=1.0, estimator=estimator, random_state=random_state, **options
-        ).area
+        name: compute_sweep(array, labels, estimator=estimator, random_state=random_state, **options).area
         for name, array in arrays.items()
     }
     return [*verdicts, judge_order(areas, claim=claim, measure="accuracy of tensors")]

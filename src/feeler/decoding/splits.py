@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.noise import as_codes
 from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 
 
@@ -34,7 +34,7 @@ def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], *
     **options
         Of ``compute_sweep``.
     """
-    codes, labels = as_codes(codes), np.asarray(labels)
+    codes, labels = check_tensors(codes, least=1), np.asarray(labels)
     if len(labels) != len(codes) or len(groups) != len(codes):
         raise InvalidInput(f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match.")
     return {

@@ -1,17 +1,12 @@
 """One touch as it happens: a sample in, what is known so far out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from feeler.decoding.onset import OnsetFinder
 from feeler.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from feeler.decoding.decoder import StreamDecoder
 
 MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
 SURPLUS = 50  # samples too many before a faster sender is refused
@@ -35,10 +30,25 @@ class StreamState:
     """(class,)."""
 
 
+class Fitted(Protocol):
+    """What a stream reads of a fitted ``StreamDecoder``."""
+
+    window: int
+    threshold: float
+    onset: float
+    confirm: int
+    interval: float
+    classes_: list[tuple]
+    n_sensors_: int
+    expected_at_: np.ndarray
+    weight_at_: np.ndarray
+    constant_at_: np.ndarray
+
+
 class Stream:
     """One stream of samples: keeps the tensor so far and the evidence for each class."""
 
-    def __init__(self, decoder: StreamDecoder) -> None:
+    def __init__(self, decoder: Fitted) -> None:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)

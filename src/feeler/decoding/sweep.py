@@ -10,7 +10,8 @@ from sklearn.base import clone
 
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
-from feeler.decoding.noise import as_codes, compute_noise_sd, draw_copies, draw_rotated
+from feeler.decoding.noise import NOISES, Noise, draw_rotated
+from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores, hold_blas
 
@@ -76,8 +77,7 @@ def compute_sweep(
     n_copies: int = N_COPIES,
     n_repeats: int = N_REPEATS,
     estimator: Any = None,
-    level: str = "vector",
-    reference: float | None = None,
+    noise: str | Noise = "relative",
     encode: Encode | None = None,
     held_out: tuple[Any, Sequence[Any]] | None = None,
     rotate: bool = False,
@@ -97,8 +97,8 @@ def compute_sweep(
         Activations (trial, component, time) or tensors (trial, sensor, time).
     labels
         Class of each trial.
-    ratios, level, reference
-        Noise, see ``compute_noise_sd``.
+    ratios, noise
+        How much of which noise: a ``Noise``, or the name of a registered one.
     n_copies, n_repeats
         Copies per trial, repeats per ratio.
     estimator
@@ -110,7 +110,7 @@ def compute_sweep(
         Other trials ``(codes, labels)`` to test on instead of the training trials.
     rotate
         Use ``draw_rotated``: exact for estimators that see only distances and angles, and noise that is the same over
-        a whole trial (level ``tensor`` or ``common``).
+        a whole trial (``Relative(each="tensor")`` or ``Common()``).
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
@@ -126,8 +126,11 @@ def compute_sweep(
     Paper, "Feature classification from tactile tensors".
     """
     sets = _check_sets(codes, labels, held_out)
-    if rotate and (encode is not None or level == "vector"):
-        raise InvalidInput("rotate needs noise that is the same over a trial: level 'tensor' or 'common', no encode.")
+    noise = NOISES[noise]() if isinstance(noise, str) else noise
+    if rotate and (encode is not None or not noise.is_even):
+        raise InvalidInput(
+            "rotate needs noise that is the same over a trial: Relative(each='tensor') or Common(), no encode."
+        )
     classes = np.unique(sets[1])
     estimator = make_lda() if estimator is None else estimator
     if n_repeats < 1:
@@ -140,7 +143,7 @@ def compute_sweep(
     def run(r: int, seed: np.random.SeedSequence) -> None:
         for k, (ratio, child) in enumerate(zip(ratios, seed.spawn(len(ratios)), strict=True)):
             rng = np.random.default_rng(child)
-            train, test, originals = draw(sets, ratio, n_copies, level, reference, encode, rng)
+            train, test, originals = draw(sets, ratio, n_copies, noise, encode, rng)
             model = clone(estimator).fit(*train)
             predicted = model.predict(test[0])
             noisy[k, r] = np.mean(predicted == test[1])
@@ -164,10 +167,12 @@ def compute_sweep(
 
 
 def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    train, labels = _check_labels(as_codes(codes), labels)
+    train, labels = _check_labels(check_tensors(codes, least=1), labels)
     if np.unique(labels).size < 2:
         raise InvalidInput(f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes.")
-    test, test_labels = (train, labels) if held_out is None else _check_labels(as_codes(held_out[0]), held_out[1])
+    test, test_labels = (
+        (train, labels) if held_out is None else _check_labels(check_tensors(held_out[0], least=1), held_out[1])
+    )
     if test.shape[1:] != train.shape[1:]:
         raise InvalidInput(f"held-out trials have shape {test.shape[1:]}, training trials {train.shape[1:]}.")
     if (unknown := np.setdiff1d(test_labels, labels)).size:
@@ -182,17 +187,17 @@ def _check_labels(codes: np.ndarray, labels: Sequence[Any]) -> tuple[np.ndarray,
     return codes, labels
 
 
-def _draw_encoded(sets, ratio, n_copies, level, reference, encode, rng):
+def _draw_encoded(sets, ratio, n_copies, noise, encode, rng):
     """Training copies, test copies and clean originals, flat, each with its labels."""
     train, labels, test, test_labels = sets
     drawn = []
     for codes, names in ((train, labels), (test, test_labels)):
-        noisy = draw_copies(codes, compute_noise_sd(codes, ratio, level, reference), n_copies, rng)
-        drawn.append((_flatten(noisy, encode), np.tile(names, n_copies)))
+        copies = noise.draw(codes, ratio, n_copies, rng)
+        drawn.append((_flatten(copies, encode), np.tile(names, n_copies)))
     return *drawn, (_flatten(test, encode), test_labels)
 
 
-def _draw_rotated(sets, ratio, n_copies, level, reference, encode, rng):
+def _draw_rotated(sets, ratio, n_copies, noise, encode, rng):
     """The same through ``draw_rotated``."""
     train, labels, test, test_labels = sets
     same = test is train
@@ -200,7 +205,7 @@ def _draw_rotated(sets, ratio, n_copies, level, reference, encode, rng):
     first = np.tile(np.arange(len(train)), n_copies)
     second = first if same else len(train) + np.tile(np.arange(len(test)), n_copies)
     owner = np.concatenate([first, second])
-    sd = np.broadcast_to(compute_noise_sd(everything, ratio, level, reference), (len(everything), 1, 1))[:, 0, 0]
+    sd = np.broadcast_to(noise.sd(everything, ratio), (len(everything), 1, 1))[:, 0, 0]
     noisy, clean = draw_rotated(everything.reshape(len(everything), -1), owner, sd[owner], rng)
     return (
         (noisy[: first.size], np.tile(labels, n_copies)),

@@ -13,8 +13,8 @@ Block = Callable[[slice, slice], np.ndarray]
 """Similarities of the tensors in one slice with those in another, (row, column)."""
 
 
-def as_tensors(tensors: Any, *, least: int = 2, finite: bool = True) -> np.ndarray:
-    """The set as a float array (trial, sensor, time), from NumPy or an xarray.DataArray; a view where it can be.
+def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
+    """Tensors or codes as a finite float array (trial, vector, time), from NumPy or a DataArray; a view where it can be.
 
     Raises
     ------
@@ -32,11 +32,11 @@ def as_tensors(tensors: Any, *, least: int = 2, finite: bool = True) -> np.ndarr
             f"the tensors do not form one array (trial, sensor, time): {error}. They must all have the same number of "
             "sensors and samples; crop or pad them to a common length first."
         ) from None
-    if array.ndim != 3 or 0 in array.shape[1:]:
-        raise InvalidInput(f"expected an array (trial, sensor, time) got shape {array.shape}.")
+    if array.ndim != 3 or 0 in array.shape:
+        raise InvalidInput(f"expected tensors or codes (trial, vector, time), got shape {array.shape}.")
     if array.shape[0] < least:
         raise InvalidInput(f"{array.shape[0]} tensor(s) given, at least {least} are needed to compare them.")
-    if finite and not np.isfinite(array).all():
+    if not np.isfinite(array).all():
         bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
         raise InvalidInput(f"trial(s) {name_trials(bad)} hold NaN or infinite entries; drop or repair them first.")
     return array

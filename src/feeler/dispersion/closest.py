@@ -5,17 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.blocks import BLOCK, Block, as_tensors, iterate_blocks
-from feeler.dispersion.mse import make_mse
-from feeler.dispersion.nmi import make_nmi
-from feeler.dispersion.pearson import make_pearson
-from feeler.dispersion.ssim import make_ssim
+from feeler.dispersion.blocks import BLOCK, check_tensors, iterate_blocks
+from feeler.dispersion.index import INDICES
 from feeler.errors import InvalidInput
-
-INDICES = {"pearson": make_pearson, "ssim": make_ssim, "mse": make_mse, "nmi": make_nmi}
-GREATEST = {"pearson": True, "ssim": True, "mse": False, "nmi": True}
-"""Whether the closest match has the greatest value of an index (similarity) or the least (distance)."""
-NAMES = {"pearson": "Pearson r", "ssim": "SSIM", "mse": "MSE", "nmi": "NMI"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,15 +49,14 @@ def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, 
     tensors
         (trial, sensor, time).
     index
-        ``pearson``, ``ssim``, ``mse`` or ``nmi``.
+        The name of a registered ``Index``: ``pearson``, ``ssim``, ``mse``, ``nmi`` …
     block
         Tensors per side of a block.
     **options
         Those of the index: ``border``, ``data_range``, ``n_bins``, ``common_zeros``.
     """
-    array = as_tensors(tensors)
-    sign = 1.0 if GREATEST[_known(index)] else -1.0
-    compute = INDICES[index](array, **options)
+    array = check_tensors(tensors)
+    sign, compute = INDICES[index].sign, INDICES[index].make(array, **options)
     best = np.full(len(array), -np.inf)
     match = np.full(len(array), -1)
     for rows, columns in iterate_blocks(len(array), block):
@@ -85,14 +76,3 @@ def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int)
     candidate = candidate + start
     better = (value > best) | ((value == best) & (candidate < match))
     best[better], match[better] = value[better], candidate[better]
-
-
-def make_index(index: str, array: np.ndarray, **options: Any) -> Block:
-    """The block function of an index by name."""
-    return INDICES[_known(index)](array, **options)
-
-
-def _known(index: str) -> str:
-    if index not in INDICES:
-        raise InvalidInput(f"index must be one of {', '.join(INDICES)}, got {index!r}.")
-    return index

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.blocks import BLOCK, as_tensors
-from feeler.dispersion.closest import INDICES, Closest, search_closest
+from feeler.dispersion.blocks import BLOCK, check_tensors
+from feeler.dispersion.closest import Closest, search_closest
+from feeler.dispersion.index import INDICES
 from feeler.dispersion.interval import Interval, bootstrap_mean
 from feeler.errors import InvalidInput
 
@@ -34,7 +35,7 @@ def scale_common(tensors: Any) -> np.ndarray:
     Non-negative input comes out in [0, 1], as SSIM with range 1 needs it. To compare sets (speeds, antennas), scale
     them together, then split them.
     """
-    array = as_tensors(tensors, least=1)
+    array = check_tensors(tensors, least=1)
     return array / _check_largest(np.abs(array).max())
 
 
@@ -42,7 +43,7 @@ def compute_dispersion(
     tensors: Any,
     groups: Sequence[Hashable] | None = None,
     *,
-    indices: Sequence[str] = tuple(INDICES),
+    indices: Sequence[str] | None = None,
     options: dict[str, dict[str, Any]] | None = None,
     scale: bool = True,
     random_state: int = 0,
@@ -60,7 +61,7 @@ def compute_dispersion(
     groups
         One name per trial, for instance its speed; None takes the whole set as one group.
     indices
-        Any of pearson, ssim, mse, nmi.
+        Names of registered indices; all by default: pearson, ssim, mse, nmi.
     options
         Options per index, e.g. ``{"nmi": {"n_bins": 64}}``.
     scale
@@ -83,12 +84,11 @@ def compute_dispersion(
         largest = _check_largest(max(abs(least), abs(greatest)))
         sets = {name: array / largest for name, array in sets.items()}
         least, greatest = least / largest, greatest / largest
-    options = {"nmi": {"data_range": (float(least), float(greatest))}} | (options or {})
-    rng = np.random.default_rng(random_state)
-    closest = {
-        index: {n: search_closest(array, index, block=block, **options.get(index, {})) for n, array in sets.items()}
-        for index in indices
-    }
+    rng, closest = np.random.default_rng(random_state), {}
+    for index in INDICES if indices is None else indices:
+        given = {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
+        given |= (options or {}).get(index, {})
+        closest[index] = {name: search_closest(array, index, block=block, **given) for name, array in sets.items()}
     average = {i: {n: bootstrap_mean(c.value, rng) for n, c in by_group.items()} for i, by_group in closest.items()}
     return Dispersion(groups=tuple(sets), closest=closest, average=average)
 
@@ -96,9 +96,9 @@ def compute_dispersion(
 def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np.ndarray]:
     """The tensors of each group, at least two."""
     if isinstance(tensors, Mapping) and not hasattr(tensors, "dims"):
-        sets = {name: np.ascontiguousarray(as_tensors(array, least=1)) for name, array in tensors.items()}
+        sets = {name: np.ascontiguousarray(check_tensors(array, least=1)) for name, array in tensors.items()}
     else:
-        array = as_tensors(tensors, least=1)
+        array = check_tensors(tensors, least=1)
         labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
         if len(labels) != len(array):
             raise InvalidInput(f"{len(labels)} group names for {len(array)} tensors; give one per tensor.")

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix
+from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix
+from feeler.dispersion.index import Index
 
 CANCELLATION = 1e-4  # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
 
@@ -30,7 +31,7 @@ def compute_mse(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    array = as_tensors(tensors)
+    array = check_tensors(tensors)
     return fill_matrix(len(array), make_mse(array), block)
 
 
@@ -48,3 +49,6 @@ def make_mse(array: np.ndarray) -> Block:
         return difference / size
 
     return compute
+
+
+MSE = Index(label="MSE", make=make_mse, is_similarity=False)

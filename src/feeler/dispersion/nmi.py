@@ -6,7 +6,8 @@ import numba as nb
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 
 N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
@@ -55,7 +56,7 @@ def compute_nmi(
     -----
     The paper names NMI without defining it; this definition is a choice [C].
     """
-    array = as_tensors(tensors)
+    array = check_tensors(tensors)
     make = make_nmi(array, n_bins=n_bins, data_range=data_range, common_zeros=common_zeros)
     return fill_matrix(len(array), make, block)
 
@@ -87,6 +88,9 @@ def make_nmi(
         return fold_pairs(_compare_pairs(*a, *b, pairs, self_information, gain, zero), pairs, rows, columns)
 
     return compute
+
+
+NMI = Index(label="NMI", make=make_nmi, needs_range=True)
 
 
 def digitise(values: np.ndarray, n_bins: int, low: float, high: float) -> np.ndarray:

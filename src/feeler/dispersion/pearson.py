@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix, name_trials
+from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, name_trials
+from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 
 
@@ -33,7 +34,7 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    array = as_tensors(tensors)
+    array = check_tensors(tensors)
     return fill_matrix(len(array), make_pearson(array), block)
 
 
@@ -61,3 +62,6 @@ def make_pearson(array: np.ndarray) -> Block:
         return r
 
     return compute
+
+
+PEARSON = Index(label="Pearson r", make=make_pearson)

@@ -7,7 +7,8 @@ import numba as nb
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import BLOCK, Block, as_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 
 SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
@@ -51,7 +52,7 @@ def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replic
     -----
     Each tensor's means and variances are filtered once; per pair one separable filter of the product remains.
     """
-    array = as_tensors(tensors)
+    array = check_tensors(tensors)
     largest = np.abs(array).max()
     if 0 < largest < 0.2 * data_range:
         warnings.warn(
@@ -80,6 +81,9 @@ def make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "repl
         return fold_pairs(_compare_pairs(*a, *b, pairs, taps, c1, c2), pairs, rows, columns)
 
     return compute
+
+
+SSIM = Index(label="SSIM", make=make_ssim)
 
 
 def _check(array: np.ndarray, data_range: float, border: str) -> None:

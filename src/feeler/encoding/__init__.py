@@ -5,11 +5,13 @@ from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
 from feeler.encoding.entropy import compute_entropies, compute_histogram_entropy, compute_mass_entropy
 from feeler.encoding.files import load_encoder, save_encoder
+from feeler.encoding.inputs import LABELS
 from feeler.encoding.mapping import LocationMapping, map_locations
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.encoding.sparseness import hoyer_sparseness, project_to_sparseness
 
 __all__ = [
+    "LABELS",
     "ConvolutiveNMF",
     "LocationMapping",
     "compute_basis_similarity",

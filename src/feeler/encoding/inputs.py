@@ -9,6 +9,14 @@ from feeler.errors import InvalidInput
 
 CONSTRAINTS = ("trial", "all")
 CODES = ("sparse", "ridge", "nonnegative")
+LABELS = {
+    "joint": "joint fit (paper)",
+    "sparse": "fixed bases, sparse",
+    "ridge": "fixed bases, ridge",
+    "nonnegative": "fixed bases, least squares",
+    "raw": "tensors",
+}
+"""What every figure and table calls activations found together with the bases, the codes on fixed bases, and no code."""
 STARTS = ("windows", "random")
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from feeler.encoding import ConvolutiveNMF
 from feeler.encoding.inputs import check_choice
 from feeler.errors import InvalidInput
+from feeler.tensors.rectify import rectify
 
 QUANTITIES = ("angle", "curvature")
 # restarts, iterations, tolerance. Ten restarts [P] (Fig. 4B); the rest is cost against accuracy [C].
@@ -30,4 +31,4 @@ def make_encoder(scale: str = "quick", **changes: Any) -> ConvolutiveNMF:
 def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
     """What is encoded: one quantity of a Dataset as (trial, sensor, time), negatives set to 0 [D: as in the video]."""
     check_choice("quantity", quantity, QUANTITIES)
-    return np.maximum(tensors[quantity].transpose("trial", "sensor", "time").values, 0)
+    return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import CODES, LABELS, Confused, explain_confusion, make_groups, make_labels
-from feeler.decoding.curves import LEVELS, Curves, compute_curves
+from feeler.decoding import CODES, Confused, explain_confusion, make_groups, make_labels
+from feeler.decoding.curves import Curves, compute_curves
 from feeler.decoding.plan import Plan, get_plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
+from feeler.encoding import LABELS
 from feeler.paper import figS6
 from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.fig5_splits import compute_splits
@@ -105,8 +106,8 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
     verdicts = []
     for comparison, found in curves.items():
         for kind in CODES:
-            for level in LEVELS:
-                sweeps, null = found.find(kind, level), found.find_null(kind, level)
+            for noise in found.noises:
+                sweeps, null = found.find(kind, noise), found.find_null(kind, noise)
                 values = {name: sweeps[name].area for name in claimed[comparison]}
                 if len(values) < 2:
                     continue  # nothing is claimed of a lone group and its controls
@@ -114,7 +115,7 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                     judge_order(
                         values,
                         claim=READ_BETTER[comparison],
-                        measure=f"accuracy, {LABELS[kind]}, {level} noise",
+                        measure=f"accuracy, {LABELS[kind]}, {noise} noise",
                         explained=compute_explained(sweeps[claimed[comparison][0]], null),
                     )
                 )
@@ -158,18 +159,18 @@ def _describe_kept(comparison: str, curves: Curves) -> list[str]:
 
 
 def plot(data: Fig5Data, figure: Figure) -> None:
-    """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per noise level."""
+    """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per noise model."""
     n_blocks = len(data.curves)
     top, *blocks = figure.subfigures(1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks))
     plot_top(data, top)
     for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
         letter = "C" if comparison == "speed" else "D"
-        axes = block.subplots(len(LEVELS), len(CODES), sharex=True, sharey=True)
+        axes = block.subplots(len(curves.noises), len(CODES), sharex=True, sharey=True)
         block.suptitle(f"{letter}  LDA accuracy by {comparison}", x=0.02, ha="left", fontsize=9)
-        for level, line in zip(LEVELS, axes, strict=True):
+        for noise, line in zip(curves.noises, axes, strict=True):
             for kind, ax in zip(CODES, line, strict=True):
-                plot_curves(curves, kind, level, ax)
-            line[0].set_ylabel(f"accuracy [%]\n{level} noise", fontsize=7)
+                plot_curves(curves, kind, noise, ax)
+            line[0].set_ylabel(f"accuracy [%]\n{noise} noise", fontsize=7)
         for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
             above.set_title(LABELS[kind], fontsize=7)
             below.set_xlabel("noise [%]", fontsize=7)

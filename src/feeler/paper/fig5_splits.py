@@ -8,7 +8,9 @@ import numpy as np
 from feeler.decoding import compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import Group
+from feeler.decoding.noise import Relative
 from feeler.decoding.plan import Plan
+from feeler.tensors.rectify import rectify
 
 JITTERS = {"place shifted by up to 2 % of the length": (0.02, 0.0), "speed changed by up to 10 %": (0.0, 0.1)}  # [C]
 
@@ -24,7 +26,7 @@ def compute_splits(
 ) -> dict[str, dict[str, float]]:
     """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
     options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
-    options |= {"level": "tensor", "rotate": True, "random_state": random_state}
+    options |= {"noise": Relative(each="tensor"), "rotate": True, "random_state": random_state}
     found: dict[str, dict[str, float]] = {}
     for comparison, members in groups.items():
         accuracies = {}
@@ -43,7 +45,7 @@ def compute_splits(
         for name, group in groups["profile"].items():
             speed = np.asarray(tensors[name]["speed"])
             labels = make_labels(tensors[name])[speed == speed.min()]
-            shifted = np.maximum(jitter(name, *shift)[quantity].values, 0.0) / peak
+            shifted = rectify(jitter(name, *shift)[quantity].values) / peak
             lda = make_fitting_lda(len(group.labels), plan.n_copies)
             sweep = compute_sweep(group.tensors, group.labels, held_out=(shifted, labels), estimator=lda, **options)
             accuracies[name] = float(sweep.clean.mean())

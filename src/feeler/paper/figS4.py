@@ -10,6 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding import Sweep, compute_sweep, list_groups
 from feeler.decoding.cnn import TouchNetwork, import_torch
+from feeler.decoding.noise import Relative
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.errors import InvalidInput
 from feeler.paper.claims import PROFILES, READ_BETTER
@@ -102,7 +103,7 @@ def compute(
                     device=device,
                     random_state=random_state,
                 )
-                options = {"level": "tensor", "n_jobs": 1, "random_state": random_state, **settings}
+                options = {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state, **settings}
                 known[key] = compute_sweep(array, labels, estimator=network, **options)
             sweeps[comparison][name] = known[key]
         values = {name: sweeps[comparison][name].area for name in claimed if name in sweeps[comparison]}

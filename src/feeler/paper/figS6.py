@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.dispersion import GREATEST, INDICES, NAMES, Dispersion, compute_dispersion
+from feeler.dispersion import INDICES, Dispersion, compute_dispersion
+from feeler.encoding import LABELS
 from feeler.errors import InvalidInput
 from feeler.paper.claims import SPREADS_MORE
 from feeler.plotting.closest import plot_kinds
@@ -57,9 +58,9 @@ def judge(found: Dispersion, index: str, comparison: str, kind: str, claimed: tu
     if missing := [name for name in claimed if name not in found.groups]:
         raise InvalidInput(f"no group {missing[0]!r}; groups: {', '.join(map(str, found.groups))}.")
     values = {name: found.values(index, name) for name in claimed}
-    return judge_order(
-        values, claim=SPREADS_MORE[comparison], measure=f"{NAMES[index]} of {kind}", greater=not GREATEST[index]
-    )
+    known = INDICES[index]
+    measure = f"{known.label} of {LABELS[kind]}"
+    return judge_order(values, claim=SPREADS_MORE[comparison], measure=measure, greater=not known.is_similarity)
 
 
 def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
@@ -69,10 +70,16 @@ def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
         for index, ax in zip(INDICES, column, strict=True):
             plot_kinds(list(kinds.values()), index, ax)
         n_groups = len(next(iter(kinds.values())).groups)
-        column[-1].set_xticks(np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2, list(kinds))
+        column[-1].set_xticks(
+            np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2, [_wrap(kind) for kind in kinds]
+        )
         column[0].set_title(f"by {comparison}")
         column[0].legend(
             loc="lower center", bbox_to_anchor=(0.5, 1.12), ncols=n_groups, columnspacing=1, handletextpad=0
         )
     for index, ax in zip(INDICES, axes[:, 0], strict=True):
-        ax.set_ylabel(f"{NAMES[index]}\n{'low' if GREATEST[index] else 'high'}: more dispersed")
+        ax.set_ylabel(f"{INDICES[index].label}\n{'low' if INDICES[index].is_similarity else 'high'}: more dispersed")
+
+
+def _wrap(kind: str) -> str:
+    return LABELS[kind].replace(", ", ",\n").replace(" (", "\n(")

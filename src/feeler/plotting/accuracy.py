@@ -7,11 +7,11 @@ from feeler.decoding.sweep import Sweep
 from feeler.plotting.style import PALETTE
 
 
-def plot_curves(curves: Curves, kind: str, level: str, ax: Axes) -> None:
+def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
     """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
-    for colour, (name, sweep) in zip(PALETTE, curves.find(kind, level).items(), strict=False):
+    for colour, (name, sweep) in zip(PALETTE, curves.find(kind, noise).items(), strict=False):
         plot_sweep(sweep, ax, color=colour, label=name)
-    null = curves.find_null(kind, level)
+    null = curves.find_null(kind, noise)
     if null is not None:
         plot_sweep(null, ax, color="#000000", ls="--", label="null: one tensor repeated")
     for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):

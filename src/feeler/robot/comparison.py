@@ -56,7 +56,7 @@ def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str
 
 
 def _compare(groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int, random_state: int) -> dict:
-    from feeler.decoding import compute_sweep
+    from feeler.decoding import Relative, compute_sweep
     from feeler.dispersion import compute_dispersion
 
     names = np.repeat(list(groups), [len(tensors) for tensors in groups.values()])
@@ -65,7 +65,12 @@ def _compare(groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int,
     result = {}
     for name, tensors in groups.items():
         sweep = compute_sweep(
-            tensors, classes, ratios=(0.2,), n_repeats=n_repeats, level="tensor", random_state=random_state
+            tensors,
+            classes,
+            ratios=(0.2,),
+            n_repeats=n_repeats,
+            noise=Relative(each="tensor"),
+            random_state=random_state,
         )
         result[name] = {index: float(average[name].estimate) for index, average in dispersion.average.items()}
         result[name] |= {"accuracy": float(sweep.noisy.mean())}

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from feeler.encoding import LABELS
 from feeler.paper import fig4, fig5_bases, figS5
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors
@@ -60,8 +61,8 @@ def _show_codes(section: Section, main: fig4.Fig4Data) -> None:
     section.heading("The same tensors, four codes")
     section.text(
         "Activations found together with the bases (the paper's recipe) are not unique: the same tensor can get different "
-        "codes in one fit. On fixed bases each tensor has one code. 'ridge' and 'nonnegative' are solved without the "
-        "sparseness constraint; 'sparse' keeps it."
+        "codes in one fit. On fixed bases each tensor has one code: with the sparseness constraint, or without it, "
+        "with a small ridge or as plain non-negative least squares."
     )
     section.table(
         [
@@ -75,7 +76,7 @@ def _show_codes(section: Section, main: fig4.Fig4Data) -> None:
         ],
         [
             [
-                code,
+                LABELS[code],
                 main.residual_by_code[code],
                 main.sparseness_by_code[code],
                 m.information,
