@@ -13,7 +13,7 @@ from feeler.decoding.codes import CODES, encode_with, make_null
 from feeler.decoding.noise import NOISES, Common
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
-from feeler.tensors.rectify import rectify
+from feeler.tensors.scaling import rectify
 
 
 class Curve(NamedTuple):

@@ -11,7 +11,7 @@ from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
-from feeler.tensors.rectify import rectify
+from feeler.tensors.scaling import rectify
 
 
 def make_groups(

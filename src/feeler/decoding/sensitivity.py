@@ -13,7 +13,7 @@ from feeler.decoding.noise import Common
 from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
-from feeler.tensors.rectify import rectify
+from feeler.tensors.scaling import rectify
 
 CHOICES: dict[str, tuple[Any, ...]] = {
     "quantity": ("angle", "curvature"),

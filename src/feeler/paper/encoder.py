@@ -7,7 +7,7 @@ import numpy as np
 from feeler.encoding import ConvolutiveNMF
 from feeler.encoding.inputs import check_choice
 from feeler.errors import InvalidInput
-from feeler.tensors.rectify import rectify
+from feeler.tensors.scaling import rectify
 
 QUANTITIES = ("angle", "curvature")
 # restarts, iterations, tolerance. Ten restarts [P] (Fig. 4B); the rest is cost against accuracy [C].

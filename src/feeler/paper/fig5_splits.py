@@ -10,7 +10,7 @@ from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import Group
 from feeler.decoding.noise import Relative
 from feeler.decoding.plan import Plan
-from feeler.tensors.rectify import rectify
+from feeler.tensors.scaling import rectify
 
 JITTERS = {"place shifted by up to 2 % of the length": (0.02, 0.0), "speed changed by up to 10 %": (0.0, 0.1)}  # [C]
 
