@@ -1,212 +1,321 @@
 """Lanes filled with scenes: the arrays that a batch of simulations steps together."""
 
-from threading import Event
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.errors import InvalidInput
+from feeler.physics.chain import fields as f
 from feeler.physics.chain.compiling import announce_compiling
-from feeler.physics.chain.contact import N_ROW, R_SEGMENT, ROWS, clear, make_rows, press, solve_contacts
-from feeler.physics.chain.fields import (
-    KIND_NONE,
-    N_CONSTANTS,
-    N_OBJECT,
-    N_PLACE,
-    N_WORK,
-    P_FIRST,
-    P_LAST,
-    P_VX,
-    P_VY,
-    P_X,
-    P_Y,
-    W_ANGLE,
-    W_RATE,
-)
-from feeler.physics.chain.model import ChainModel
-from feeler.physics.chain.narrow import N_CONTACT, find_contacts
-from feeler.physics.chain.sweep import locate, move, solve
-from feeler.physics.clock import Clock
-from feeler.physics.scene import Motion, Scene
+from feeler.physics.chain.contact import clear, make_rows, press, solve_contacts
+from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
+from feeler.physics.chain.narrow import find_contacts
+from feeler.physics.chain.sweep import locate, move, seek, solve
+from feeler.physics.scene import Scene
+from feeler.physics.stepper import Contacts, State
 
 LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
 MAX_CONTACTS = 20_000
-CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
+
+
+class Tables(NamedTuple):
+    """All that the compiled step reads and writes; each array's last axis is the lane unless said otherwise."""
+
+    constants: np.ndarray
+    work: np.ndarray
+    wides: tuple
+    """Constants and work once more, for eight numbers at once, and the width of that."""
+    base: np.ndarray
+    obj: np.ndarray
+    place: np.ndarray
+    shapes: tuple
+    """(kind, corners, first corner, bounding box, owner), the lane first."""
+    contacts: np.ndarray
+    """(lane, contact, field)."""
+    rows: np.ndarray
+    """(lane, row, field)."""
+    memory: np.ndarray
+    """(lane, object, segment): which rows were active in the step before."""
+    count: np.ndarray
+    """(lane,): contacts of the last step; −1 in a lane that had too many."""
+    open: np.ndarray
+    loaded: np.ndarray
+    width: tuple
 
 
 @compiled
-def step_many(
-    first, n_steps, timestep, constants, work, wides, obj, shapes, legs, place, contacts, loaded, force, damped, width
-):
-    """Take ``n_steps`` steps from step number ``first``; all arrays are changed in place.
+def step_many(tables, n_steps, timestep, drive, damped):
+    """Take ``n_steps`` steps; all arrays are changed in place.
 
-    ``wides`` = (constants, work, width) once more, for eight numbers at once; ``shapes`` = (kind, corners, part,
-    parts), ``legs`` = (velocity, end step), ``contacts`` = (table, rows, memory, count, open), each with the lane
-    first. ``damped``: contact is solved with the implicit damping in it.
+    ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step, the last one from then on.
+    ``damped``: contact is solved with the implicit damping in it.
     """
-    count, n = contacts[3], work.shape[1]
-    if first == 0:
-        move(constants, work, wides, obj, place, 0.0, width)
-    for step in range(first, first + n_steps):
-        _choose_leg(step, legs, place)
-        force[:] = 0.0
-        touched = _near(shapes[0], place) and _find(constants, work, obj, shapes, place, contacts, width)
+    t, n = tables, tables.work.shape[1]
+    for step in range(n_steps):
+        _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
+        touched = _find(t)
         if touched:
-            _push(constants, work, obj, place, contacts, loaded, force, timestep if damped else 0.0, width)
+            _push(t, timestep, damped)
         if not (touched and damped):  # else the contact's last sweep has found the accelerations
-            solve(constants, work, obj, loaded, timestep, n - 1, width)
+            solve(t.constants, t.work, t.base, t.loaded, timestep, n - 1, t.width)
         if touched:
-            loaded[:] = False
-            for lane in range(count.shape[0]):
-                clear(work, contacts[1][lane], ROWS * count[lane], lane)
-        for lane in range(count.shape[0]):
-            place[0, P_X, lane] += timestep * place[0, P_VX, lane]
-            place[0, P_Y, lane] += timestep * place[0, P_VY, lane]
-        move(constants, work, wides, obj, place, timestep, width)
+            t.loaded[:] = False
+            for lane in range(t.count.shape[0]):
+                clear(t.work, t.rows[lane], f.ROWS * t.count[lane], lane)
+        _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
+        move(t.constants, t.work, t.wides, t.base, timestep, t.width)
 
 
 @compiled
-def _choose_leg(step, legs, place):
-    velocity, end = legs
-    for lane in range(velocity.shape[0]):
-        leg = 0
-        while step >= end[lane, leg]:
-            leg += 1
-        place[0, P_VX, lane], place[0, P_VY, lane] = velocity[lane, leg, 0], velocity[lane, leg, 1]
+def _accelerate(base, drive, timestep):
+    """The base's acceleration in this step, which brings it to the driven velocity."""
+    for lane in range(base.shape[2]):
+        base[0, f.B_AX, lane] = (drive[0, lane] - base[0, f.B_VX, lane]) / timestep
+        base[0, f.B_AY, lane] = (drive[1, lane] - base[0, f.B_VY, lane]) / timestep
+        base[0, f.B_ALPHA, lane] = (drive[2, lane] - base[0, f.B_TURN, lane]) / timestep
 
 
 @compiled
-def _near(kind, place):
-    for lane in range(kind.shape[0]):  # noqa: SIM110 (numba knows no generators)
-        if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
-            return True
-    return False
+def _carry(base, place, drive, timestep):
+    """Move the base, and the objects as seen from it; add up the base's work."""
+    for lane in range(base.shape[2]):
+        vx, vy, turn = drive[0, lane], drive[1, lane], drive[2, lane]
+        power = base[0, f.B_FX, lane] * 0.5 * (vx + base[0, f.B_VX, lane])
+        power += base[0, f.B_FY, lane] * 0.5 * (vy + base[0, f.B_VY, lane])
+        power += base[0, f.B_MOMENT, lane] * 0.5 * (turn + base[0, f.B_TURN, lane])
+        base[0, f.B_WORK, lane] += timestep * power
+        base[0, f.B_VX, lane], base[0, f.B_VY, lane], base[0, f.B_TURN, lane] = vx, vy, turn
+        base[0, f.B_X, lane] += timestep * vx
+        base[0, f.B_Y, lane] += timestep * vy
+        base[0, f.B_HEADING, lane] += timestep * turn
+        for o in range(place.shape[0]):
+            place[o, f.P_X, lane] += timestep * (place[o, f.P_VX, lane] - vx)
+            place[o, f.P_Y, lane] += timestep * (place[o, f.P_VY, lane] - vy)
+            turning = timestep * place[o, f.P_TURN, lane]
+            if turning != 0.0:
+                place[o, f.P_HEADING, lane] += turning
+                c, s = np.cos(turning), np.sin(turning)
+                x, y = place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane]
+                x, y = c * x + s * y, c * y - s * x
+                size = np.sqrt(x * x + y * y)
+                place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane] = x / size, y / size
 
 
 @compiled
-def _find(constants, work, obj, shapes, place, contacts, width):
+def _find(t):
     """Each lane's contacts, and whether there are any; a crowded lane gets the count −1 for good."""
-    kind, corners, part, parts = shapes
-    table, count = contacts[0], contacts[3]
-    last, touched = np.int64(-1), False  # a plain −1 is a type of its own to numba, compiled for once more
-    for lane in range(kind.shape[0]):
-        last = max(last, int(place[0, P_LAST, lane]))
-    locate(work, last, width)
-    for lane in range(kind.shape[0]):
-        if count[lane] < 0:
-            continue
-        count[lane] = 0
-        if kind[lane] != KIND_NONE and place[0, P_FIRST, lane] <= place[0, P_LAST, lane]:
-            edges = part[lane, : parts[lane] + 1]
-            count[lane] = find_contacts(
-                constants, work, obj, kind[lane], corners[lane], edges, place, table[lane], lane
-            )
-        touched = touched or count[lane] > 0
+    kinds, corners, starts, boxes, owner = t.shapes
+    last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
+    for o in range(t.place.shape[0]):
+        seek(t.constants, t.work, t.obj, t.place, o, t.width)
+        for lane in range(t.count.shape[0]):
+            if t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
+                last = max(last, int(t.place[o, f.P_LAST, lane]))
+            t.place[o, f.P_FX, lane] = t.place[o, f.P_FY, lane] = 0.0
+    for lane in range(t.count.shape[0]):
+        t.count[lane] = min(t.count[lane], 0)
+    if last < 0:
+        return False
+    locate(t.work, last, t.width)
+    touched = False
+    for lane in range(t.count.shape[0]):
+        shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane])
+        for o in range(t.place.shape[0]):
+            first, stop = owner[lane, o], owner[lane, o + 1]
+            if t.count[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
+                t.count[lane] = find_contacts(
+                    t.constants, t.work, t.obj, o, shapes, first, stop, t.place, t.contacts[lane], t.count[lane], lane
+                )
+        touched = touched or t.count[lane] > 0
     return touched
 
 
 @compiled
-def _push(constants, work, obj, place, contacts, loaded, force, timestep, width):
+def _push(t, timestep, damped):
     """Solve the contacts and leave their wrenches in the bias columns."""
-    table, rows, memory, count, still_open = contacts
-    last = work.shape[1] - 1 if timestep > 0.0 else np.int64(-1)
-    for lane in range(count.shape[0]):
-        if count[lane] > 0:
-            make_rows(constants, work, obj, table[lane], count[lane], place, rows[lane], lane)
-            last = max(last, int(rows[lane, ROWS * count[lane] - 1, R_SEGMENT]))
-    solve_contacts(constants, work, obj, rows, count, loaded, memory, still_open, timestep, last, width)
-    loaded[:] = False
-    for lane in range(count.shape[0]):
-        if count[lane] > 0:
-            force[lane, 0], force[lane, 1] = press(work, rows[lane], ROWS * count[lane], loaded, lane)
+    last = t.work.shape[1] - 1 if damped else np.int64(-1)
+    for lane in range(t.count.shape[0]):
+        count = t.count[lane]
+        if count > 0:
+            make_rows(t.constants, t.work, t.base, t.obj, t.contacts[lane], count, t.place, t.rows[lane], lane)
+            for k in range(count):
+                last = max(last, int(t.contacts[lane, k, f.T_SEGMENT]))
+    solve_contacts(
+        t.constants, t.work, t.base, t.rows, t.count, t.loaded, t.memory, t.open, timestep if damped else 0.0, last, t.width
+    )
+    t.loaded[:] = False
+    for lane in range(t.count.shape[0]):
+        if t.count[lane] > 0:
+            press(t.work, t.place, t.rows[lane], f.ROWS * t.count[lane], t.loaded, timestep, lane)
 
 
-class Batch:
-    """Scenes of one segment count, one per lane, from their initial state to the end of the clock."""
+class ChainStepper:
+    """Scenes of one segment count, one per lane, each of which can be driven, read, saved and replaced by itself."""
 
-    def __init__(self, scenes: list[Scene], models: list[ChainModel], clock: Clock, damped: bool = False) -> None:
-        self.scenes, self.clock, self.damped = scenes, clock, damped
-        n, width = scenes[0].antenna.n_segments, len(scenes)
-        self.width = (0,) * width
-        self.constants, wide_constants = _make_table(N_CONSTANTS, n, width)
-        self.work, wide_work = _make_table(N_WORK, n, width)
-        self.wides = wide_constants, wide_work, (0,) * (LANES if width == 1 else width)
-        self.obj, self.place = np.empty((1, N_OBJECT, width)), np.zeros((1, N_PLACE, width))
-        for lane, (scene, model) in enumerate(zip(scenes, models, strict=True)):
-            self.constants[:, :, lane], self.obj[0, :, lane] = model.constants.T, model.object
-            self.work[W_ANGLE, :, lane], self.work[W_RATE, :, lane] = scene.initial_angle, scene.initial_velocity
-            self.place[0, [P_X, P_Y], lane] = model.origin
-        self.shapes, self.legs = _stack_shapes(models), _stack_legs(models)
-        size = min(max(2, max(len(m.part) - 1 for m in models)) * (n + 2), MAX_CONTACTS)
-        self.contacts = (
-            np.empty((width, size, N_CONTACT)),
-            np.empty((width, ROWS * size, N_ROW)),
-            np.zeros((width, n), dtype=np.int64),
-            np.zeros(width, dtype=np.int64),
-            np.zeros(width, dtype=np.bool_),
+    def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
+        for scene in scenes:
+            scene.contact.check_timestep(timestep)
+        self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
+        self.tables = _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
+        self.drive = self.tables.base[0, [f.B_VX, f.B_VY, f.B_TURN]].copy()[None]
+        with announce_compiling(len(self.scenes)):
+            self._settle()
+
+    def _settle(self) -> None:
+        """Compute what follows from the state; changes nothing else."""
+        t = self.tables
+        step_many(t, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
+        move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
+
+    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
+        """Take steps, all lanes together; ``drive`` (step, 3, lane) replaces the commanded base velocities."""
+        step_many(self.tables, n_steps, self.timestep, self.drive if drive is None else drive, self.damped)
+
+    def read(self) -> State:
+        """The state of every lane, as copies."""
+        t = self.tables
+        return State(
+            angle=t.work[f.W_ANGLE].T + 0.0,  # no negative zeros: equal states are equal bits
+            velocity=t.work[f.W_RATE].T + 0.0,
+            force=t.place[:, f.P_FX : f.P_FY + 1].transpose(2, 0, 1) + 0.0,
+            place=t.place[:, f.P_X : f.P_Y + 1].transpose(2, 0, 1) + t.base[0, f.B_X : f.B_Y + 1].T[:, None],
+            forward=t.place[:, f.P_FORWARD_X : f.P_FORWARD_Y + 1].transpose(2, 0, 1) + 0.0,
+            object_work=t.place[:, f.P_WORK].T + 0.0,
+            base=t.base[0, f.B_X : f.B_HEADING + 1].T + 0.0,
+            base_force=t.base[0, f.B_FX : f.B_FY + 1].T + 0.0,
+            base_moment=t.base[0, f.B_MOMENT] + 0.0,
+            base_work=t.base[0, f.B_WORK] + 0.0,
+            contact_place=self._find_pressure(),
         )
-        self.loaded, self.force = np.zeros(n, dtype=np.bool_), np.zeros((width, 2))
 
-    def run(self, stop: Event | None = None) -> list[Motion | Exception]:
-        """One Motion per lane, or the error that ended it; a lane's end never touches the others.
+    def _find_pressure(self) -> np.ndarray:
+        """Centre of pressure (lane,): where along the antenna the contacts act, weighted by force; NaN without."""
+        t, most = self.tables, max(int(self.tables.count.max()), 0)
+        found = np.full(len(self.scenes), np.nan)
+        if most == 0:
+            return found
+        rows = t.rows[:, : f.ROWS * most].reshape(len(found), most, f.ROWS, f.N_ROW)
+        live = np.arange(most) < t.count[:, None]
+        push = np.where(live, np.maximum(rows[..., f.R_FORCE], 0.0).sum(axis=2), 0.0)
+        segment = np.where(live, t.contacts[:, :most, f.T_SEGMENT], 0).astype(int)
+        share = np.where(live, np.clip(t.contacts[:, :most, f.T_SHARE], 0.0, 1.0), 0.0)
+        for lane in np.flatnonzero(push.sum(axis=1) > 0):
+            antenna = self.scenes[lane].antenna
+            arc = antenna.hinge_position[segment[lane]] + share[lane] * antenna.segment_length[segment[lane]]
+            found[lane] = (push[lane] @ arc) / (push[lane].sum() * antenna.length)
+        return found
 
-        Setting ``stop`` from another thread raises KeyboardInterrupt within a chunk.
-        """
-        self.stop = stop
-        self.warm_up()
-        clock, width, n = self.clock, len(self.scenes), self.work.shape[1]
-        angle, velocity = np.empty((2, width, clock.n_samples, n))
-        force = np.zeros((width, clock.n_samples, 2))
-        failed: list[Exception | None] = [None] * width
-        for k in range(clock.n_samples):
-            if k:
-                self._advance(k)
-            angle[:, k] = self.work[W_ANGLE].T + 0.0  # no negative zeros: equal states are equal bits
-            velocity[:, k] = self.work[W_RATE].T + 0.0
-            force[:, k] = self.force + 0.0
-            self._check(k, angle, velocity, failed)
-            if all(failed):
-                break
-        return [
-            failed[i] or Motion(time=clock.time, angle=angle[i], velocity=velocity[i], force=force[i])
-            for i in range(width)
-        ]
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of a lane's last step."""
+        t, count = self.tables, max(self.tables.count[lane], 0)
+        table, rows = t.contacts[lane, :count], t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW)
+        segment, force = table[:, f.T_SEGMENT].astype(int), np.maximum(rows[:, :, f.R_FORCE], 0.0)
+        antenna = self.scenes[lane].antenna
+        arc = antenna.hinge_position[segment] + np.clip(table[:, f.T_SHARE], 0.0, 1.0) * antenna.segment_length[segment]
+        return Contacts(
+            object=table[:, f.T_OBJECT].astype(int),
+            segment=segment + 1,
+            place=arc / antenna.length,
+            point=table[:, f.T_X : f.T_Y + 1] + t.base[0, f.B_X : f.B_Y + 1, lane],
+            normal=table[:, f.T_NX : f.T_NY + 1].copy(),
+            distance=table[:, f.T_DISTANCE].copy(),
+            force=np.stack([(force * rows[:, :, w]).sum(axis=1) for w in (f.R_W1, f.R_W2)], axis=1),
+        )
 
-    def warm_up(self) -> None:
-        """Compile, or load what was compiled before."""
-        with announce_compiling(len(self.width)):
-            self._step(0, 0)
+    def find_failure(self, lane: int) -> Exception | None:
+        """What is wrong with a lane for good, but for numbers that are not finite."""
+        if self.tables.count[lane] >= 0:
+            return None
+        return InvalidInput(
+            f"'{self.scenes[lane].label}' makes more than {MAX_CONTACTS} contacts at once. Use an outline with fewer corners."
+        )
 
-    def _step(self, step: int, n_steps: int) -> None:
-        step_many(
-            step, n_steps, self.clock.timestep, self.constants, self.work, self.wides, self.obj, self.shapes, self.legs,
-            self.place, self.contacts, self.loaded, self.force, self.damped, self.width,
-        )  # fmt: skip
+    def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
+        """From the next step on the base moves like this."""
+        self.drive[0, :, lane] = *velocity, turn
 
-    def _advance(self, k: int) -> None:
-        """From sample k − 1 to sample k, with a breath between chunks."""
-        step, last = (k - 1) * self.clock.steps_per_sample, k * self.clock.steps_per_sample
-        chunk = max(1, CHUNK // (self.work.shape[1] * len(self.scenes)))
-        while step < last:
-            if self.stop is not None and self.stop.is_set():
-                raise KeyboardInterrupt
-            n_steps = min(chunk, last - step)
-            self._step(step, n_steps)
-            step += n_steps
+    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+        """From the next step on the object moves like this."""
+        self.tables.place[o, f.P_VX : f.P_TURN + 1, lane] = *velocity, turn
 
-    def _check(self, k: int, angle: np.ndarray, velocity: np.ndarray, failed: list[Exception | None]) -> None:
-        finite = np.isfinite(angle[:, k]).all(axis=1) & np.isfinite(velocity[:, k]).all(axis=1)
-        for i, scene in enumerate(self.scenes):
-            if failed[i] is None and self.contacts[3][i] < 0:
-                failed[i] = InvalidInput(
-                    f"'{scene.label}' makes more than {MAX_CONTACTS} contacts at once. "
-                    "Use an outline with fewer corners."
-                )
-            elif failed[i] is None and not finite[i]:
-                before = max(k - 1, 0)
-                failed[i] = SimulationDiverged(
-                    scene.label, self.clock.time[k], angle[i, before].copy(), velocity[i, before].copy()
-                )
+    def save(self, lane: int) -> tuple[np.ndarray, ...]:
+        """All that a lane's future depends on, but for its scene."""
+        t, count = self.tables, max(self.tables.count[lane], 0)
+        arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.memory[lane], t.count[lane])
+        rest = (self.drive[:, :, lane], t.contacts[lane, :count], t.rows[lane, : f.ROWS * count])
+        return tuple(np.array(array) for array in (*arrays, *rest))
+
+    def load(self, lane: int, saved: tuple[np.ndarray, ...]) -> None:
+        """Put a lane back to where it was saved."""
+        t = self.tables
+        for array, kept in zip((t.place[:, :, lane], t.memory[lane], t.contacts[lane], t.rows[lane]), (*saved[2:4], *saved[6:]), strict=True):
+            array[tuple(map(slice, kept.shape))] = kept
+        t.work[:, :, lane], t.base[:, :, lane], t.count[lane], self.drive[:, :, lane] = *saved[:2], saved[4], saved[5]
+
+    def reset(self, lane: int, scene: Scene) -> None:
+        """Begin another scene in one lane; its neighbours go on as if nothing had been."""
+        scene.contact.check_timestep(self.timestep)
+        model, others = make_model(scene), [k for k in range(len(self.scenes)) if k != lane]
+        self.scenes[lane] = scene
+        if _fits(self.tables, model):
+            _fill(self.tables, lane, scene, model)
+        else:  # longer tables, with the other lanes as they are
+            kept = [self.save(k) for k in others]
+            self.tables = _make_tables(self.scenes, [make_model(s) for s in self.scenes])
+            for k, saved in zip(others, kept, strict=True):
+                self.load(k, saved)
+        self.drive[0, :, lane] = scene.base_velocity
+        self._settle()
+
+
+def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Tables:
+    n, width = scenes[0].antenna.n_segments, len(scenes)
+    n_objects = max(len(m.obj) for m in models)
+    constants, wide_constants = _make_table(f.N_CONSTANTS, n, width)
+    work, wide_work = _make_table(f.N_WORK, n, width)
+    parts = max((len(m.parts) for m in models), default=0)
+    size = min(max(2, parts) * (n + 2), MAX_CONTACTS)
+    tables = Tables(
+        constants=constants,
+        work=work,
+        wides=(wide_constants, wide_work, (0,) * (LANES if width == 1 else width)),
+        base=np.zeros((1, f.N_BASE, width)),
+        obj=np.zeros((n_objects, f.N_OBJECT, width)),
+        place=np.zeros((n_objects, f.N_PLACE, width)),
+        shapes=stack_shapes(models),
+        contacts=np.empty((width, size, f.N_CONTACT)),
+        rows=np.empty((width, f.ROWS * size, f.N_ROW)),
+        memory=np.zeros((width, max(n_objects, 1), n), dtype=np.int64),
+        count=np.zeros(width, dtype=np.int64),
+        open=np.zeros(width, dtype=np.bool_),
+        loaded=np.zeros(n, dtype=np.bool_),
+        width=(0,) * width,
+    )
+    for lane, (scene, model) in enumerate(zip(scenes, models, strict=True)):
+        _fill(tables, lane, scene, model)
+    return tables
+
+
+def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
+    """Put one scene's constants and first state into its lane."""
+    t.work[:, :, lane] = 0.0
+    t.constants[:, :, lane], t.base[0, :, lane] = model.constants, model.base
+    t.work[f.W_ANGLE, :, lane], t.work[f.W_RATE, :, lane] = scene.initial_angle, scene.initial_velocity
+    t.place[:, :, lane], n_objects = 0.0, len(model.obj)
+    t.obj[:, [f.O_HALF_X, f.O_HALF_Y], lane] = -np.inf  # nothing is near no object
+    t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
+    t.memory[lane], t.count[lane] = 0, 0
+    for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):
+        whole[lane] = own[0, -1] if whole.dtype == np.int64 else 0.0
+        whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]
+
+
+def _fits(t: Tables, model: ChainModel) -> bool:
+    own = (len(model.obj), *(array.shape[1] for array in stack_shapes([model])))
+    room = (t.place.shape[0], *(array.shape[1] for array in t.shapes))
+    return all(a <= b for a, b in zip(own, room, strict=True))
 
 
 def _make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
@@ -223,25 +332,3 @@ def _make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
         return table.reshape(rows, columns, 1)[:, :n], table.reshape(rows, columns // LANES, LANES)
     table = table.reshape(columns, rows, width).transpose(1, 0, 2)
     return table, table
-
-
-def _stack_shapes(models: list[ChainModel]) -> tuple[np.ndarray, ...]:
-    """Kinds, corners, part starts and part counts with the lane first, padded to the longest."""
-    width = len(models)
-    corners = np.zeros((width, max(len(m.corners) for m in models), 2))
-    part = np.zeros((width, max(len(m.part) for m in models)), dtype=np.int64)
-    for i, model in enumerate(models):
-        corners[i, : len(model.corners)] = model.corners
-        part[i, : len(model.part)] = model.part
-    kind = np.array([m.kind for m in models], dtype=np.int64)
-    return kind, corners, part, np.array([len(m.part) - 1 for m in models], dtype=np.int64)
-
-
-def _stack_legs(models: list[ChainModel]) -> tuple[np.ndarray, np.ndarray]:
-    longest = max(len(m.leg_step) for m in models)
-    velocity = np.zeros((len(models), longest, 2))
-    end = np.full((len(models), longest), np.iinfo(np.int64).max)
-    for i, model in enumerate(models):
-        velocity[i, : len(model.leg_velocity)] = model.leg_velocity
-        end[i, : len(model.leg_step)] = model.leg_step
-    return velocity, end

@@ -9,64 +9,19 @@ weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, 
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.physics.chain.fields import (
-    C_INVWEIGHT,
-    O_B,
-    O_FRICTION,
-    O_K,
-    O_MAX_IMPEDANCE,
-    O_MIDPOINT,
-    O_MIN_IMPEDANCE,
-    O_POWER,
-    O_WIDTH,
-    P_VX,
-    P_VY,
-    W_ALPHA,
-    W_AX,
-    W_AY,
-    W_B0,
-    W_B1,
-    W_B2,
-    W_K00,
-    W_K01,
-    W_K02,
-    W_K11,
-    W_K12,
-    W_K22,
-    W_OMEGA,
-    W_PX,
-    W_PY,
-    W_VX,
-    W_VY,
-)
-from feeler.physics.chain.narrow import T_DISTANCE, T_NX, T_NY, T_SEGMENT, T_X, T_Y
+from feeler.physics.chain import fields as f
 from feeler.physics.chain.sweep import solve
 
-(
-    R_SEGMENT,
-    R_W0,
-    R_W1,
-    R_W2,
-    R_WEIGHT,
-    R_AIM,  # reference acceleration
-    R_X,  # J q̈ of the iterate
-    R_FORCE,  # λ with M (q̈ − a₀) = Jᵀλ at the iterate
-    R_NEW_X,
-    R_NEW_FORCE,
-    R_ACTIVE,
-) = range(11)
-N_ROW = 11
-ROWS = 3  # per contact
 MAX_NEWTON = 50
 MAX_SEARCH = 60
 MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
 @compiled
-def compute_impedance(distance, obj, lane):
+def compute_impedance(distance, obj, o, lane):
     """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
-    low, high, width = obj[0, O_MIN_IMPEDANCE, lane], obj[0, O_MAX_IMPEDANCE, lane], obj[0, O_WIDTH, lane]
-    middle, power = obj[0, O_MIDPOINT, lane], obj[0, O_POWER, lane]
+    low, high, width = obj[o, f.O_MIN_IMPEDANCE, lane], obj[o, f.O_MAX_IMPEDANCE, lane], obj[o, f.O_WIDTH, lane]
+    middle, power = obj[o, f.O_MIDPOINT, lane], obj[o, f.O_POWER, lane]
     x = abs(distance) / width
     if x >= 1.0:
         return min(max(high, MIN_IMPEDANCE), MAX_IMPEDANCE)
@@ -82,52 +37,64 @@ def compute_impedance(distance, obj, lane):
 
 
 @compiled
-def make_rows(constants, work, obj, table, count, place, rows, lane):
-    """The rows of one lane's ``count`` contacts."""
-    vx, vy = place[0, P_VX, lane], place[0, P_VY, lane]
-    mu = obj[0, O_FRICTION, lane]
+def make_rows(constants, work, base, obj, table, count, place, rows, lane):
+    """The rows of one lane's ``count`` contacts; each contact is told its share of the segment's length."""
     for k in range(count):
-        i = int(table[k, T_SEGMENT])
-        distance, nx, ny = table[k, T_DISTANCE], table[k, T_NX], table[k, T_NY]
-        rx, ry = table[k, T_X] - work[W_PX, i, lane], table[k, T_Y] - work[W_PY, i, lane]
-        impedance = compute_impedance(distance, obj, lane)
-        ease = 2.0 * mu * mu * (1.0 + mu * mu) * constants[C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance
-        weight = 1.0 / max(ease, 1e-15)
-        pull = -obj[0, O_K, lane] * impedance * distance
-        omega, wx, wy = work[W_OMEGA, i, lane], work[W_VX, i, lane] - vx, work[W_VY, i, lane] - vy
-        for side in range(ROWS):
+        o, i = int(table[k, f.T_OBJECT]), int(table[k, f.T_SEGMENT])
+        distance, nx, ny = table[k, f.T_DISTANCE], table[k, f.T_NX], table[k, f.T_NY]
+        rx, ry = table[k, f.T_X] - work[f.W_PX, i, lane], table[k, f.T_Y] - work[f.W_PY, i, lane]
+        ex, ey = work[f.W_EX, i, lane], work[f.W_EY, i, lane]
+        table[k, f.T_SHARE] = (rx * ex + ry * ey) / (ex * ex + ey * ey)
+        turn, ox, oy = place[o, f.P_TURN, lane], table[k, f.T_X] - place[o, f.P_X, lane], table[k, f.T_Y] - place[o, f.P_Y, lane]
+        mx, my = place[o, f.P_VX, lane] + turn * oy, place[o, f.P_VY, lane] - turn * ox  # the object's point
+        vx, vy = mx - base[0, f.B_VX, lane], my - base[0, f.B_VY, lane]  # seen from the base
+        mu, impedance = obj[o, f.O_FRICTION, lane], compute_impedance(distance, obj, o, lane)
+        normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
+        pull = -obj[o, f.O_K, lane] * impedance * distance
+        omega, wx, wy = work[f.W_OMEGA, i, lane], work[f.W_VX, i, lane] - vx, work[f.W_VY, i, lane] - vy
+        for side in range(f.ROWS):
             slide = (side - 1) * mu  # −μ, 0, +μ along the tangent (−n_y, n_x)
             dx, dy = nx - slide * ny, ny + slide * nx
             lever = ry * dx - rx * dy
-            row = ROWS * k + side
-            rows[row, R_SEGMENT] = i
-            rows[row, R_W0], rows[row, R_W1], rows[row, R_W2] = lever, dx, dy
-            rows[row, R_WEIGHT] = 2.0 * weight if side == 1 else weight
-            rows[row, R_AIM] = pull - obj[0, O_B, lane] * (lever * omega + dx * wx + dy * wy)
+            row = f.ROWS * k + side
+            rows[row, f.R_OBJECT], rows[row, f.R_SEGMENT] = o, i
+            rows[row, f.R_W0], rows[row, f.R_W1], rows[row, f.R_W2] = lever, dx, dy
+            rows[row, f.R_ARM] = dx * mx + dy * my
+            rows[row, f.R_WEIGHT] = normal if side == 1 else edge
+            rows[row, f.R_AIM] = pull - obj[o, f.O_B, lane] * (lever * omega + dx * wx + dy * wy)
 
 
 @compiled
-def solve_contacts(constants, work, obj, rows, count, loaded, memory, open_, timestep, last, width):
-    """Forces of each lane's rows in ``R_FORCE`` at its minimum and accelerations as ``solve`` leaves them.
+def _weigh(mu, ease):
+    """Weights of the normal row and of each edge row; without friction only the normal row acts (``condim`` 1)."""
+    if mu == 0.0:
+        return 1.0 / max(ease, 1e-15), 0.0
+    weight = 1.0 / max(2.0 * mu * mu * (1.0 + mu * mu) * ease, 1e-15)
+    return 2.0 * weight, weight
 
-    ``memory`` (lane, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
+
+@compiled
+def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, timestep, last, width):
+    """Forces of each lane's rows in ``f.R_FORCE`` at its minimum and accelerations as ``solve`` leaves them.
+
+    ``memory`` (lane, object, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
     A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
     """
     left = 0
     for lane in range(count.shape[0]):
         open_[lane] = count[lane] > 0
         if open_[lane]:
-            _recall(rows[lane], ROWS * count[lane], memory[lane])
+            _recall(rows[lane], f.ROWS * count[lane], memory[lane])
             left += 1
     for sweep in range(MAX_NEWTON):
         for lane in range(count.shape[0]):
             if open_[lane]:
-                _load(work, rows[lane], ROWS * count[lane], loaded, lane)
-        solve(constants, work, obj, loaded, timestep, last, width)
+                _load(work, rows[lane], f.ROWS * count[lane], loaded, lane)
+        solve(constants, work, base, loaded, timestep, last, width)
         for lane in range(count.shape[0]):
-            if open_[lane] and _improve(work, rows[lane], ROWS * count[lane], sweep == 0, lane):
+            if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False
-                _remember(rows[lane], ROWS * count[lane], memory[lane])
+                _remember(rows[lane], f.ROWS * count[lane], memory[lane])
                 left -= 1
         if left == 0:
             break
@@ -140,27 +107,27 @@ def _improve(work, rows, n_rows, first, lane):
     step = 1.0 if first or same else _search(rows, n_rows)
     for r in range(n_rows):
         if step == 1.0:
-            rows[r, R_X], rows[r, R_FORCE] = rows[r, R_NEW_X], rows[r, R_NEW_FORCE]
+            rows[r, f.R_X], rows[r, f.R_FORCE] = rows[r, f.R_NEW_X], rows[r, f.R_NEW_FORCE]
         else:
-            rows[r, R_X] += step * (rows[r, R_NEW_X] - rows[r, R_X])
-            rows[r, R_FORCE] += step * (rows[r, R_NEW_FORCE] - rows[r, R_FORCE])
-        rows[r, R_ACTIVE] = 1.0 if rows[r, R_X] < rows[r, R_AIM] else 0.0
+            rows[r, f.R_X] += step * (rows[r, f.R_NEW_X] - rows[r, f.R_X])
+            rows[r, f.R_FORCE] += step * (rows[r, f.R_NEW_FORCE] - rows[r, f.R_FORCE])
+        rows[r, f.R_ACTIVE] = 1.0 if rows[r, f.R_X] < rows[r, f.R_AIM] else 0.0
     return same
 
 
 @compiled
 def _recall(rows, n_rows, memory):
     for r in range(n_rows):
-        bits = memory[int(rows[r, R_SEGMENT])]
-        rows[r, R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % ROWS)) & 1 else 0.0
+        bits = memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])]
+        rows[r, f.R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % f.ROWS)) & 1 else 0.0
 
 
 @compiled
 def _remember(rows, n_rows, memory):
-    memory[:] = 0
+    memory[:, :] = 0
     for r in range(n_rows):
-        if rows[r, R_ACTIVE] > 0.0:
-            memory[int(rows[r, R_SEGMENT])] |= 1 << (r % ROWS)
+        if rows[r, f.R_ACTIVE] > 0.0:
+            memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])] |= 1 << (r % f.ROWS)
 
 
 @compiled
@@ -168,28 +135,28 @@ def _load(work, rows, n_rows, loaded, lane):
     """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
     clear(work, rows, n_rows, lane)
     for r in range(n_rows):
-        i = int(rows[r, R_SEGMENT])
+        i = int(rows[r, f.R_SEGMENT])
         loaded[i] = True
-        if rows[r, R_ACTIVE] > 0.0:
-            w0, w1, w2, weight = rows[r, R_W0], rows[r, R_W1], rows[r, R_W2], rows[r, R_WEIGHT]
-            work[W_K00, i, lane] += weight * w0 * w0
-            work[W_K01, i, lane] += weight * w0 * w1
-            work[W_K02, i, lane] += weight * w0 * w2
-            work[W_K11, i, lane] += weight * w1 * w1
-            work[W_K12, i, lane] += weight * w1 * w2
-            work[W_K22, i, lane] += weight * w2 * w2
-            pull = weight * rows[r, R_AIM]
-            work[W_B0, i, lane] -= pull * w0
-            work[W_B1, i, lane] -= pull * w1
-            work[W_B2, i, lane] -= pull * w2
+        if rows[r, f.R_ACTIVE] > 0.0:
+            w0, w1, w2, weight = rows[r, f.R_W0], rows[r, f.R_W1], rows[r, f.R_W2], rows[r, f.R_WEIGHT]
+            work[f.W_K00, i, lane] += weight * w0 * w0
+            work[f.W_K01, i, lane] += weight * w0 * w1
+            work[f.W_K02, i, lane] += weight * w0 * w2
+            work[f.W_K11, i, lane] += weight * w1 * w1
+            work[f.W_K12, i, lane] += weight * w1 * w2
+            work[f.W_K22, i, lane] += weight * w2 * w2
+            pull = weight * rows[r, f.R_AIM]
+            work[f.W_B0, i, lane] -= pull * w0
+            work[f.W_B1, i, lane] -= pull * w1
+            work[f.W_B2, i, lane] -= pull * w2
 
 
 @compiled
 def clear(work, rows, n_rows, lane):
     """Empty the contact columns of the touched segments."""
     for r in range(n_rows):
-        i = int(rows[r, R_SEGMENT])
-        for column in range(W_K00, W_B2 + 1):
+        i = int(rows[r, f.R_SEGMENT])
+        for column in range(f.W_K00, f.W_B2 + 1):
             work[column, i, lane] = 0.0
 
 
@@ -198,16 +165,16 @@ def _evaluate(work, rows, n_rows, lane):
     """J q̈ and λ of the full Newton step; whether its active rows are those it was computed with."""
     same = True
     for r in range(n_rows):
-        i = int(rows[r, R_SEGMENT])
+        i = int(rows[r, f.R_SEGMENT])
         x = (
-            rows[r, R_W0] * work[W_ALPHA, i, lane]
-            + rows[r, R_W1] * work[W_AX, i, lane]
-            + rows[r, R_W2] * work[W_AY, i, lane]
+            rows[r, f.R_W0] * work[f.W_ALPHA, i, lane]
+            + rows[r, f.R_W1] * work[f.W_AX, i, lane]
+            + rows[r, f.R_W2] * work[f.W_AY, i, lane]
         )
-        rows[r, R_NEW_X] = x
-        short = rows[r, R_AIM] - x
-        active = rows[r, R_ACTIVE] > 0.0
-        rows[r, R_NEW_FORCE] = rows[r, R_WEIGHT] * short if active else 0.0
+        rows[r, f.R_NEW_X] = x
+        short = rows[r, f.R_AIM] - x
+        active = rows[r, f.R_ACTIVE] > 0.0
+        rows[r, f.R_NEW_FORCE] = rows[r, f.R_WEIGHT] * short if active else 0.0
         same = same and active == (short > 0.0)
     return same
 
@@ -219,13 +186,13 @@ def _search(rows, n_rows):
     for _ in range(MAX_SEARCH):
         slope, bend = 0.0, 0.0
         for r in range(n_rows):
-            change, force = rows[r, R_NEW_X] - rows[r, R_X], rows[r, R_NEW_FORCE] - rows[r, R_FORCE]
-            slope += change * (rows[r, R_FORCE] + t * force)
+            change, force = rows[r, f.R_NEW_X] - rows[r, f.R_X], rows[r, f.R_NEW_FORCE] - rows[r, f.R_FORCE]
+            slope += change * (rows[r, f.R_FORCE] + t * force)
             bend += change * force
-            over = rows[r, R_X] + t * change - rows[r, R_AIM]
+            over = rows[r, f.R_X] + t * change - rows[r, f.R_AIM]
             if over < 0.0:
-                slope += rows[r, R_WEIGHT] * over * change
-                bend += rows[r, R_WEIGHT] * change * change
+                slope += rows[r, f.R_WEIGHT] * over * change
+                bend += rows[r, f.R_WEIGHT] * change * change
         if slope < 0.0:
             low = t
         else:
@@ -242,17 +209,17 @@ def _search(rows, n_rows):
 
 
 @compiled
-def press(work, rows, n_rows, loaded, lane):
-    """Put minus the rows' wrenches into the bias columns; the total force on the chain."""
+def press(work, place, rows, n_rows, loaded, timestep, lane):
+    """Put minus the rows' wrenches into the bias columns; each object's force and the work it does in the step."""
     clear(work, rows, n_rows, lane)
-    fx = fy = 0.0
     for r in range(n_rows):
-        force = rows[r, R_FORCE]
+        force = rows[r, f.R_FORCE]
         if force > 0.0:
-            i = int(rows[r, R_SEGMENT])
+            o, i = int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])
             loaded[i] = True
-            work[W_B0, i, lane] -= force * rows[r, R_W0]
-            work[W_B1, i, lane] -= force * rows[r, R_W1]
-            work[W_B2, i, lane] -= force * rows[r, R_W2]
-            fx, fy = fx + force * rows[r, R_W1], fy + force * rows[r, R_W2]
-    return fx, fy
+            work[f.W_B0, i, lane] -= force * rows[r, f.R_W0]
+            work[f.W_B1, i, lane] -= force * rows[r, f.R_W1]
+            work[f.W_B2, i, lane] -= force * rows[r, f.R_W2]
+            place[o, f.P_FX, lane] += force * rows[r, f.R_W1]
+            place[o, f.P_FY, lane] += force * rows[r, f.R_W2]
+            place[o, f.P_WORK, lane] += timestep * force * rows[r, f.R_ARM]

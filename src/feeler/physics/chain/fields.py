@@ -14,20 +14,35 @@
 ) = range(9)
 N_CONSTANTS = 9
 
-# constants of the object and of its contact
+# what the whole antenna feels, and its base: a point that moves as it is told to
 (
-    O_BASE,  # heading of the antenna's base [rad]
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_LOW_X,  # bounding box in the feature's frame [mm]
-    O_LOW_Y,
-    O_HIGH_X,
-    O_HIGH_Y,
-    O_MIDDLE_X,  # its middle and half its size
+    B_X,  # place [mm], heading [rad] of the base
+    B_Y,
+    B_HEADING,
+    B_VX,  # their rates
+    B_VY,
+    B_TURN,
+    B_AX,  # accelerations during the step
+    B_AY,
+    B_ALPHA,
+    B_FX,  # what the base pushes and turns the antenna with [N, N·mm]
+    B_FY,
+    B_MOMENT,
+    B_WORK,  # [mJ] done so far
+    B_GRAVITY_X,  # of everything [mm/ms²]
+    B_GRAVITY_Y,
+    B_PULL_X,  # constant force at the tip [N]; scenes have none, other users of the sweeps may
+    B_PULL_Y,
+) = range(17)
+N_BASE = 17
+
+# constants of an object and of its contact
+(
+    O_MIDDLE_X,  # middle and half size of its bounding box in its own frame [mm]
     O_MIDDLE_Y,
     O_HALF_X,
     O_HALF_Y,
-    O_RADIUS,
+    O_ROUNDING,
     O_FRICTION,
     O_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
     O_B,
@@ -36,25 +51,28 @@ N_CONSTANTS = 9
     O_WIDTH,
     O_MIDPOINT,
     O_POWER,
-    O_GRAVITY_X,  # of everything [mm/ms²]; scenes have none, other users of the sweeps may
-    O_GRAVITY_Y,
-    O_PULL_X,  # constant force at the tip [N], likewise
-    O_PULL_Y,
-) = range(24)
-N_OBJECT = 24
+) = range(13)
+N_OBJECT = 13
 
-# the object's place and velocity, and what is near it
+# where an object is, seen from the base; how it moves in the world; what is near it; what it does
 (
     P_X,
     P_Y,
+    P_FORWARD_X,  # first axis of its frame
+    P_FORWARD_Y,
+    P_HEADING,  # angle [rad] turned since time 0
     P_VX,
     P_VY,
+    P_TURN,
     P_FIRST,  # first and last segment near the object; first > last: none
     P_LAST,
-) = range(6)
-N_PLACE = 6
+    P_FX,  # force on the antenna [N]
+    P_FY,
+    P_WORK,  # done on the antenna so far [mJ]
+) = range(13)
+N_PLACE = 13
 
-KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
+KIND_BALL, KIND_BOX, KIND_POLYGON = range(3)  # of a convex part
 
 # state and workspace of a segment
 (
@@ -75,7 +93,7 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
     W_ALPHA,  # acceleration: turn, hinge (velocity products left out)
     W_AX,
     W_AY,
-    W_PX,  # its hinge: place, velocity
+    W_PX,  # its hinge: place and velocity, seen from the base
     W_PY,
     W_VX,
     W_VY,
@@ -90,3 +108,27 @@ KIND_NONE, KIND_BALL, KIND_BOX, KIND_POLYGON = range(4)
     W_B2,
 ) = range(30)
 N_WORK = 30
+
+# a contact: object, segment, point and normal (from the object to the segment) seen from the base, distance, and its
+# place on the segment as a share of the length
+T_OBJECT, T_SEGMENT, T_X, T_Y, T_NX, T_NY, T_DISTANCE, T_SHARE = range(8)
+N_CONTACT = 8
+
+# a row of the contact problem: a wrench on one segment
+(
+    R_OBJECT,
+    R_SEGMENT,
+    R_W0,  # lever, direction
+    R_W1,
+    R_W2,
+    R_ARM,  # power of a unit force: velocity of the object's point along the direction
+    R_WEIGHT,
+    R_AIM,  # reference acceleration
+    R_X,  # J q̈ of the iterate
+    R_FORCE,  # λ with M (q̈ − a₀) = Jᵀλ at the iterate
+    R_NEW_X,
+    R_NEW_FORCE,
+    R_ACTIVE,
+) = range(13)
+N_ROW = 13
+ROWS = 3  # per contact

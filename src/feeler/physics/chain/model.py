@@ -1,110 +1,75 @@
 """A scene as plain arrays: what the compiled sweeps read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from feeler.physics.chain.fields import (
-    C_DAMPING,
-    C_INERTIA,
-    C_INVWEIGHT,
-    C_LENGTH,
-    C_MASS,
-    C_RADIUS,
-    C_REACH,
-    C_REST,
-    C_STIFFNESS,
-    KIND_BALL,
-    KIND_BOX,
-    KIND_NONE,
-    KIND_POLYGON,
-    N_CONSTANTS,
-    N_OBJECT,
-    O_B,
-    O_BASE,
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_FRICTION,
-    O_HALF_X,
-    O_HALF_Y,
-    O_HIGH_X,
-    O_HIGH_Y,
-    O_K,
-    O_LOW_X,
-    O_LOW_Y,
-    O_MAX_IMPEDANCE,
-    O_MIDDLE_X,
-    O_MIDDLE_Y,
-    O_MIDPOINT,
-    O_MIN_IMPEDANCE,
-    O_POWER,
-    O_RADIUS,
-    O_WIDTH,
-)
+from feeler.antenna.antenna import Antenna
+from feeler.physics.chain import fields as f
+from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
+from feeler.stimulus.object import Object
 
-MIN_FRICTION = 1e-5  # MuJoCo's smallest friction
-WALL = 1e3  # mm; half extent of the box that stands for a wall, as in the MuJoCo model
+MIN_FRICTION = 1e-5  # MuJoCo's smallest friction, but for none at all
 MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
+
+Part = tuple[int, np.ndarray]
+"""Kind and corners (corner, 2) of a convex part."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChainModel:
-    """A scene for one timestep: ``constants`` (segment, field), ``object`` (field,), and convex parts' corners."""
+    """One lane's constants: ``constants`` (field, segment), ``base`` (field,), ``obj`` and ``place`` (object, field), and
+    the convex ``parts`` of all objects, object after object, ``owner`` (object + 1,) being the first part of each."""
 
     constants: np.ndarray
-    object: np.ndarray
-    kind: int
-    corners: np.ndarray
-    part: np.ndarray
-    """First corner of each convex part, and the number of corners at the end."""
-    leg_velocity: np.ndarray
-    leg_step: np.ndarray
-    """Step at which each leg of the path ends, the last for ever."""
-    origin: np.ndarray
-    timestep: float
+    base: np.ndarray
+    obj: np.ndarray
+    place: np.ndarray
+    parts: tuple[Part, ...]
+    owner: np.ndarray
+    bounds: np.ndarray
+    """(part, 4): bounding boxes, rounding included."""
 
 
-def make_model(scene: Scene, timestep: float) -> ChainModel:
-    """The scene's arrays at one timestep.
-
-    Raises
-    ------
-    InvalidInput
-        The timestep is larger than half the contact time constant, where MuJoCo would silently change the contact.
-    """
-    scene.contact.check_timestep(timestep)
-    kind, corners, part = _make_shape(scene)
-    ends = [round(end / timestep) for end in scene.path.end]
+def make_model(scene: Scene) -> ChainModel:
+    """The scene's arrays; they depend on no timestep."""
+    shapes = [[(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects]
+    boxes = [_make_box(corners, o.feature.rounding) for o, s in zip(scene.objects, shapes, strict=True) for _, corners in s]
     return ChainModel(
-        constants=_make_constants(scene),
-        object=_make_object(scene, corners),
-        kind=kind,
-        corners=corners,
-        part=part,
-        leg_velocity=np.array(scene.path.velocity, dtype=float),
-        leg_step=np.array([*ends, np.iinfo(np.int64).max], dtype=np.int64),
-        origin=np.array(scene.origin, dtype=float),
-        timestep=float(timestep),
+        constants=_make_constants(scene.antenna),
+        base=_make_base(scene),
+        obj=np.array([_make_object(o, scene.contact) for o in scene.objects]).reshape(-1, f.N_OBJECT),
+        place=np.array([_make_place(o, scene) for o in scene.objects]).reshape(-1, f.N_PLACE),
+        parts=tuple(part for shape in shapes for part in shape),
+        owner=np.cumsum([0, *map(len, shapes)]),
+        bounds=np.array(boxes).reshape(-1, 4),
     )
 
 
-def _make_constants(scene: Scene) -> np.ndarray:
-    antenna = scene.antenna
-    table = np.zeros((antenna.n_segments, N_CONSTANTS))
-    table[:, C_LENGTH], table[:, C_MASS], table[:, C_RADIUS] = (
-        antenna.segment_length,
-        antenna.segment_mass,
-        antenna.radius,
-    )
-    table[:, C_STIFFNESS], table[:, C_DAMPING], table[:, C_REST] = (
-        antenna.stiffness,
-        antenna.damping,
-        antenna.rest_angle,
-    )
-    table[:, C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
-    table[:, C_REACH] = antenna.segment_length + antenna.radius
-    table[:, C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
+def get_kind(part: np.ndarray) -> int:
+    """How contact with a convex part is found: one corner is a ball, an upright rectangle a box, all else a polygon."""
+    if len(part) == 1:
+        return f.KIND_BALL
+    if len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
+        return f.KIND_BOX
+    return f.KIND_POLYGON
+
+
+def order_box(corners: np.ndarray) -> np.ndarray:
+    """A rectangle's corners counter-clockwise, the lower one of the leading face first."""
+    (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
+    return np.array([[high_x, low_y], [high_x, high_y], [low_x, high_y], [low_x, low_y]])
+
+
+def _make_constants(antenna: Antenna) -> np.ndarray:
+    table = np.zeros((f.N_CONSTANTS, antenna.n_segments))
+    table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = antenna.segment_length, antenna.segment_mass, antenna.radius
+    table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = antenna.stiffness, antenna.damping, antenna.rest_angle
+    table[f.C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
+    table[f.C_REACH] = antenna.segment_length + antenna.radius
+    table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
     return table
 
 
@@ -130,36 +95,56 @@ def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
     return np.array(across) / 3
 
 
-def _make_object(scene: Scene, corners: np.ndarray) -> np.ndarray:
-    table = np.zeros(N_OBJECT)
-    time_constant, damping_ratio = scene.contact.solref
-    low, high, width, midpoint, power = scene.contact.solimp
-    table[O_K] = 1 / max(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
-    table[O_B] = 2 / max(MIN_VALUE, high * time_constant)
-    table[O_MIN_IMPEDANCE], table[O_MAX_IMPEDANCE], table[O_WIDTH] = low, high, width
-    table[O_MIDPOINT], table[O_POWER] = midpoint, power
-    table[O_FRICTION] = max(scene.friction, MIN_FRICTION)
-    table[O_FORWARD_X], table[O_FORWARD_Y] = scene.forward
-    table[O_BASE] = scene.base_angle
-    table[[O_HALF_X, O_HALF_Y]] = -np.inf  # nothing is near no object
-    if scene.feature is not None:
-        grow = table[O_RADIUS] = scene.feature.rounding
-        table[O_LOW_X], table[O_LOW_Y] = corners.min(axis=0) - grow
-        table[O_HIGH_X], table[O_HIGH_Y] = corners.max(axis=0) + grow
-        table[[O_MIDDLE_X, O_MIDDLE_Y]] = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
-        table[[O_HALF_X, O_HALF_Y]] = np.ptp(corners, axis=0) / 2 + grow
+def _make_base(scene: Scene) -> np.ndarray:
+    table = np.zeros(f.N_BASE)
+    table[[f.B_X, f.B_Y, f.B_HEADING]] = scene.base
+    table[[f.B_VX, f.B_VY, f.B_TURN]] = scene.base_velocity
+    table[[f.B_GRAVITY_X, f.B_GRAVITY_Y]] = scene.gravity
     return table
 
 
-def _make_shape(scene: Scene) -> tuple[int, np.ndarray, np.ndarray]:
-    """Kind, corners (corner, 2) in the feature's frame, part by part, and where each part begins."""
-    feature = scene.feature
-    if feature is None:
-        return KIND_NONE, np.zeros((1, 2)), np.array([0, 0])
-    if feature.kind == "wall":
-        face = np.array([[0.0, -WALL], [0.0, WALL], [-2 * WALL, WALL], [-2 * WALL, -WALL]])
-        return KIND_BOX, face, np.array([0, 4])
-    if feature.kind in ("ball", "box"):
-        corners = np.array(feature.parts[0])
-        return (KIND_BALL if feature.kind == "ball" else KIND_BOX), corners, np.array([0, len(corners)])
-    return KIND_POLYGON, np.concatenate(feature.parts), np.cumsum([0, *map(len, feature.parts)])
+def _make_object(item: Object, contact: Contact) -> np.ndarray:
+    table = np.zeros(f.N_OBJECT)
+    time_constant, damping_ratio = contact.solref
+    low, high, width, midpoint, power = contact.solimp
+    table[f.O_K] = 1 / max(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
+    table[f.O_B] = 2 / max(MIN_VALUE, high * time_constant)
+    table[f.O_MIN_IMPEDANCE], table[f.O_MAX_IMPEDANCE], table[f.O_WIDTH] = low, high, width
+    table[f.O_MIDPOINT], table[f.O_POWER] = midpoint, power
+    table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
+    grow = table[f.O_ROUNDING] = item.feature.rounding
+    corners = np.concatenate(item.feature.parts)
+    table[[f.O_MIDDLE_X, f.O_MIDDLE_Y]] = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
+    table[[f.O_HALF_X, f.O_HALF_Y]] = np.ptp(corners, axis=0) / 2 + grow
+    return table
+
+
+def _make_place(item: Object, scene: Scene) -> np.ndarray:
+    table = np.zeros(f.N_PLACE)
+    table[[f.P_X, f.P_Y]] = np.asarray(item.place) - scene.base[:2]
+    table[[f.P_FORWARD_X, f.P_FORWARD_Y]] = item.forward
+    table[[f.P_VX, f.P_VY]], table[f.P_TURN] = item.velocity, item.turn
+    table[f.P_FIRST], table[f.P_LAST] = 1e9, -1.0
+    return table
+
+
+def _make_box(corners: np.ndarray, grow: float) -> np.ndarray:
+    return np.concatenate([corners.min(axis=0) - grow, corners.max(axis=0) + grow])
+
+
+def stack_shapes(models: Sequence[ChainModel]) -> tuple[np.ndarray, ...]:
+    """Kinds, corners, first corners, bounding boxes and owners of all lanes' parts, the lane first, padded."""
+    lanes, n_parts = len(models), max(1, *(len(m.parts) for m in models))
+    n_corners = max(1, *(sum(len(c) for _, c in m.parts) for m in models))
+    kind, starts = np.zeros((lanes, n_parts), dtype=np.int64), np.zeros((lanes, n_parts + 1), dtype=np.int64)
+    corners, bounds = np.zeros((lanes, n_corners, 2)), np.zeros((lanes, n_parts, 4))
+    owner = np.zeros((lanes, max(len(m.owner) for m in models)), dtype=np.int64)
+    for lane, model in enumerate(models):
+        for k, (kind_, points) in enumerate(model.parts):
+            kind[lane, k], starts[lane, k + 1] = kind_, starts[lane, k] + len(points)
+            points = order_box(points) if kind_ == f.KIND_BOX else points
+            corners[lane, starts[lane, k] : starts[lane, k + 1]] = points
+        bounds[lane, : len(model.bounds)] = model.bounds
+        owner[lane, : len(model.owner)] = model.owner
+        owner[lane, len(model.owner) :] = model.owner[-1]
+    return kind, corners, starts, bounds, owner

@@ -1,92 +1,68 @@
-"""Contacts of the chain's capsules with the object, as MuJoCo finds them, in the feature's own frame.
-
-A row of the contact table: segment, point x, y, normal x, y (world, from the object to the segment), distance.
+"""Contacts of the chain's capsules with an object's convex parts, as MuJoCo finds them, in the object's own frame.
 """
 
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.physics.chain.fields import (
-    C_RADIUS,
-    KIND_BALL,
-    KIND_BOX,
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_HIGH_X,
-    O_HIGH_Y,
-    O_LOW_X,
-    O_LOW_Y,
-    O_RADIUS,
-    P_FIRST,
-    P_LAST,
-    P_X,
-    P_Y,
-    W_EX,
-    W_EY,
-    W_PX,
-    W_PY,
-)
+from feeler.physics.chain import fields as f
 
-T_SEGMENT, T_X, T_Y, T_NX, T_NY, T_DISTANCE = range(6)
-N_CONTACT = 6
 MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 
 
 @compiled
-def find_contacts(constants, work, obj, kind, corners, part, place, table, lane):
-    """Fill ``table`` with one lane's contacts, base to tip; their number, or −1 if the table is too short."""
-    count, x, y = np.int64(0), place[0, P_X, lane], place[0, P_Y, lane]  # a plain 0 is a type of its own to numba
-    cx, cy = obj[0, O_FORWARD_X, lane], obj[0, O_FORWARD_Y, lane]
-    low_x, low_y, high_x, high_y = (
-        obj[0, O_LOW_X, lane],
-        obj[0, O_LOW_Y, lane],
-        obj[0, O_HIGH_X, lane],
-        obj[0, O_HIGH_Y, lane],
-    )
-    for i in range(int(place[0, P_FIRST, lane]), int(place[0, P_LAST, lane]) + 1):
-        dx, dy, radius = work[W_PX, i, lane] - x, work[W_PY, i, lane] - y, constants[C_RADIUS, i, lane]
+def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, count, lane):
+    """Append one lane's contacts with object ``o``, base to tip; their number, or −1 if the table is too short.
+
+    Its convex parts are numbers ``first`` to ``stop`` of ``shapes`` = (kind, corners, first corner, bounding box).
+    """
+    kinds, corners, starts, boxes = shapes
+    x, y, grown = place[o, f.P_X, lane], place[o, f.P_Y, lane], obj[o, f.O_ROUNDING, lane]
+    cx, cy = place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane]
+    for i in range(int(place[o, f.P_FIRST, lane]), int(place[o, f.P_LAST, lane]) + 1):
+        dx, dy, radius = work[f.W_PX, i, lane] - x, work[f.W_PY, i, lane] - y, constants[f.C_RADIUS, i, lane]
         px, py = cx * dx + cy * dy, cx * dy - cy * dx
-        ex, ey = (
-            cx * work[W_EX, i, lane] + cy * work[W_EY, i, lane],
-            cx * work[W_EY, i, lane] - cy * work[W_EX, i, lane],
-        )
-        if (
-            min(px, px + ex) > high_x + radius
-            or max(px, px + ex) < low_x - radius
-            or min(py, py + ey) > high_y + radius
-            or max(py, py + ey) < low_y - radius
-        ):
-            continue
+        ex = cx * work[f.W_EX, i, lane] + cy * work[f.W_EY, i, lane]
+        ey = cx * work[f.W_EY, i, lane] - cy * work[f.W_EX, i, lane]
+        low_x, high_x, low_y, high_y = min(px, px + ex), max(px, px + ex), min(py, py + ey), max(py, py + ey)
         before = count
-        if kind == KIND_BALL:
-            count = _touch_ball(
-                table, count, px, py, ex, ey, radius, corners[0, 0], corners[0, 1], obj[0, O_RADIUS, lane]
-            )
-        elif kind == KIND_BOX:
-            count = _touch_box(table, count, px, py, ex, ey, radius, corners)
-        else:
-            for k in range(part.shape[0] - 1):
-                count = _touch_polygon(table, count, px, py, ex, ey, radius, corners, part[k], part[k + 1])
+        for k in range(first, stop):
+            box = boxes[k]
+            if (
+                low_x > box[2] + radius
+                or high_x < box[0] - radius
+                or low_y > box[3] + radius
+                or high_y < box[1] - radius
+            ):
+                continue
+            if count + 2 > table.shape[0]:
+                return -1
+            start, end = starts[k], starts[k + 1]
+            if kinds[k] == f.KIND_BALL:
+                bx, by = corners[start, 0], corners[start, 1]
+                count = _touch_ball(table, count, px, py, ex, ey, radius, bx, by, grown)
+            elif kinds[k] == f.KIND_BOX:
+                count = _touch_box(table, count, px, py, ex, ey, radius, grown, corners[start:end])
+            else:
+                count = _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, end)
         for k in range(before, count):
+            table[k, f.T_OBJECT] = o
             _to_world(table, k, i, cx, cy, x, y)
-        if count + 2 * part.shape[0] > table.shape[0]:
-            return -1
     return count
 
 
 @compiled
 def _to_world(table, k, i, cx, cy, x, y):
-    table[k, T_SEGMENT] = i
-    px, py, nx, ny = table[k, T_X], table[k, T_Y], table[k, T_NX], table[k, T_NY]
-    table[k, T_X], table[k, T_Y] = x + cx * px - cy * py, y + cy * px + cx * py
-    table[k, T_NX], table[k, T_NY] = cx * nx - cy * ny, cy * nx + cx * ny
+    table[k, f.T_SEGMENT] = i
+    px, py, nx, ny = table[k, f.T_X], table[k, f.T_Y], table[k, f.T_NX], table[k, f.T_NY]
+    table[k, f.T_X], table[k, f.T_Y] = x + cx * px - cy * py, y + cy * px + cx * py
+    table[k, f.T_NX], table[k, f.T_NY] = cx * nx - cy * ny, cy * nx + cx * ny
 
 
 @compiled
 def _put(table, count, x, y, nx, ny, distance):
-    table[count, T_X], table[count, T_Y] = x, y
-    table[count, T_NX], table[count, T_NY] = nx, ny
-    table[count, T_DISTANCE] = distance
+    table[count, f.T_X], table[count, f.T_Y] = x, y
+    table[count, f.T_NX], table[count, f.T_NY] = nx, ny
+    table[count, f.T_DISTANCE] = distance
     return count + 1
 
 
@@ -106,7 +82,7 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
 
 
 @compiled
-def _touch_box(table, count, px, py, ex, ey, radius, corners):
+def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
     """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
 
     Positions on the core run from −1 at the far end to +1 at the hinge, as MuJoCo's capsule does; it decides ties.
@@ -116,10 +92,10 @@ def _touch_box(table, count, px, py, ex, ey, radius, corners):
     hx, hy = -0.5 * ex, -0.5 * ey
     x, y = px - hx - mx, py - hy - my
     first, second = _box_points(x, y, hx, hy, sx, sy)
-    count = _touch_box_sphere(table, count, x + first * hx, y + first * hy, radius, sx, sy, mx, my)
+    count = _touch_box_sphere(table, count, x + first * hx, y + first * hy, radius, grown, sx, sy, mx, my)
     if second > -3.0:
         at = first + second
-        count = _touch_box_sphere(table, count, x + at * hx, y + at * hy, radius, sx, sy, mx, my)
+        count = _touch_box_sphere(table, count, x + at * hx, y + at * hy, radius, grown, sx, sy, mx, my)
     return count
 
 
@@ -179,16 +155,17 @@ def _second_from_face(x, y, hx, hy, sx, sy, at_end, face):
 
 
 @compiled
-def _touch_box_sphere(table, count, x, y, radius, sx, sy, mx, my):
+def _touch_box_sphere(table, count, x, y, radius, grown, sx, sy, mx, my):
     kx, ky = min(max(x, -sx), sx), min(max(y, -sy), sy)
     dx, dy = x - kx, y - ky
     gap = np.sqrt(dx * dx + dy * dy)
-    if gap >= radius:
+    depth = gap - radius - grown
+    if depth >= 0.0:
         return count
     if gap > MIN_VALUE:
         nx, ny = dx / gap, dy / gap
-        middle = 0.5 * (gap - radius)
-        return _put(table, count, mx + kx + middle * nx, my + ky + middle * ny, nx, ny, gap - radius)
+        middle = grown + 0.5 * depth
+        return _put(table, count, mx + kx + middle * nx, my + ky + middle * ny, nx, ny, depth)
     best, nx, ny = sx + x, -1.0, 0.0
     if sx - x < best:
         best, nx, ny = sx - x, 1.0, 0.0
@@ -196,22 +173,23 @@ def _touch_box_sphere(table, count, x, y, radius, sx, sy, mx, my):
         best, nx, ny = sy + y, 0.0, -1.0
     if sy - y < best:
         best, nx, ny = sy - y, 0.0, 1.0
+    best += grown
     back = -0.5 * (radius - best)
     return _put(table, count, mx + x + back * nx, my + y + back * ny, nx, ny, -best - radius)
 
 
 @compiled
-def _touch_polygon(table, count, px, py, ex, ey, radius, corners, start, stop):
+def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, stop):
     """Closest points of the core and one convex part; where the core is inside, the shallowest way out."""
     depth, ax, ay, nx, ny = _separate(px, py, ex, ey, corners, start, stop)
-    if depth >= radius:
+    if depth - radius - grown >= 0.0:
         return count
     if depth > 0.0:
         depth, ax, ay, nx, ny = _closest(px, py, ex, ey, corners, start, stop)
-        if depth >= radius:
-            return count
-    distance = depth - radius
-    reach = 0.5 * distance
+    distance = depth - radius - grown
+    if distance >= 0.0:
+        return count
+    reach = grown + 0.5 * distance
     return _put(table, count, ax + reach * nx, ay + reach * ny, nx, ny, distance)
 
 

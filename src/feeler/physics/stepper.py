@@ -1,0 +1,94 @@
+"""What every engine offers: scenes in lanes that are stepped together, and each driven and read by itself."""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from feeler.physics.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class State:
+    """Where every lane is now; forces are those of the step that led there."""
+
+    angle: np.ndarray
+    """Hinge angles (lane, segment) [rad]."""
+    velocity: np.ndarray
+    """Their rates (lane, segment) [rad/ms]."""
+    force: np.ndarray
+    """Contact force of each object on the antenna (lane, object, 2) [N]."""
+    place: np.ndarray
+    """Place of each object's frame (lane, object, 2) [mm]."""
+    forward: np.ndarray
+    """First axis of each object's frame (lane, object, 2)."""
+    object_work: np.ndarray
+    """Work done on the antenna by each object since time 0 (lane, object) [mJ]."""
+    base: np.ndarray
+    """Place [mm] and heading [rad] of the base (lane, 3)."""
+    base_force: np.ndarray
+    """Force of the base on the antenna (lane, 2) [N]."""
+    base_moment: np.ndarray
+    """Moment of the base on the antenna (lane,) [N·mm], positive as angles are."""
+    base_work: np.ndarray
+    """Work done on the antenna by its base since time 0 (lane,) [mJ]."""
+    contact_place: np.ndarray
+    """Where the contacts act, weighted by force (lane,), as a share of the length; NaN without contact."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contacts:
+    """The contacts of one lane's last step, (contact, …)."""
+
+    object: np.ndarray
+    """Number of the object."""
+    segment: np.ndarray
+    """Number of the segment, 1 at the base."""
+    place: np.ndarray
+    """Arc length from the base as a share of the length."""
+    point: np.ndarray
+    """(contact, 2) [mm]."""
+    normal: np.ndarray
+    """Unit vector (contact, 2) from the object to the antenna."""
+    distance: np.ndarray
+    """Gap between the surfaces [mm], negative."""
+    force: np.ndarray
+    """Force on the antenna (contact, 2) [N]."""
+
+    def __len__(self) -> int:
+        return len(self.place)
+
+
+class Stepper(Protocol):
+    """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its neighbours."""
+
+    scenes: list[Scene]
+    timestep: float
+
+    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
+        """Take steps in every lane; ``drive`` (step, 3, lane): base velocities x, y [mm/ms] and turn [rad/ms] at each
+        step's end, in place of the commanded ones."""
+
+    def read(self) -> State:
+        """The state of every lane, as copies."""
+
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of a lane's last step."""
+
+    def find_failure(self, lane: int) -> Exception | None:
+        """What ended a lane for good, if the engine knows better than that its numbers are not finite."""
+
+    def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
+        """Command the base."""
+
+    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+        """Command an object."""
+
+    def save(self, lane: int) -> Any:
+        """All that a lane's future depends on, but for its scene."""
+
+    def load(self, lane: int, saved: Any) -> None:
+        """Put a lane back to where it was saved, to the last bit."""
+
+    def reset(self, lane: int, scene: Scene) -> None:
+        """Begin another scene in one lane."""
