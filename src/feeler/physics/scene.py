@@ -6,43 +6,11 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.stimulus.feature import Feature
+from feeler.physics.contact import Contact, get_contact
+from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.object import Object
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contact:
-    """Softness of contact in MuJoCo's terms; fixed on purpose, because MuJoCo's defaults assume SI units.
-
-    Checked for tunnelling at the default and 0.02 ms: over 30 of the paper's touches (0.06 to 0.6 m/s) the antenna sinks into
-    an object by at most 0.020 mm, against a collision radius of 0.225 mm (docs/convergence.md).
-
-    ``solref`` = (time constant [ms], damping ratio); ``solimp`` = (d_min, d_max, width [mm], midpoint, power).
-    """
-
-    solref: tuple[float, float] = (0.2, 1.0)
-    solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
-
-    def __post_init__(self) -> None:
-        if not (np.all(np.isfinite(self.solref)) and min(self.solref) > 0):
-            raise InvalidInput(
-                f"solref must be two positive numbers (time constant [ms], damping ratio), got {self.solref}."
-            )
-        low, high, width, midpoint, power = self.solimp
-        if not (0 < low <= high < 1 and width > 0 and 0 < midpoint < 1 and power >= 1):
-            raise InvalidInput(
-                f"solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1), got {self.solimp}."
-            )
-
-    def check_timestep(self, timestep: float) -> None:
-        """Refuse a timestep above half the time constant, where MuJoCo would silently soften the contact."""
-        limit = self.solref[0] / 2
-        if timestep > limit * (1 + 1e-9):
-            raise InvalidInput(
-                f"timestep {timestep:g} ms is too large for the contact's time constant of {self.solref[0]:g} ms; "
-                f"use at most {limit:g} ms, or a softer Contact."
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,22 +27,23 @@ class Path:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """An antenna clamped at the origin, and at most one object that moves on a prescribed path.
+    """An antenna on a base, and objects; both move as they are told to.
 
     The antenna's angle and velocity start at ``angle`` [rad] (default: at rest) and ``velocity`` [rad/ms]. Segment n
-    points along (sin φ, cos φ), φ = ``base_angle`` + Σ angles up to n.
+    points along (sin φ, cos φ), φ = heading of the base + Σ angles up to n.
     """
 
     antenna: Antenna
-    feature: Feature | None = None
-    origin: tuple[float, float] = (0.0, 0.0)
-    """Feature frame's origin at time 0 [mm]."""
-    forward: tuple[float, float] = (1.0, 0.0)
-    """Unit first axis of the feature frame; it does not turn."""
-    path: Path = Path(velocity=((0.0, 0.0),))
-    friction: float = 1.0
-    contact: Contact = field(default_factory=Contact)
-    base_angle: float = 0.0
+    objects: tuple[Object, ...] = ()
+    paths: tuple[Path | None, ...] = ()
+    """For each object that has one, what it does instead of going on with its velocity."""
+    contact: Contact = field(default_factory=get_contact)
+    gravity: tuple[float, float] = (0.0, 0.0)
+    """[mm/ms²]; 9.81e-3 on the ground. [D] Tests of this scale run without."""
+    base: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Place [mm] and heading [rad] of the base at time 0."""
+    base_motion: BaseMotion | None = None
+    """How the base moves, from its place at time 0 on; default: not at all."""
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
@@ -90,28 +59,61 @@ class Scene:
         n = self.antenna.n_segments
         return np.zeros(n) if self.velocity is None else np.asarray(self.velocity, dtype=float)
 
+    @property
+    def base_velocity(self) -> tuple[float, float, float]:
+        """Rates x, y [mm/ms] and turn [rad/ms] of the base at time 0; the antenna moves along."""
+        return (0.0, 0.0, 0.0) if self.base_motion is None else self.base_motion.compute_rate()
+
+    def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
+        """Velocity (step, 3) of the base at the end of each step, such that it is where it should be after each."""
+        if self.base_motion is None or self.base_motion.time is None:
+            return np.array([self.base_velocity])
+        pose = self.base_motion.compute_pose(timestep * np.arange(first, first + n_steps + 1))
+        return np.diff(pose, axis=0) / timestep
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """What an engine gives back, sampled: ``time`` (sample,) [ms], ``angle`` and ``velocity`` (sample, segment) [rad,
-    rad/ms], ``force`` (sample, 2) [N], the total contact force on the antenna at the sample."""
+    """What an engine gives back, sampled; forces are those of the step that led to the sample."""
 
     time: np.ndarray
+    """(sample,) [ms]."""
     angle: np.ndarray
+    """(sample, segment) [rad]."""
     velocity: np.ndarray
+    """(sample, segment) [rad/ms]."""
     force: np.ndarray
+    """Total contact force on the antenna (sample, 2) [N]."""
+    base: np.ndarray
+    """Place [mm] and heading [rad] of the base (sample, 3)."""
+    base_force: np.ndarray
+    """Force of the base on the antenna (sample, 2) [N]."""
+    base_moment: np.ndarray
+    """Moment of the base on the antenna (sample,) [N·mm]."""
+    contact_place: np.ndarray
+    """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact."""
+    work: np.ndarray
+    """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [mJ]."""
 
 
-def make_scene(antenna: Antenna, trial: Trial, contact: Contact | None = None) -> Scene:
-    """The scene of one trial."""
+def make_object(antenna: Antenna, trial: Trial) -> Object:
+    """The object of a trial, placed so that it touches the antenna at rest when the trial says."""
     placement = place(antenna, trial)
+    return Object(
+        feature=trial.shape,
+        place=tuple(placement.origin),
+        forward=tuple(placement.forward),
+        velocity=tuple(placement.velocity),
+        friction=trial.friction,
+    )
+
+
+def make_scene(antenna: Antenna, trial: Trial, contact: Contact | str | None = None) -> Scene:
+    """The scene of one trial."""
     return Scene(
         antenna=antenna,
-        feature=trial.shape,
-        origin=tuple(placement.origin),
-        forward=tuple(placement.forward),
-        path=Path(velocity=(tuple(placement.velocity),)),
-        friction=trial.friction,
-        contact=contact or Contact(),
+        objects=(make_object(antenna, trial),),
+        contact=get_contact(contact),
+        base_motion=getattr(trial, "base", None),
         label=trial.label,
     )

@@ -6,10 +6,11 @@ from functools import partial
 from feeler.errors import InvalidInput
 from feeler.execute import CRASHES, Executor, ThreadExecutor, run_batch
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, Outcome, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Scene
 
-Finished = Callable[[int, Outcome], None]
+Finished = Callable[[int, Result], None]
 
 
 def simulate(
@@ -20,17 +21,17 @@ def simulate(
     workers: int | None = None,
     executor: Executor | None = None,
     keep: bool = True,
-    finished: Finished = lambda index, outcome: None,
-) -> list[Outcome]:
+    finished: Finished = lambda index, result: None,
+) -> list[Result | None]:
     """Motions in the order of ``scenes``; a scene that failed gives its error (mostly SimulationDiverged) instead.
 
-    Both engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
+    Engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
     client) is handed in. ``finished`` is called in the caller's thread as scenes end; with ``keep=False`` the motions
     go only there, and None stands in the list. On Ctrl-C no new scene starts and what ``finished`` was told stays told.
     """
     scenes = list(scenes)
-    groups = get_engine(engine).make_groups(scenes)
-    outcomes: list[Outcome | Exception | None] = [None] * len(scenes)
+    groups = make_groups(scenes, get_engine(engine))
+    results: list[Result | None] = [None] * len(scenes)
     own = _make_threads(workers) if executor is None else None
     try:
         while groups:
@@ -42,18 +43,18 @@ def simulate(
                     alone += [[index] for index in group]
                     continue
                 values = done.value if done.error is None else [done.error] * len(group)
-                for index, outcome in zip(group, values, strict=True):
-                    outcomes[index] = outcome if keep or isinstance(outcome, Exception) else None
-                    finished(index, outcome)
+                for index, result in zip(group, values, strict=True):
+                    results[index] = result if keep or isinstance(result, Exception) else None
+                    finished(index, result)
             groups = alone
     finally:
         if own is not None:
             own.kill()
-    return outcomes
+    return results
 
 
-def _run_group(engine: str, clock: Clock, scenes: list[Scene]) -> list[Outcome]:
-    return get_engine(engine).run_group(scenes, clock)
+def _run_group(engine: str, clock: Clock, scenes: list[Scene]) -> list[Result]:
+    return run_group(scenes, clock, engine)
 
 
 def _make_threads(workers: int | None) -> ThreadExecutor:

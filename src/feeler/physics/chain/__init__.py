@@ -1,5 +1,1 @@
-"""The chain engine: MuJoCo's answer for a serial chain at O(n) cost."""
-
-from feeler.physics.chain.engine import SCHEMES, run, run_batch
-
-__all__ = ["SCHEMES", "run", "run_batch"]
+"""A planar chain in O(n): articulated-body dynamics with MuJoCo's soft contact, eight scenes at a time."""

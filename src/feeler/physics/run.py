@@ -1,0 +1,133 @@
+"""From the beginning to the end: scenes of one group stepped to a clock and sampled."""
+
+from collections.abc import Callable, Iterator, Sequence
+from threading import Event
+
+import numpy as np
+
+from feeler.errors import SimulationDiverged
+from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE, Engine, get_engine
+from feeler.physics.scene import Motion, Scene
+from feeler.physics.stepper import Stepper
+
+Result = Motion | Exception
+CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
+
+def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motion:
+    """The motion of one scene.
+
+    Raises
+    ------
+    SimulationDiverged
+        Angles left the finite numbers.
+    """
+    result = run_group([scene], clock, engine)[0]
+    if isinstance(result, Exception):
+        raise result
+    return result
+
+def run_group(
+    scenes: Sequence[Scene], clock: Clock, engine: str = DEFAULT_ENGINE, stop: Event | None = None
+) -> list[Result]:
+    """One Motion per scene of a group from :func:`make_groups`, or the error that ended it; the others go on.
+
+    A group that is neither one nor full is filled up with copies of its last, so that only two numbers of lanes are ever
+    compiled. Setting ``stop`` from another thread raises KeyboardInterrupt within a chunk.
+    """
+    kind = get_engine(engine)
+    lanes = 1 if len(scenes) == 1 else kind.lanes
+    filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
+    return _record(kind.make(filled, clock.timestep), clock, stop or Event())[: len(scenes)]
+
+def make_groups(scenes: Sequence[Scene], engine: Engine) -> list[list[int]]:
+    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch."""
+    order = sorted(range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i))
+    groups: list[list[int]] = []
+    for i in order:
+        group = groups[-1] if groups else []
+        same = group and scenes[group[0]].antenna.n_segments == scenes[i].antenna.n_segments
+        if same and len(group) < engine.lanes:
+            group.append(i)
+        else:
+            groups.append([i])
+    return groups
+
+def _phase(scene: Scene) -> tuple[float, float]:
+    """Speed of the first object, and how far it starts from the base: what decides when contact begins and ends."""
+    if not scene.objects:
+        return 0.0, 0.0
+    return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
+
+def advance(stepper: Stepper, first: int, last: int, stop: Event, chunk: int | None = None) -> None:
+    """Steps ``first`` to ``last``, with each path's next leg begun where the one before ends, and looks at ``stop``."""
+    turns = sorted({step for scene in stepper.scenes for step, *_ in _list_legs(scene, stepper.timestep)})
+    chunk = chunk or max(1, CHUNK // (stepper.scenes[0].antenna.n_segments * len(stepper.scenes)))
+    step = first
+    while step < last:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        for lane, scene in enumerate(stepper.scenes):
+            for at, o, velocity in _list_legs(scene, stepper.timestep):
+                if at == step:
+                    stepper.move_object(lane, o, velocity, 0.0)
+        until = min([last, step + chunk, *(turn for turn in turns if turn > step)])
+        stepper.step(until - step, _compute_drive(stepper, step, until - step))
+        step = until
+
+def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[float, float]]]:
+    """(step, object, velocity) at which each object's velocity changes."""
+    for o, path in enumerate(scene.paths):
+        if path is not None:
+            for start, velocity in zip((0.0, *path.end), path.velocity, strict=True):
+                yield round(start / timestep), o, velocity
+
+def _compute_drive(stepper: Stepper, first: int, n_steps: int) -> np.ndarray | None:
+    """The bases' velocities in the coming steps, where some base follows a recorded path."""
+    if all(scene.base_motion is None or scene.base_motion.time is None for scene in stepper.scenes):
+        return None
+    each = [scene.compute_drive(first, n_steps, stepper.timestep) for scene in stepper.scenes]
+    return np.stack([np.broadcast_to(drive, (n_steps, 3)) for drive in each], axis=2)
+
+def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
+    lanes, n, n_samples = len(stepper.scenes), stepper.scenes[0].antenna.n_segments, clock.n_samples
+    sizes = {"angle": (n,), "velocity": (n,), "force": (2,), "base": (3,), "base_force": (2,), "work": (2,)}
+    kept = {name: np.empty((lanes, n_samples, *size)) for name, size in sizes.items()}
+    kept |= {name: np.empty((lanes, n_samples)) for name in ("base_moment", "contact_place")}
+    failed: list[Exception | None] = [None] * lanes
+    for k in range(n_samples):
+        if k:
+            advance(stepper, (k - 1) * clock.steps_per_sample, k * clock.steps_per_sample, stop)
+        state = stepper.read()
+        for name in ("angle", "velocity", "base", "base_force", "base_moment", "contact_place"):
+            kept[name][:, k] = getattr(state, name)
+        kept["force"][:, k] = state.force.sum(axis=1)
+        kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
+        check_lanes(stepper, failed, clock.time[k], kept["angle"][:, k], lambda lane: _last(kept, lane, k))
+        if all(failed):
+            break
+    return [
+        failed[lane] or Motion(time=clock.time, **{name: array[lane] for name, array in kept.items()})
+        for lane in range(lanes)
+    ]
+
+def _last(kept: dict[str, np.ndarray], lane: int, k: int) -> tuple[np.ndarray, np.ndarray]:
+    before = max(k - 1, 0)
+    return kept["angle"][lane, before].copy(), kept["velocity"][lane, before].copy()
+
+def check_lanes(
+    stepper: Stepper,
+    failed: list[Exception | None],
+    time: float,
+    angle: np.ndarray,
+    last: Callable[[int], tuple[np.ndarray, np.ndarray]],
+) -> None:
+    """Note the error of every lane that has left the finite numbers, or that the engine gave up."""
+    finite = np.isfinite(angle).all(axis=1)
+    for lane, scene in enumerate(stepper.scenes):
+        if failed[lane] is None:
+            failed[lane] = stepper.find_failure(lane)
+        if failed[lane] is None and not finite[lane]:
+            failed[lane] = SimulationDiverged(scene.label, time, *last(lane))
+
+__all__ = ["InvalidInput", "advance", "check_lanes", "make_groups", "run_group", "run_scene"]
