@@ -52,7 +52,7 @@ CONTACTS.register("hard", Contact())
 DEFAULT_CONTACT = "smooth"
 
 
-def get_contact(contact: Contact | str | None) -> Contact:
+def get_contact(contact: Contact | str | None = None) -> Contact:
     """The contact itself, the one of that name, or the default."""
     if isinstance(contact, Contact):
         return contact

@@ -2,31 +2,34 @@
 
 Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on purpose: timestep (default 2 µs here), gravity
 (1000 g), solref (20 µs) and solver tolerance. The planar chain lies in z = 0; every hinge turns about −z, so that an angle
-is positive from +y towards +x.
+is positive from +y towards +x. Objects and a moving base are bodies so heavy that the antenna cannot slow them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from copy import copy
 
 import mujoco
 import numpy as np
 
-from feeler.errors import SimulationDiverged
-from feeler.physics.clock import Clock
-from feeler.physics.scene import Motion, Scene
+from feeler.errors import InvalidInput
+from feeler.physics.engine import Engine
+from feeler.physics.reaction import compute_reaction
+from feeler.physics.scene import Scene
+from feeler.physics.stepper import Contacts, State
+from feeler.stimulus.object import Object
 
-OBJECT_MASS = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
+HEAVY = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
+ROOTED = 1e15  # g; of a moving base, which carries the antenna: beside it the antenna's mass is rounded away
 SOLVER_ITERATIONS = 25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
-DEPTH = (
-    5.0  # mm; half thickness of prisms and boxes across the plane; any value beyond the collision radius is the same
-)
-WALL = 1e3  # mm; half extent of the box that stands for a wall
+DEPTH = 5.0  # mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
+MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only (condim 1)
 
 
-def make_spec(scene: Scene, timestep: float) -> mujoco.MjSpec:
-    """The scene as an MjSpec: bodies at the hinges, a capsule per segment, the object on two slide joints.
+def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
+    """The scene as an MjSpec: bodies at the hinges, a capsule per segment, each object on two slides and a hinge.
 
     Contact softness is the scene's and must not depend on the timestep: MuJoCo would silently raise ``solref[0]`` to two
-    timesteps, so a larger timestep is refused.
+    timesteps, so a larger timestep is refused. A ``moving`` base hangs on two slides and a hinge as well.
 
     Raises
     ------
@@ -37,16 +40,16 @@ def make_spec(scene: Scene, timestep: float) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = f"feeler {scene.antenna.name} (units: g, mm, ms)"
     spec.compiler.degree = False
-    _set_options(spec.option, timestep)
-    _add_antenna(spec, scene)
-    if scene.feature is not None:
-        _add_object(spec, scene)
+    _set_options(spec.option, scene, timestep)
+    _add_antenna(spec, scene, moving)
+    for o, item in enumerate(scene.objects):
+        _add_object(spec, scene, o, item)
     return spec
 
 
-def _set_options(option: mujoco.MjOption, timestep: float) -> None:
+def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None:
     option.timestep = timestep
-    option.gravity = [0.0, 0.0, 0.0]  # [D] tests of this scale run without gravity
+    option.gravity = [*scene.gravity, 0.0]
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicit in joint damping
     option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL  # [P]
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # a serial chain has no sparsity to use
@@ -61,19 +64,24 @@ def _set_options(option: mujoco.MjOption, timestep: float) -> None:
     )
 
 
-def _add_antenna(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     antenna, parent = scene.antenna, spec.worldbody
-    half = scene.base_angle / 2
+    (x, y, heading), first = scene.base, [0.0, 0.0, 0.0]
+    if moving:
+        parent = parent.add_body(name="base", pos=[x, y, 0.0])
+        _add_planar_joints(parent, "base", ROOTED)
+    else:
+        first = [x, y, 0.0]
     for n, length in enumerate(antenna.segment_length):
-        body = parent.add_body(name=f"segment{n + 1}", pos=[0, 0 if n == 0 else antenna.segment_length[n - 1], 0])
+        body = parent.add_body(name=f"segment{n + 1}", pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0])
         if n == 0:
-            body.quat = [np.cos(half), 0, 0, -np.sin(half)]
+            body.quat = [np.cos(heading / 2), 0, 0, -np.sin(heading / 2)]
         body.add_joint(
             name=f"hinge{n + 1}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=[0, 0, -1],
-            stiffness=_coefficient(body, antenna.stiffness[n]),
-            damping=_coefficient(body, antenna.damping[n]),
+            stiffness=[antenna.stiffness[n], 0.0, 0.0],  # MuJoCo takes a polynomial; only the linear term is used
+            damping=[antenna.damping[n], 0.0, 0.0],
             springref=antenna.rest_angle[n],
         )
         mass = antenna.segment_mass[n]
@@ -88,60 +96,57 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene) -> None:
             contype=1,
             conaffinity=0,
             rgba=[0.45, 0.25, 0.1, 1],
-            **_softness(scene),
+            **_softness(scene, 0.0),
         )
         parent = body
 
 
-def _coefficient(body: mujoco.MjsBody, value: float) -> object:
-    """MuJoCo's joints take a polynomial of stiffness and damping; only the linear term is used."""
-    return [value, 0.0, 0.0]
+def _add_planar_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
+    """Two slides and a hinge, and a mass that nothing here can slow."""
+    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+        body.add_joint(name=f"{name}_{axis}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction)
+    body.add_joint(name=f"{name}_turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1])
+    body.explicitinertial = True
+    body.mass, body.ipos, body.inertia = mass, [0, 0, 0], [mass] * 3
+    body.gravcomp = 1.0
 
 
-def _softness(scene: Scene) -> dict[str, object]:
+def _softness(scene: Scene, friction: float) -> dict[str, object]:
+    """A pair of geoms takes the larger friction and dimension of its two: the object's."""
     return {
-        "condim": 3,
-        "friction": [
-            max(scene.friction, 1e-5),
-            0.005,
-            0.0001,
-        ],  # MuJoCo's smallest friction; torsion and rolling unused
+        "condim": 3 if friction > 0 else 1,
+        "friction": [max(friction, MIN_FRICTION), 0.005, 0.0001],  # torsion and rolling are unused
         "solref": list(scene.contact.solref),
         "solimp": list(scene.contact.solimp),
-        "margin": 0.0,
     }
 
 
-def _add_object(spec: mujoco.MjSpec, scene: Scene) -> None:
-    body = spec.worldbody.add_body(name="object", pos=[*scene.origin, 0.0])
-    for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
-        body.add_joint(name=f"object_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-    body.explicitinertial = True
-    body.mass, body.inertia = OBJECT_MASS, [OBJECT_MASS] * 3
-    for shape in _shapes(spec, scene):
-        body.add_geom(contype=0, conaffinity=1, rgba=[0.2, 0.5, 0.3, 1], **_softness(scene), **shape)
+def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None:
+    body = spec.worldbody.add_body(name=f"object{o + 1}", pos=[*item.place, 0.0])
+    _add_planar_joints(body, f"object{o + 1}", HEAVY)
+    for shape in _list_geoms(spec, o, item):
+        body.add_geom(contype=0, conaffinity=1, rgba=[0.2, 0.5, 0.3, 1], **_softness(scene, item.friction), **shape)
 
 
-def _shapes(spec: mujoco.MjSpec, scene: Scene) -> Iterator[dict[str, object]]:
-    """Geom fields of the feature, turned into the world's axes."""
-    feature = scene.feature
-    forward = np.asarray(scene.forward)
+def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str, object]]:
+    """Geom fields of the feature's convex parts, turned into the world's axes; rounding is the geom's margin."""
+    feature, forward = item.feature, np.asarray(item.forward)
     turn = np.stack([forward, [-forward[1], forward[0]]])  # rows: the frame's axes in the world
     half = np.arctan2(forward[1], forward[0]) / 2
     quat = [np.cos(half), 0, 0, np.sin(half)]
-    if feature.kind == "ball":
-        yield {
-            "type": mujoco.mjtGeom.mjGEOM_SPHERE,
-            "size": [feature.radius, 0, 0],
-            "pos": [*(feature.parts[0][0] @ turn), 0],
-        }
-    elif feature.kind in ("box", "wall"):
-        height, width = (WALL, WALL) if feature.kind == "wall" else (feature.half_height, feature.half_width)
-        size = [height, width, DEPTH]
-        yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, "pos": [*(-height * forward), 0], "quat": quat}
-    else:
-        for number, part in enumerate(feature.parts):
-            yield {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": _add_prism(spec, f"part{number}", part @ turn)}
+    for number, part in enumerate(feature.parts):
+        middle, size = (part.min(axis=0) + part.max(axis=0)) / 2, np.ptp(part, axis=0) / 2
+        if len(part) == 1:
+            yield {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [feature.rounding, 0, 0], "pos": [*(part[0] @ turn), 0]}
+        elif len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
+            place = {"pos": [*(middle @ turn), 0], "quat": quat, "margin": feature.rounding}
+            yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, DEPTH], **place}
+        elif len(part) == 2:
+            ends = [*(part[0] @ turn), 0.0, *(part[1] @ turn), 0.0]
+            yield {"type": mujoco.mjtGeom.mjGEOM_CAPSULE, "size": [feature.rounding, 0, 0], "fromto": ends}
+        else:
+            mesh = _add_prism(spec, f"object{o + 1}part{number}", part @ turn)
+            yield {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh, "margin": feature.rounding}
 
 
 def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
@@ -151,53 +156,189 @@ def _add_prism(spec: mujoco.MjSpec, name: str, corners: np.ndarray) -> str:
     return name
 
 
-def compile_model(scene: Scene, timestep: float) -> mujoco.MjModel:
+def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjModel:
     """The compiled model; meshes are recentred by MuJoCo and placed back by their geom's frame."""
-    return make_spec(scene, timestep).compile()
+    return make_spec(scene, timestep, moving=moving).compile()
 
 
-def run(scene: Scene, clock: Clock) -> Motion:
-    """Simulate one scene.
+class MujocoStepper:
+    """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it on joints."""
 
-    Returns
-    -------
-    Motion
-        Angles, velocities and the contact force on the antenna at each sample.
+    def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:
+        self.timestep, self.scenes = float(timestep), list(scenes)
+        if len(self.scenes) != 1:
+            raise InvalidInput(f"MuJoCo steps one scene at a time, got {len(self.scenes)}.")
+        self.reset(0, self.scenes[0])
 
-    Raises
-    ------
-    SimulationDiverged
-        Angles left the finite numbers; names the scene and the time.
-    """
-    model = compile_model(scene, clock.timestep)
-    data = mujoco.MjData(model)
-    n = scene.antenna.n_segments
-    data.qpos[:n], data.qvel[:n] = scene.initial_angle, scene.initial_velocity
-    angle, velocity, force = (
-        np.empty((clock.n_samples, n)),
-        np.empty((clock.n_samples, n)),
-        np.zeros((clock.n_samples, 2)),
-    )
-    for k in range(clock.n_samples):
-        if k:
-            _advance(model, data, scene, clock, k)
-        angle[k], velocity[k] = data.qpos[:n], data.qvel[:n]
-        if scene.feature is not None and k:
-            force[k] = -data.qfrc_constraint[n : n + 2]
-        if not np.isfinite(angle[k]).all():
-            raise SimulationDiverged(scene.label, clock.time[k], angle[max(k - 1, 0)], velocity[max(k - 1, 0)])
-    return Motion(time=clock.time, angle=angle, velocity=velocity, force=force)
+    def reset(self, lane: int, scene: Scene) -> None:
+        """Begin another scene."""
+        self.scenes[0], self.moving = scene, scene.base_motion is not None
+        self.model = compile_model(scene, self.timestep, moving=self.moving)
+        self.data = mujoco.MjData(self.model)
+        self.drive = np.array(scene.base_velocity)
+        self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(-1, 3)
+        self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
+        self.force = np.zeros((len(scene.objects), 2))
+        self.base_force, self.base_moment = np.zeros(2), 0.0
+        self.data.qpos[self._hinges], self.data.qvel[self._hinges] = scene.initial_angle, scene.initial_velocity
+        if self.moving:
+            self.data.qvel[:3] = self.drive
+        self._contacts = self._find_contacts()
+
+    @property
+    def _hinges(self) -> slice:
+        first = 3 if self.moving else 0
+        return slice(first, first + self.scenes[0].antenna.n_segments)
+
+    def _hang(self) -> None:
+        """Put the base on joints, everything else staying as it is."""
+        angle, rate, rest = (np.array(a) for a in (self.data.qpos[self._hinges], self.data.qvel[self._hinges], self.data.qpos[self._hinges.stop :]))
+        time, warm = self.data.time, self.data.qacc_warmstart.copy()
+        self.moving = True
+        self.model = compile_model(self.scenes[0], self.timestep, moving=True)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
+        self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = rest, time, warm
+
+    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
+        """Take steps; ``drive`` (step, 3, 1) replaces the commanded base velocity."""
+        for k in range(n_steps):
+            self._step(self.drive if drive is None else drive[min(k, len(drive) - 1), :, 0])
+
+    def _step(self, drive: np.ndarray) -> None:
+        model, data, hinges = self.model, self.data, self._hinges
+        data.qvel[hinges.stop :] = self.object_velocity.ravel()
+        base = np.zeros((3, 3))
+        base[0] = self._base
+        if self.moving:
+            base[1], base[2] = data.qvel[:3], (drive - data.qvel[:3]) / self.timestep
+            data.qfrc_applied[:3] = ROOTED * base[2]
+        angle, rate = data.qpos[hinges].copy(), data.qvel[hinges].copy()
+        self._forward()
+        self._contacts = self._find_contacts()
+        self._push(self._contacts)
+        mujoco.mj_Euler(model, data)
+        acceleration = (data.qvel[hinges] - rate) / self.timestep  # not MuJoCo's qacc: damping is implicit
+        self.base_force, self.base_moment = compute_reaction(
+            self.scenes[0].antenna, angle, rate, acceleration, base, np.asarray(self.scenes[0].gravity),
+            self._contacts.point, self._contacts.force,
+        )  # fmt: skip
+        if self.moving:
+            middle = 0.5 * (base[1] + drive)
+            self.base_work += self.timestep * float(np.dot([*self.base_force, self.base_moment], middle))
+            data.qvel[:3] = drive
+
+    def _push(self, contacts: Contacts) -> None:
+        """Each object's force on the antenna, and the work it does in this step."""
+        self.force = np.zeros((len(self.scenes[0].objects), 2))
+        place = self._place
+        for o, point, force in zip(contacts.object, contacts.point, contacts.force, strict=True):
+            vx, vy, turn = self.object_velocity[o]
+            x, y = point - place[o]
+            self.force[o] += force
+            self.object_work[o] += self.timestep * float(force @ [vx + turn * y, vy - turn * x])
+
+    def _forward(self) -> None:
+        """MuJoCo's forward dynamics, with the contact points of rounded parts put between the rounded surfaces."""
+        model, data = self.model, self.data
+        mujoco.mj_fwdPosition(model, data)
+        if model.geom_margin.any() and data.ncon:
+            for contact in data.contact:
+                contact.pos[:] += 0.5 * contact.includemargin * self._get_normal(contact)
+            mujoco.mj_makeConstraint(model, data)
+            mujoco.mj_projectConstraint(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+
+    def _get_normal(self, contact: mujoco.MjContact) -> np.ndarray:
+        """Unit vector (3,) from the object to the antenna."""
+        away = contact.frame[:3]
+        return away if self.model.geom_contype[contact.geom2] else -away
+
+    def _find_contacts(self) -> Contacts:
+        """The contacts that MuJoCo has found, with the forces of its solver."""
+        model, data, antenna, count = self.model, self.data, self.scenes[0].antenna, self.data.ncon
+        pair, segment = np.zeros(count, dtype=int), np.zeros(count, dtype=int)
+        point, normal, force = (np.zeros((count, 2)) for _ in range(3))
+        distance, wrench = np.zeros(count), np.zeros(6)
+        first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
+        for k, contact in enumerate(data.contact):
+            mujoco.mj_contactForce(model, data, k, wrench)
+            own, other = (contact.geom2, contact.geom1) if model.geom_contype[contact.geom2] else (contact.geom1, contact.geom2)
+            sign = 1.0 if own == contact.geom2 else -1.0
+            pair[k] = model.geom_bodyid[other] - first - antenna.n_segments
+            segment[k] = model.geom_bodyid[own] - first
+            point[k], normal[k] = contact.pos[:2], self._get_normal(contact)[:2]
+            distance[k] = contact.dist - contact.includemargin
+            force[k] = sign * (contact.frame.reshape(3, 3).T @ wrench[:3])[:2]
+        points = antenna.shape(data.qpos[self._hinges], base_angle=self._base[2]) + self._base[:2]
+        along = np.diff(points, axis=0)[segment]
+        share = np.clip(((point - points[segment]) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+        arc = antenna.hinge_position[segment] + share * antenna.segment_length[segment]
+        return Contacts(
+            object=pair, segment=segment + 1, place=arc / antenna.length, point=point, normal=normal, distance=distance,
+            force=force,
+        )  # fmt: skip
+
+    @property
+    def _base(self) -> np.ndarray:
+        """Place and heading (3,) of the base now."""
+        return np.asarray(self.scenes[0].base) + (self.data.qpos[:3] if self.moving else 0.0)
+
+    @property
+    def _place(self) -> np.ndarray:
+        """Places (object, 2) of the objects now."""
+        moved = self.data.qpos[self._hinges.stop :].reshape(-1, 3)[:, :2]
+        return moved + np.array([o.place for o in self.scenes[0].objects]).reshape(-1, 2)
+
+    def read(self) -> State:
+        """The state, as copies."""
+        data, contacts, scene = self.data, self._contacts, self.scenes[0]
+        turned = data.qpos[self._hinges.stop :].reshape(-1, 3)[:, 2]
+        forward = np.array([o.forward for o in scene.objects]).reshape(-1, 2)
+        c, s = np.cos(turned)[:, None], np.sin(turned)[:, None]
+        push = np.sum(contacts.force * contacts.normal, axis=1)
+        return State(
+            angle=data.qpos[None, self._hinges].copy(),
+            velocity=data.qvel[None, self._hinges].copy(),
+            force=self.force[None].copy(),
+            place=self._place[None],
+            forward=(c * forward + s * np.stack([forward[:, 1], -forward[:, 0]], axis=1))[None],
+            object_work=self.object_work[None].copy(),
+            base=self._base[None],
+            base_force=self.base_force[None].copy(),
+            base_moment=np.array([self.base_moment]),
+            base_work=np.array([self.base_work]),
+            contact_place=np.array([push @ contacts.place / push.sum() if push.sum() > 0 else np.nan]),
+        )
+
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of the last step."""
+        return self._contacts
+
+    def find_failure(self, lane: int) -> None:
+        """Nothing that its numbers do not show."""
+
+    def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
+        """Command the base."""
+        self.drive = np.array([*velocity, turn])
+        if not self.moving and self.drive.any():
+            self._hang()
+
+    def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
+        """Command an object."""
+        self.object_velocity[o] = *velocity, turn
+
+    def save(self, lane: int) -> dict[str, object]:
+        """All that the future depends on, but for the scene."""
+        kept = {name: copy(value) for name, value in vars(self).items() if name not in ("scenes", "model")}
+        return kept | {"model": self.model}
+
+    def load(self, lane: int, saved: dict[str, object]) -> None:
+        """Go back to where it was saved."""
+        vars(self).update({name: copy(value) if name != "model" else value for name, value in saved.items()})
 
 
-def _advance(model: mujoco.MjModel, data: mujoco.MjData, scene: Scene, clock: Clock, k: int) -> None:
-    """Step from sample k − 1 to sample k, changing the object's velocity where a leg of its path ends."""
-    step, last = (k - 1) * clock.steps_per_sample, k * clock.steps_per_sample
-    n = scene.antenna.n_segments
-    ends = [round(end / clock.timestep) for end in scene.path.end]
-    while step < last:
-        leg = sum(end <= step for end in ends)
-        stop = min([last, *(end for end in ends if end > step)])
-        if scene.feature is not None:
-            data.qvel[n : n + 2] = scene.path.velocity[leg]
-        mujoco.mj_step(model, data, nstep=stop - step)
-        step = stop
+MUJOCO = Engine(make=MujocoStepper)
