@@ -12,6 +12,7 @@ from feeler.experiment.impulse import LEAD, Impulse, make_impulse_scene, measure
 from feeler.experiment.release import hold
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
+from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Motion, Scene
 from feeler.response import measure_deflection_ratios, measure_free_response
 
@@ -92,11 +93,10 @@ class Protocol:
                     del scenes[k]
 
     def _run(self, scenes: list[Scene], duration: float) -> list[Motion | SimulationDiverged]:
-        engine = get_engine(self.engine)
         clock = Clock(duration=duration, sample_interval=self.sample_interval, timestep=self.timestep)
         motions: list = [None] * len(scenes)
-        for group in engine.make_groups(scenes):
-            for index, motion in zip(group, engine.run_group([scenes[i] for i in group], clock), strict=True):
+        for group in make_groups(scenes, get_engine(self.engine)):
+            for index, motion in zip(group, run_group([scenes[i] for i in group], clock, self.engine), strict=True):
                 motions[index] = motion
         return motions
 

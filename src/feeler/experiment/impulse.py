@@ -7,7 +7,8 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.run import run_scene
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
 from feeler.stimulus.shapes import Ball
@@ -117,32 +118,34 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     """Straight until contact, then a quarter circle away from the base, then straight on."""
     edges = np.linspace(0, np.pi / 2, LEVER_LEGS + 1)
     middle = (edges[:-1] + edges[1:]) / 2
-    forward, distal = np.asarray(scene.forward), np.array([0.0, 1.0])
+    forward, distal = np.asarray(scene.objects[0].forward), np.array([0.0, 1.0])
     legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
     velocity = [speed * forward, *legs, speed * distal]
     end = LEAD + edges * lever / speed
     path = Path(velocity=tuple(tuple(map(float, v)) for v in velocity), end=tuple(map(float, end)))
-    return replace(scene, path=path, label=f"impulse, {scene.label}, lever {lever:g} mm")
+    return replace(scene, paths=(path,), label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
 def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = POINTS) -> Impulse:
     """Deflections of ``points`` and tip in a simulated impulse test."""
     antenna = scene.antenna
-    rest = antenna.shape()[-1]
+    rest, cylinder = antenna.shape()[-1], scene.objects[0]
+    forward = np.asarray(cylinder.forward)
     along = [
         compute_point(antenna, motion.angle, point) - compute_point(antenna, antenna.rest_angle, point)
         for point in points
     ]
-    deflection = np.stack([place @ np.asarray(scene.forward) for place in along])
-    tip = (antenna.shape(motion.angle)[:, -1] - rest) @ np.asarray(scene.forward)
-    centre = np.asarray(scene.origin) - scene.feature.radius * np.asarray(scene.forward)
+    deflection = np.stack([place @ forward for place in along])
+    tip = (antenna.shape(motion.angle)[:, -1] - rest) @ forward
+    centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
+    path = scene.paths[0] if scene.paths else Path(velocity=(cylinder.velocity,))
     return Impulse(
         time=motion.time - LEAD,
         points=tuple(points),
         deflection=deflection,
         tip=tip,
         angle=motion.angle,
-        object=centre + travel(scene.path, motion.time),
+        object=centre + travel(path, motion.time),
         force=motion.force,
     )
 

@@ -7,7 +7,8 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
 from feeler.experiment.configuration import LICENCE, describe_run, list_versions
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, run_scene
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.run import run_scene
 from feeler.physics.scene import Contact, Scene
 from feeler.physics.statics import compute_point, solve_static
 from feeler.tensors.dataset import make_motion_tensors

@@ -19,8 +19,8 @@ def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float = TIM
     spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
     spec.compile()
     key = spec.add_key(name="start")
-    key.qpos = [*scene.initial_angle, 0.0, 0.0]
-    key.qvel = [*scene.initial_velocity, *np.asarray(scene.path.velocity[0])]
+    key.qpos = [*scene.initial_angle, 0.0, 0.0, 0.0]
+    key.qvel = [*scene.initial_velocity, *scene.objects[0].velocity, scene.objects[0].turn]
     spec.compile()
     path = Path(path)
     path.write_text(spec.to_xml())

@@ -16,6 +16,7 @@ SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slip
 TIMESTEP = 0.05  # [C] ms; 0.025 changes aligned tensors less than the touches' own spread
 INTERVAL = 1.0  # [P] ms
 ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
+ENGINE = "chain"
 WORKERS = 2  # threads; the numbers do not depend on it
 
 Label = tuple[str, float, float]
@@ -62,6 +63,7 @@ def simulate_pairs(
     *,
     duration: float | None = None,
     timestep: float = TIMESTEP,
+    engine: str = ENGINE,
     workers: int = WORKERS,
 ) -> list[np.ndarray]:
     """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations run together.
@@ -71,15 +73,15 @@ def simulate_pairs(
     SimulationDiverged
         The first touch that left the finite numbers.
     """
-    from feeler.physics.chain import run_batch
     from feeler.physics.clock import Clock
     from feeler.physics.scene import make_scene
+    from feeler.physics.simulate import simulate
 
     durations = [duration or choose_duration(trial) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
         clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=timestep)
-        results = run_batch([make_scene(*pairs[i]) for i in group], clock, workers=workers)
+        results = simulate([make_scene(*pairs[i]) for i in group], clock, engine=engine, workers=workers)
         for i, result in zip(group, results, strict=True):
             if isinstance(result, Exception):
                 raise result

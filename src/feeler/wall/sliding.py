@@ -10,8 +10,9 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
-from feeler.physics.scene import Motion, Path, Scene
+from feeler.physics.scene import Motion, Scene
 from feeler.physics.simulate import simulate
+from feeler.stimulus.object import Object
 from feeler.stimulus.wall import Wall
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
@@ -149,14 +150,12 @@ def _check(speed: float, duration: float) -> None:
 def _scene(
     antenna: Antenna, posture: Posture, distance: float, velocity: tuple[float, float], angle: np.ndarray
 ) -> Scene:
+    place, forward = (posture.sign * float(distance), 0.0), (-posture.sign, 0.0)
+    wall = Object(feature=Wall(), place=place, forward=forward, velocity=velocity, friction=posture.friction)
     return Scene(
         antenna=antenna,
-        feature=Wall(),
-        origin=(posture.sign * float(distance), 0.0),
-        forward=(-posture.sign, 0.0),
-        path=Path(velocity=(velocity,)),
-        friction=posture.friction,
-        base_angle=posture.sign * posture.base_angle,
+        objects=(wall,),
+        base=(0.0, 0.0, posture.sign * posture.base_angle),
         angle=angle,
         label=f"wall at {distance:g} mm",
     )
