@@ -5,7 +5,7 @@ Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on pur
 is positive from +y towards +x. Objects and a moving base are bodies so heavy that the antenna cannot slow them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 
 import mujoco
@@ -200,10 +200,11 @@ class MujocoStepper:
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
         self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = rest, time, warm
 
-    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
-        """Take steps; ``drive`` (step, 3, 1) replaces the commanded base velocity."""
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+        """Take steps; ``drives`` (step, 3) replace the commanded base velocity."""
         for k in range(n_steps):
-            self._step(self.drive if drive is None else drive[min(k, len(drive) - 1), :, 0])
+            self.drive = drives[0][k] if drives else self.drive
+            self._step(self.drive)
 
     def _step(self, drive: np.ndarray) -> None:
         model, data, hinges = self.model, self.data, self._hinges
@@ -318,7 +319,11 @@ class MujocoStepper:
         """The contacts of the last step."""
         return self._contacts
 
-    def find_failure(self, lane: int) -> None:
+    def find_broken(self) -> np.ndarray:
+        """Whether its numbers are no longer finite."""
+        return ~np.isfinite([self.data.qpos.sum() + self.data.qvel.sum()])
+
+    def explain(self, lane: int) -> None:
         """Nothing that its numbers do not show."""
 
     def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:

@@ -1,6 +1,6 @@
 """From the beginning to the end: scenes of one group stepped to a clock and sampled."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from threading import Event
 
 import numpy as np
@@ -59,21 +59,31 @@ def _phase(scene: Scene) -> tuple[float, float]:
         return 0.0, 0.0
     return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
 
-def advance(stepper: Stepper, first: int, last: int, stop: Event, chunk: int | None = None) -> None:
-    """Steps ``first`` to ``last``, with each path's next leg begun where the one before ends, and looks at ``stop``."""
-    turns = sorted({step for scene in stepper.scenes for step, *_ in _list_legs(scene, stepper.timestep)})
-    chunk = chunk or max(1, CHUNK // (stepper.scenes[0].antenna.n_segments * len(stepper.scenes)))
-    step = first
-    while step < last:
+def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -> None:
+    """Take steps, lane i from its own step number ``first[i]`` on, with looks at ``stop`` in between.
+
+    Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
+    """
+    legs = [list(_list_legs(scene, stepper.timestep)) for scene in stepper.scenes]
+    driven = [lane for lane, scene in enumerate(stepper.scenes) if scene.follows]
+    chunk = max(1, CHUNK // (stepper.scenes[0].antenna.n_segments * len(stepper.scenes)))
+    done = 0
+    while done < n_steps:
         if stop.is_set():
             raise KeyboardInterrupt
-        for lane, scene in enumerate(stepper.scenes):
-            for at, o, velocity in _list_legs(scene, stepper.timestep):
-                if at == step:
+        until = min(n_steps, done + chunk)
+        for lane, turns in enumerate(legs):
+            now = first[lane] + done
+            for at, o, velocity in turns:
+                if at == now:
                     stepper.move_object(lane, o, velocity, 0.0)
-        until = min([last, step + chunk, *(turn for turn in turns if turn > step)])
-        stepper.step(until - step, _compute_drive(stepper, step, until - step))
-        step = until
+                elif at > now:
+                    until = min(until, at - first[lane])
+        count = until - done
+        drives = {lane: stepper.scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven}
+        stepper.step(count, drives)
+        done = until
+
 
 def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[float, float]]]:
     """(step, object, velocity) at which each object's velocity changes."""
@@ -82,12 +92,6 @@ def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[
             for start, velocity in zip((0.0, *path.end), path.velocity, strict=True):
                 yield round(start / timestep), o, velocity
 
-def _compute_drive(stepper: Stepper, first: int, n_steps: int) -> np.ndarray | None:
-    """The bases' velocities in the coming steps, where some base follows a recorded path."""
-    if all(scene.base_motion is None or scene.base_motion.time is None for scene in stepper.scenes):
-        return None
-    each = [scene.compute_drive(first, n_steps, stepper.timestep) for scene in stepper.scenes]
-    return np.stack([np.broadcast_to(drive, (n_steps, 3)) for drive in each], axis=2)
 
 def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     lanes, n, n_samples = len(stepper.scenes), stepper.scenes[0].antenna.n_segments, clock.n_samples
@@ -97,13 +101,15 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     failed: list[Exception | None] = [None] * lanes
     for k in range(n_samples):
         if k:
-            advance(stepper, (k - 1) * clock.steps_per_sample, k * clock.steps_per_sample, stop)
+            advance(stepper, [(k - 1) * clock.steps_per_sample] * lanes, clock.steps_per_sample, stop)
         state = stepper.read()
         for name in ("angle", "velocity", "base", "base_force", "base_moment", "contact_place"):
             kept[name][:, k] = getattr(state, name)
         kept["force"][:, k] = state.force.sum(axis=1)
         kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
-        check_lanes(stepper, failed, clock.time[k], kept["angle"][:, k], lambda lane: _last(kept, lane, k))
+        for lane in np.flatnonzero(stepper.find_broken()):
+            before = kept["angle"][lane, max(k - 1, 0)].copy(), kept["velocity"][lane, max(k - 1, 0)].copy()
+            failed[lane] = failed[lane] or explain(stepper, lane, clock.time[k], *before)
         if all(failed):
             break
     return [
@@ -111,23 +117,9 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
         for lane in range(lanes)
     ]
 
-def _last(kept: dict[str, np.ndarray], lane: int, k: int) -> tuple[np.ndarray, np.ndarray]:
-    before = max(k - 1, 0)
-    return kept["angle"][lane, before].copy(), kept["velocity"][lane, before].copy()
 
-def check_lanes(
-    stepper: Stepper,
-    failed: list[Exception | None],
-    time: float,
-    angle: np.ndarray,
-    last: Callable[[int], tuple[np.ndarray, np.ndarray]],
-) -> None:
-    """Note the error of every lane that has left the finite numbers, or that the engine gave up."""
-    finite = np.isfinite(angle).all(axis=1)
-    for lane, scene in enumerate(stepper.scenes):
-        if failed[lane] is None:
-            failed[lane] = stepper.find_failure(lane)
-        if failed[lane] is None and not finite[lane]:
-            failed[lane] = SimulationDiverged(scene.label, time, *last(lane))
-
-__all__ = ["InvalidInput", "advance", "check_lanes", "make_groups", "run_group", "run_scene"]
+def explain(
+    stepper: Stepper, lane: int, time: float, angle: np.ndarray | None = None, velocity: np.ndarray | None = None
+) -> Exception:
+    """The error of a lane that has come to an end, with its last finite state where there is one."""
+    return stepper.explain(lane) or SimulationDiverged(stepper.scenes[lane].label, time, angle, velocity)

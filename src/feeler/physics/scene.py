@@ -64,10 +64,13 @@ class Scene:
         """Rates x, y [mm/ms] and turn [rad/ms] of the base at time 0; the antenna moves along."""
         return (0.0, 0.0, 0.0) if self.base_motion is None else self.base_motion.compute_rate()
 
+    @property
+    def follows(self) -> bool:
+        """Whether the base follows a recorded path."""
+        return self.base_motion is not None and self.base_motion.time is not None
+
     def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
-        """Velocity (step, 3) of the base at the end of each step, such that it is where it should be after each."""
-        if self.base_motion is None or self.base_motion.time is None:
-            return np.array([self.base_velocity])
+        """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in place after each."""
         pose = self.base_motion.compute_pose(timestep * np.arange(first, first + n_steps + 1))
         return np.diff(pose, axis=0) / timestep
 

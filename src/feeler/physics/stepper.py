@@ -1,5 +1,6 @@
 """What every engine offers: scenes in lanes that are stepped together, and each driven and read by itself."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -65,8 +66,8 @@ class Stepper(Protocol):
     scenes: list[Scene]
     timestep: float
 
-    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
-        """Take steps in every lane; ``drive`` (step, 3, lane): base velocities x, y [mm/ms] and turn [rad/ms] at each
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+        """Take steps in every lane; ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each
         step's end, in place of the commanded ones."""
 
     def read(self) -> State:
@@ -75,8 +76,11 @@ class Stepper(Protocol):
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
 
-    def find_failure(self, lane: int) -> Exception | None:
-        """What ended a lane for good, if the engine knows better than that its numbers are not finite."""
+    def find_broken(self) -> np.ndarray:
+        """Whether each lane (lane,) has come to an end: numbers that are not finite, or :meth:`explain` knows."""
+
+    def explain(self, lane: int) -> Exception | None:
+        """What ended a lane, if the engine knows better than that its numbers are not finite."""
 
     def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
         """Command the base."""

@@ -1,6 +1,6 @@
 """Lanes filled with scenes: the arrays that a batch of simulations steps together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -169,9 +169,16 @@ class ChainStepper:
         step_many(t, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
         move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
-    def step(self, n_steps: int, drive: np.ndarray | None = None) -> None:
-        """Take steps, all lanes together; ``drive`` (step, 3, lane) replaces the commanded base velocities."""
-        step_many(self.tables, n_steps, self.timestep, self.drive if drive is None else drive, self.damped)
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+        """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
+        drive = self.drive
+        if drives:
+            drive = np.repeat(drive, n_steps, axis=0)
+            for lane, rates in drives.items():
+                drive[:, :, lane] = rates
+        step_many(self.tables, n_steps, self.timestep, drive, self.damped)
+        if drives:
+            self.drive = drive[-1:].copy()
 
     def read(self) -> State:
         """The state of every lane, as copies."""
@@ -224,8 +231,13 @@ class ChainStepper:
             force=np.stack([(force * rows[:, :, w]).sum(axis=1) for w in (f.R_W1, f.R_W2)], axis=1),
         )
 
-    def find_failure(self, lane: int) -> Exception | None:
-        """What is wrong with a lane for good, but for numbers that are not finite."""
+    def find_broken(self) -> np.ndarray:
+        """Whether each lane has left the finite numbers or had too many contacts."""
+        work = self.tables.work
+        return ~np.isfinite(work[f.W_ANGLE].sum(axis=0) + work[f.W_RATE].sum(axis=0)) | (self.tables.count < 0)
+
+    def explain(self, lane: int) -> Exception | None:
+        """The error of a lane that had too many contacts."""
         if self.tables.count[lane] >= 0:
             return None
         return InvalidInput(

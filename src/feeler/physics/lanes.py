@@ -1,0 +1,251 @@
+"""Simulations side by side: many scenes, each stepped, steered, saved and reset by itself."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
+from feeler.physics.run import advance, explain
+from feeler.physics.scene import Scene
+from feeler.physics.stepper import Contacts, State, Stepper
+from feeler.stimulus.object import check_number, check_vector
+
+MAX_TURN = 0.1  # rad; [C] the most that a base or an object may turn in one timestep
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Snapshot:
+    """A moment of some lanes, to which they can go back as often as one likes."""
+
+    lane: tuple[int, ...]
+    step: tuple[int, ...]
+    scene: tuple[Scene, ...]
+    failed: tuple[Exception | None, ...]
+    saved: tuple[Any, ...]
+
+
+class Simulations:
+    """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those it has alone.
+
+    Parameters
+    ----------
+    scenes
+        One per lane; :func:`feeler.physics.simulation.build_scene` makes them of an antenna and objects.
+    engine, timestep
+        As for :class:`feeler.Simulation`.
+
+    Attributes
+    ----------
+    failed
+        The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane back.
+    """
+
+    def __init__(self, scenes: Sequence[Scene], *, engine: str = DEFAULT_ENGINE, timestep: float = TIMESTEP) -> None:
+        scenes, self.timestep = list(scenes), check_number(timestep, "timestep")
+        if not scenes or len({scene.antenna.n_segments for scene in scenes}) != 1:
+            raise InvalidInput("simulations side by side need at least one scene, and one number of segments for all.")
+        if self.timestep <= 0:
+            raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
+        for scene in scenes:
+            self._check_rate(scene, scene.base_velocity, "the base")
+        kind = get_engine(engine)
+        lanes = 1 if len(scenes) == 1 else kind.lanes
+        filled = [*scenes, *[scenes[-1]] * (-len(scenes) % lanes)]
+        self._steppers = [kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)]
+        self._lanes, self._n = lanes, len(scenes)
+        self._steps = [0] * len(filled)
+        self.failed: list[Exception | None] = [None] * len(scenes)
+        self._state: State | None = None
+        self._stop = Event()
+
+    def __len__(self) -> int:
+        return self._n
+
+    def _find(self, lane: int) -> tuple[Stepper, int]:
+        if not 0 <= lane < self._n:
+            raise InvalidInput(f"there is no lane {lane}; valid: 0 to {self._n - 1}.")
+        return self._steppers[lane // self._lanes], lane % self._lanes
+
+    def get_scene(self, lane: int) -> Scene:
+        """The scene of a lane as it began, less what commands have replaced."""
+        stepper, k = self._find(lane)
+        return stepper.scenes[k]
+
+    def step(self, ms: float) -> None:
+        """Go on by ``ms`` [ms], a whole number of timesteps.
+
+        Raises
+        ------
+        InvalidInput
+            No whole number of timesteps, or a base whose recorded path ends before; nothing has moved then.
+        KeyboardInterrupt
+            After :meth:`cancel` in another thread, or Ctrl-C.
+        """
+        n_steps = self._count_steps(ms)
+        for lane in range(self._n):
+            self._check_path(lane, n_steps)
+        self._state = None
+        for group, stepper in enumerate(self._steppers):
+            own = range(group * self._lanes, (group + 1) * self._lanes)
+            advance(stepper, [self._steps[lane] for lane in own], n_steps, self._stop)
+            for lane in own:
+                self._steps[lane] += n_steps
+            self._note_broken(stepper, group)
+
+    def _count_steps(self, ms: float) -> int:
+        count = check_number(ms, "ms") / self.timestep
+        if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
+            raise InvalidInput(
+                f"a simulation goes on by whole timesteps of {self.timestep:g} ms, got {ms} ms. Use for example "
+                f"{max(1, round(count)) * self.timestep:g} ms."
+            )
+        return round(count)
+
+    def _check_path(self, lane: int, n_steps: int) -> None:
+        scene = self.get_scene(lane)
+        if scene.follows:
+            scene.base_motion.compute_pose(np.array([(self._steps[lane] + n_steps) * self.timestep]))
+
+    def _note_broken(self, stepper: Stepper, group: int) -> None:
+        for k in np.flatnonzero(stepper.find_broken()):
+            lane = group * self._lanes + int(k)
+            if lane < self._n and self.failed[lane] is None:
+                self.failed[lane] = explain(stepper, int(k), self._steps[lane] * self.timestep)
+
+    def cancel(self) -> None:
+        """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own thread."""
+        self._stop.set()
+
+    @property
+    def time(self) -> np.ndarray:
+        """(lane,) [ms]."""
+        return self.timestep * np.array(self._steps[: self._n])
+
+    @property
+    def state(self) -> State:
+        """Where every lane is now; all arrays have the lane first."""
+        if self._state is None:
+            parts = [stepper.read() for stepper in self._steppers]
+            self._state = parts[0] if len(parts) == 1 and self._lanes == self._n else _join(parts, self._n)
+        return self._state
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Base, hinges and tip (lane, segment + 1, 2) [mm] in the world."""
+        state = self.state
+        return np.stack(
+            [
+                self.get_scene(lane).antenna.shape(state.angle[lane], base_angle=state.base[lane, 2]) + state.base[lane, :2]
+                for lane in range(self._n)
+            ]
+        )
+
+    def read_contacts(self, lane: int) -> Contacts:
+        """The contacts of a lane's last step."""
+        stepper, k = self._find(lane)
+        return stepper.read_contacts(k)
+
+    def move_base(self, lane: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
+        """From the next step on a lane's base moves with ``velocity`` [mm/ms] and turns with ``turn`` [rad/ms].
+
+        The change takes one timestep, in which the antenna feels the acceleration. A recorded path is left for good.
+
+        Raises
+        ------
+        InvalidInput
+            Not finite, or faster than the timestep can follow.
+        """
+        stepper, k = self._find(lane)
+        rate = (*check_vector(velocity, "velocity"), check_number(turn, "turn"))
+        self._check_rate(stepper.scenes[k], rate, "the base")
+        if stepper.scenes[k].follows:
+            stepper.scenes[k] = replace(stepper.scenes[k], base_motion=None)
+        stepper.move_base(k, rate[:2], rate[2])
+
+    def move_object(self, lane: int, o: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
+        """From the next step on object number ``o`` of a lane moves and turns like this [mm/ms, rad/ms].
+
+        Raises
+        ------
+        InvalidInput
+            No such object, not finite, or faster than the timestep can follow.
+        """
+        stepper, k = self._find(lane)
+        scene = stepper.scenes[k]
+        if not 0 <= o < len(scene.objects):
+            raise InvalidInput(f"there is no object {o}; the scene has {len(scene.objects)}.")
+        rate = (*check_vector(velocity, "velocity"), check_number(turn, "turn"))
+        self._check_rate(scene, rate, f"object {o} ({scene.objects[o].name})")
+        paths = [*scene.paths, *[None] * (len(scene.objects) - len(scene.paths))]
+        if paths[o] is not None:
+            paths[o] = None
+            stepper.scenes[k] = replace(scene, paths=tuple(paths))
+        stepper.move_object(k, o, rate[:2], rate[2])
+
+    def _check_rate(self, scene: Scene, rate: tuple[float, ...], what: str) -> None:
+        thin = float(scene.antenna.radius.min())
+        if self.timestep * np.hypot(rate[0], rate[1]) > thin or self.timestep * abs(rate[2]) > MAX_TURN:
+            raise InvalidInput(
+                f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most "
+                f"{thin / self.timestep:.3g} mm/ms (the antenna's radius in a step) and {MAX_TURN / self.timestep:.3g} "
+                f"rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. Use a smaller timestep or move slower."
+            )
+
+    def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
+        """This moment of some lanes (default all)."""
+        chosen = tuple(range(self._n) if lanes is None else lanes)
+        found = [self._find(lane) for lane in chosen]
+        return Snapshot(
+            lane=chosen,
+            step=tuple(self._steps[lane] for lane in chosen),
+            scene=tuple(stepper.scenes[k] for stepper, k in found),
+            failed=tuple(self.failed[lane] for lane in chosen),
+            saved=tuple(stepper.save(k) for stepper, k in found),
+        )
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a moment, to the last bit; only the lanes of the snapshot do."""
+        for lane, step, scene, failed, saved in zip(
+            snapshot.lane, snapshot.step, snapshot.scene, snapshot.failed, snapshot.saved, strict=True
+        ):
+            stepper, k = self._find(lane)
+            if stepper.scenes[k].antenna is not scene.antenna or stepper.scenes[k].objects is not scene.objects:
+                stepper.reset(k, scene)
+            stepper.scenes[k] = scene
+            stepper.load(k, saved)
+            self._steps[lane], self.failed[lane] = step, failed
+        self._state = None
+
+    def reset(self, lane: int, scene: Scene | None = None) -> None:
+        """Begin another scene in one lane (default: the same again); its neighbours go on as if nothing had been."""
+        stepper, k = self._find(lane)
+        scene = scene or stepper.scenes[k]
+        if scene.antenna.n_segments != stepper.scenes[k].antenna.n_segments:
+            raise InvalidInput(
+                f"a lane keeps its number of segments: it has {stepper.scenes[k].antenna.n_segments}, the new antenna "
+                f"{scene.antenna.n_segments}. Begin new simulations for it."
+            )
+        self._check_rate(scene, scene.base_velocity, "the base")
+        stepper.reset(k, scene)
+        self._steps[lane], self.failed[lane], self._state = 0, None, None
+
+
+def _join(parts: Sequence[State], n: int) -> State:
+    """The states of several groups as one, lanes that only fill up left out; fewer objects than most: NaN."""
+    most = max(part.place.shape[1] for part in parts)
+    fields = {}
+    for name in parts[0].__dataclass_fields__:
+        arrays = [getattr(part, name) for part in parts]
+        if name in ("force", "place", "forward", "object_work"):
+            arrays = [_widen(array, most) for array in arrays]
+        fields[name] = np.concatenate(arrays)[:n]
+    return State(**fields)
+
+
+def _widen(array: np.ndarray, most: int) -> np.ndarray:
+    missing = [(0, 0), (0, most - array.shape[1]), *[(0, 0)] * (array.ndim - 2)]
+    return np.pad(array, missing, constant_values=np.nan)

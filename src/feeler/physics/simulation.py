@@ -1,0 +1,290 @@
+"""A simulation in the hand: step it, steer it, look at it, save it, go back."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.physics.contact import Contact, get_contact
+from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.lanes import Simulations, Snapshot
+from feeler.physics.scene import Scene, make_object
+from feeler.physics.stepper import Contacts
+from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.object import Object, check_vector
+from feeler.stimulus.trial import Trial
+
+MICRO = 1e3  # µJ in a mJ
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Work:
+    """Work done on the antenna since time 0 [µJ]."""
+
+    base: float
+    objects: np.ndarray
+    """(object,)"""
+
+    @property
+    def total(self) -> float:
+        """By base and objects together."""
+        return self.base + float(self.objects.sum())
+
+
+def build_scene(
+    antenna: Antenna,
+    objects: Object | Trial | Sequence[Object | Trial] = (),
+    *,
+    contact: Contact | str | None = None,
+    gravity: tuple[float, float] = (0.0, 0.0),
+    base: BaseMotion | None = None,
+    angle: np.ndarray | None = None,
+    velocity: np.ndarray | None = None,
+    label: str = "",
+) -> Scene:
+    """The scene of an antenna and objects; a Trial stands for the object that it places, and for its base motion.
+
+    Raises
+    ------
+    InvalidInput
+        Two objects with one name, an object that starts inside the antenna, two base motions, or hinge angles or
+        velocities that are not finite (segment,).
+    """
+    if not isinstance(antenna, Antenna):
+        raise InvalidInput(f"antenna must be an Antenna, got {type(antenna).__name__}.")
+    given = [objects] if isinstance(objects, Object | Trial) else list(objects)
+    bases = [item.base for item in given if isinstance(item, Trial) and getattr(item, "base", None) is not None]
+    if base is not None:
+        bases.append(base)
+    if len(bases) > 1:
+        raise InvalidInput(f"the base can move in one way only, but {len(bases)} base motions were given.")
+    found = _name_apart([_make_object(antenna, item) for item in given])
+    scene = Scene(
+        antenna=antenna,
+        objects=found,
+        contact=get_contact(contact),
+        gravity=check_vector(gravity, "gravity"),
+        base_motion=bases[0] if bases else None,
+        angle=_check_hinges(antenna, angle, "angle"),
+        velocity=_check_hinges(antenna, velocity, "velocity"),
+        label=label or ", ".join(o.name for o in found) or antenna.name,
+    )
+    _check_clear(scene)
+    return scene
+
+
+def _make_object(antenna: Antenna, item: Object | Trial) -> Object:
+    if isinstance(item, Trial):
+        return make_object(antenna, item)
+    if isinstance(item, Object):
+        return item
+    raise InvalidInput(f"objects must be Object or Trial, got {type(item).__name__}.")
+
+
+def _name_apart(objects: list[Object]) -> tuple[Object, ...]:
+    """Objects that were given no name of their own are numbered where they share one; given names must differ."""
+    seen: Counter[str] = Counter()
+    named = []
+    for item in objects:
+        seen[item.name] += 1
+        if seen[item.name] > 1:
+            if item.name != item.feature.name:
+                raise InvalidInput(f"two objects have the name {item.name!r}; give each its own.")
+            item = item.replace(name=f"{item.name} {seen[item.name]}")
+        named.append(item)
+    return tuple(named)
+
+
+def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:
+    if values is None:
+        return None
+    array = np.array(values, dtype=float)
+    if array.shape != (antenna.n_segments,) or not np.isfinite(array).all():
+        raise InvalidInput(f"{name} must be {antenna.n_segments} finite numbers, one per segment, got {array.shape}.")
+    return array
+
+
+def _check_clear(scene: Scene) -> None:
+    points = scene.antenna.shape(scene.initial_angle, base_angle=scene.base[2]) + scene.base[:2]
+    for item in scene.objects:
+        gap = compute_clearance(
+            points, scene.antenna.radius, item.feature, np.asarray(item.place), np.asarray(item.forward)
+        )
+        if gap < 0:
+            raise InvalidInput(
+                f"object {item.name!r} at {item.place} mm starts {-gap:.3g} mm inside the antenna. Begin farther away."
+            )
+
+
+class Simulation:
+    """One antenna and its objects, stepped by hand.
+
+    Parameters
+    ----------
+    antenna
+        What touches and is touched.
+    objects
+        An Object or several, or Trials that place them.
+    engine
+        ``chain-consistent`` (default), ``chain``, ``mujoco`` or another of ``feeler.physics.engine.ENGINES``.
+    timestep
+        Integration step [ms].
+    contact
+        Softness of contact, or its name in ``feeler.physics.contact.CONTACTS``.
+    gravity
+        (x, y) [mm/ms²].
+    base
+        How the base moves from time 0 on; steer it later by :meth:`move_base`.
+    angle, velocity
+        Hinge angles [rad] and rates [rad/ms] at time 0 (segment,); default: at rest.
+
+    Raises
+    ------
+    InvalidInput
+        What cannot be simulated as given; the message says what to do.
+
+    Examples
+    --------
+    >>> import feeler
+    >>> antenna = feeler.presets.cockroach()
+    >>> ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0))
+    >>> simulation = feeler.Simulation(antenna, ball)
+    >>> while simulation.time < 20 and not len(simulation.contacts):
+    ...     simulation.step(1.0)
+    >>> simulation.move_object("ball", velocity=(0.0, 0.0))
+    """
+
+    def __init__(
+        self,
+        antenna: Antenna,
+        objects: Object | Trial | Sequence[Object | Trial] = (),
+        *,
+        engine: str = DEFAULT_ENGINE,
+        timestep: float = TIMESTEP,
+        contact: Contact | str | None = None,
+        gravity: tuple[float, float] = (0.0, 0.0),
+        base: BaseMotion | None = None,
+        angle: np.ndarray | None = None,
+        velocity: np.ndarray | None = None,
+    ) -> None:
+        scene = build_scene(
+            antenna, objects, contact=contact, gravity=gravity, base=base, angle=angle, velocity=velocity
+        )
+        self._lanes = Simulations([scene], engine=engine, timestep=timestep)
+        self.antenna, self.names, self.engine = antenna, tuple(o.name for o in scene.objects), engine
+
+    def step(self, ms: float) -> None:
+        """Go on by ``ms`` [ms], a whole number of timesteps.
+
+        Raises
+        ------
+        SimulationDiverged
+            Its numbers left the finite ones, now or before; restore a snapshot or reset.
+        InvalidInput
+            No whole number of timesteps, or a recorded base path that ends before; nothing has moved then.
+        """
+        if self._lanes.failed[0] is None:
+            self._lanes.step(ms)
+        if self._lanes.failed[0] is not None:
+            raise self._lanes.failed[0]
+
+    def cancel(self) -> None:
+        """End a running :meth:`step` from another thread; it raises KeyboardInterrupt there."""
+        self._lanes.cancel()
+
+    @property
+    def timestep(self) -> float:
+        """[ms]"""
+        return self._lanes.timestep
+
+    @property
+    def time(self) -> float:
+        """[ms]"""
+        return float(self._lanes.time[0])
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Hinge angles (segment,) [rad]."""
+        return self._lanes.state.angle[0]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Rates of the hinges (segment,) [rad/ms]."""
+        return self._lanes.state.velocity[0]
+
+    @property
+    def tip(self) -> np.ndarray:
+        """Place of the tip (2,) [mm] in the world."""
+        return self.shape()[-1]
+
+    def shape(self) -> np.ndarray:
+        """Base, hinges and tip (segment + 1, 2) [mm] in the world."""
+        return self._lanes.shape[0]
+
+    @property
+    def base(self) -> np.ndarray:
+        """x, y [mm] and heading [rad] of the base (3,)."""
+        return self._lanes.state.base[0]
+
+    @property
+    def place(self) -> np.ndarray:
+        """Where each object's frame is (object, 2) [mm]."""
+        return self._lanes.state.place[0]
+
+    @property
+    def forward(self) -> np.ndarray:
+        """First axis of each object's frame (object, 2)."""
+        return self._lanes.state.forward[0]
+
+    @property
+    def force(self) -> np.ndarray:
+        """Contact force of each object on the antenna (object, 2) [N] in the last step."""
+        return self._lanes.state.force[0]
+
+    @property
+    def contacts(self) -> Contacts:
+        """Every contact of the last step: place along the antenna, point, normal, force."""
+        return self._lanes.read_contacts(0)
+
+    @property
+    def base_force(self) -> np.ndarray:
+        """Force of the base on the antenna (2,) [N] in the last step."""
+        return self._lanes.state.base_force[0]
+
+    @property
+    def base_moment(self) -> float:
+        """Moment of the base on the antenna [N·mm] in the last step, positive as angles are."""
+        return float(self._lanes.state.base_moment[0])
+
+    @property
+    def work(self) -> Work:
+        """Work done on the antenna by its base and by each object since time 0 [µJ]."""
+        state = self._lanes.state
+        return Work(base=MICRO * float(state.base_work[0]), objects=MICRO * state.object_work[0])
+
+    def move_base(self, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
+        """From the next step on the base moves with ``velocity`` (x, y) [mm/ms] and turns with ``turn`` [rad/ms].
+
+        The change takes one timestep, in which the antenna feels the acceleration; a recorded path is left for good.
+        """
+        self._lanes.move_base(0, velocity, turn)
+
+    def move_object(self, which: int | str, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
+        """From the next step on an object, by number or name, moves and turns like this [mm/ms, rad/ms]."""
+        if isinstance(which, str):
+            if which not in self.names:
+                raise InvalidInput(f"there is no object {which!r}; valid: {', '.join(self.names) or 'none'}.")
+            which = self.names.index(which)
+        self._lanes.move_object(0, which, velocity, turn)
+
+    def snapshot(self) -> Snapshot:
+        """This moment, for :meth:`restore`."""
+        return self._lanes.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a moment of this simulation, to the last bit."""
+        self._lanes.restore(snapshot)
