@@ -13,6 +13,8 @@ class Engine:
     """A simulator: ``make(scenes, timestep)`` puts up to ``lanes`` scenes of one segment count into a Stepper."""
 
     make: Callable[[Sequence[Scene], float], Stepper]
+    timestep: float
+    """What it takes where nothing else is said [ms], see docs/convergence.md [C]."""
     lanes: int = 1
 
 
@@ -32,3 +34,8 @@ TIMESTEP = 0.02  # ms, see docs/convergence.md [C]
 def get_engine(name: str) -> Engine:
     """The engine called ``name``; the error lists the valid names."""
     return ENGINES[name]
+
+
+def choose_timestep(timestep: float | None, engine: str) -> float:
+    """The timestep [ms], by default the engine's own."""
+    return get_engine(engine).timestep if timestep is None else timestep

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, explain
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
@@ -44,8 +44,8 @@ class Simulations:
         The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane back.
     """
 
-    def __init__(self, scenes: Sequence[Scene], *, engine: str = DEFAULT_ENGINE, timestep: float = TIMESTEP) -> None:
-        scenes, self.timestep = list(scenes), check_number(timestep, "timestep")
+    def __init__(self, scenes: Sequence[Scene], *, engine: str = DEFAULT_ENGINE, timestep: float | None = None) -> None:
+        scenes, self.timestep = list(scenes), check_number(choose_timestep(timestep, engine), "timestep")
         if not scenes or len({scene.antenna.n_segments for scene in scenes}) != 1:
             raise InvalidInput("simulations side by side need at least one scene, and one number of segments for all.")
         if self.timestep <= 0:

@@ -346,4 +346,4 @@ class MujocoStepper:
         vars(self).update({name: copy(value) if name != "model" else value for name, value in saved.items()})
 
 
-MUJOCO = Engine(make=MujocoStepper)
+MUJOCO = Engine(make=MujocoStepper, timestep=0.02)

@@ -113,7 +113,7 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
         if all(failed):
             break
     return [
-        failed[lane] or Motion(time=clock.time, **{name: array[lane] for name, array in kept.items()})
+        failed[lane] or Motion(time=clock.time, timestep=clock.timestep, **{name: array[lane] for name, array in kept.items()})
         for lane in range(lanes)
     ]
 

@@ -97,6 +97,10 @@ class Motion:
     """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact."""
     work: np.ndarray
     """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [mJ]."""
+    timestep: float
+    """[ms]"""
+    error: float = float("nan")
+    """Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for."""
 
 
 def make_object(antenna: Antenna, trial: Trial) -> Object:

@@ -5,6 +5,7 @@ from functools import partial
 
 from feeler.errors import InvalidInput
 from feeler.execute import CRASHES, Executor, ThreadExecutor, run_batch
+from feeler.physics.accuracy import run_accurately
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.run import Result, make_groups, run_group
@@ -20,6 +21,7 @@ def simulate(
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
     executor: Executor | None = None,
+    accuracy: float | None = None,
     keep: bool = True,
     finished: Finished = lambda index, result: None,
 ) -> list[Result | None]:
@@ -27,7 +29,8 @@ def simulate(
 
     Engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
     client) is handed in. ``finished`` is called in the caller's thread as scenes end; with ``keep=False`` the motions
-    go only there, and None stands in the list. On Ctrl-C no new scene starts and what ``finished`` was told stays told.
+    go only there, and None stands in the list. With ``accuracy`` each scene's timestep is chosen by it and not by the
+    clock. On Ctrl-C no new scene starts and what ``finished`` was told stays told.
     """
     scenes = list(scenes)
     groups = make_groups(scenes, get_engine(engine))
@@ -37,7 +40,7 @@ def simulate(
         while groups:
             items = ((number, [scenes[i] for i in group]) for number, group in enumerate(groups))
             alone = []  # scenes of groups that crashed: run again one by one, so that only the guilty one is lost
-            for done in run_batch(partial(_run_group, engine, clock), items, executor=executor or own):
+            for done in run_batch(partial(_run_group, engine, clock, accuracy), items, executor=executor or own):
                 group = groups[done.index]
                 if isinstance(done.error, CRASHES) and len(group) > 1:
                     alone += [[index] for index in group]
@@ -53,8 +56,10 @@ def simulate(
     return results
 
 
-def _run_group(engine: str, clock: Clock, scenes: list[Scene]) -> list[Result]:
-    return run_group(scenes, clock, engine)
+def _run_group(engine: str, clock: Clock, accuracy: float | None, scenes: list[Scene]) -> list[Result]:
+    if accuracy is None:
+        return run_group(scenes, clock, engine)
+    return run_accurately(scenes, clock.duration, clock.sample_interval, engine, accuracy)
 
 
 def _make_threads(workers: int | None) -> ThreadExecutor:

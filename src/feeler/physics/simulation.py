@@ -9,7 +9,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.lanes import Simulations, Snapshot
 from feeler.physics.scene import Scene, make_object
 from feeler.physics.stepper import Contacts
@@ -132,7 +132,7 @@ class Simulation:
     engine
         ``chain-consistent`` (default), ``chain``, ``mujoco`` or another of ``feeler.physics.engine.ENGINES``.
     timestep
-        Integration step [ms].
+        Integration step [ms]; default: the engine's own.
     contact
         Softness of contact, or its name in ``feeler.physics.contact.CONTACTS``.
     gravity
@@ -164,7 +164,7 @@ class Simulation:
         objects: Object | Trial | Sequence[Object | Trial] = (),
         *,
         engine: str = DEFAULT_ENGINE,
-        timestep: float = TIMESTEP,
+        timestep: float | None = None,
         contact: Contact | str | None = None,
         gravity: tuple[float, float] = (0.0, 0.0),
         base: BaseMotion | None = None,

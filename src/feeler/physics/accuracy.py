@@ -1,0 +1,73 @@
+"""Accuracy by request: halve the timestep until halving it once more would change no more than asked for."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from threading import Event
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.physics.clock import Clock
+from feeler.physics.run import Result, run_group
+from feeler.physics.scene import Motion, Scene
+
+HALVINGS = 8  # [C] from half the contact's time constant (0.1 ms) down to 0.4 µs
+FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
+
+
+def check_accuracy(accuracy: float) -> float:
+    """The accuracy, if it can be asked for."""
+    if not (isinstance(accuracy, int | float) and FINEST <= accuracy <= COARSEST):
+        raise InvalidInput(
+            f"accuracy must be a share of each touch's peak angle from {FINEST:g} to {COARSEST:g}, such as 0.01, got "
+            f"{accuracy!r}."
+        )
+    return float(accuracy)
+
+
+def run_accurately(
+    scenes: Sequence[Scene], duration: float, sample_interval: float, engine: str, accuracy: float, stop: Event | None = None
+) -> list[Result]:
+    """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of the timestep get it.
+
+    A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak, estimates the error of
+    the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
+    scenes that are not accurate enough go on to h/4, and so on.
+    """
+    timestep = _find_coarsest(scenes, sample_interval)
+    results: list[Result] = list(_run(scenes, range(len(scenes)), duration, sample_interval, timestep, engine, stop))
+    todo = list(range(len(scenes)))
+    for _ in range(HALVINGS):
+        timestep /= 2
+        for i, fine in zip(todo, _run(scenes, todo, duration, sample_interval, timestep, engine, stop), strict=True):
+            error = compute_error(scenes[i], results[i], fine)
+            results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
+        todo = [i for i in todo if not (isinstance(m := results[i], Motion) and m.error <= accuracy)]
+        if not todo:
+            break
+    return results
+
+
+def _run(scenes, chosen, duration, sample_interval, timestep, engine, stop) -> list[Result]:
+    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
+    return run_group([scenes[i] for i in chosen], clock, engine, stop)
+
+
+def _find_coarsest(scenes: Sequence[Scene], sample_interval: float) -> float:
+    """The largest whole part of a sample that every scene's contact allows [ms]."""
+    limit = min(scene.contact.solref[0] / 2 for scene in scenes)
+    return sample_interval / np.ceil(sample_interval / limit * (1 - 1e-9))
+
+
+def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:
+    """Greatest difference of two motions over the peak of the finer, in hinge angles or at the tip, whichever is more.
+
+    Infinite where one of them diverged, 0 where nothing moved.
+    """
+    if not (isinstance(coarse, Motion) and isinstance(fine, Motion)):
+        return float("inf")
+    tips = [scene.antenna.shape(motion.angle)[:, -1] for motion in (coarse, fine)]
+    pairs = ((coarse.angle, fine.angle), tuple(tips))
+    peaks = [float(np.abs(b - b[0]).max()) for _, b in pairs]
+    gaps = [float(np.abs(a - b).max()) for a, b in pairs]
+    return max((gap / peak if peak > 0 else 0.0) for gap, peak in zip(gaps, peaks, strict=True))
