@@ -10,7 +10,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.tensors.arrays import load_arrays, save_arrays
-from feeler.tensors.configuration import make_plain
+from feeler.provenance import make_plain
 from feeler.tensors.limits import NAME, Limits, parse_json
 
 FORMAT = "feeler.model/1"
