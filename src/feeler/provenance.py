@@ -39,8 +39,8 @@ def find_version(package: str) -> str:
 
 
 def make_plain(value: Any) -> Any:
-    """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (with their ``kind``, where they have
-    one), infinities and NaN words.
+    """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their ``to_plain`` says),
+    infinities and NaN words.
     """
     if isinstance(value, np.ndarray | list | tuple):
         return [make_plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
@@ -52,9 +52,10 @@ def make_plain(value: Any) -> Any:
         return value
     if isinstance(value, dict):
         return {str(key): make_plain(item) for key, item in value.items()}
+    if hasattr(value, "to_plain"):
+        return make_plain(value.to_plain())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        kind = {"kind": value.kind} if hasattr(value, "kind") else {}
-        return kind | {field.name: make_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {field.name: make_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise InvalidInput(f"a configuration holds numbers, texts, lists and dictionaries; got {type(value).__name__}.")
@@ -100,7 +101,7 @@ def describe_code(*modules: str) -> dict[str, str]:
                 f"feeler's own code changed while it was running ({_shorten(path)}): results would be "
                 "stored as those of code that did not make them. Start Python again and repeat the command."
             )
-    packages = {package for module in found.values() for package in module.packages}
+    packages = {package for module in found.values() for package in module.packages if package not in found}
     return {
         **{name: module.digest for name, module in found.items()},
         **{name: sources.compute_hash(path.read_bytes()) for name, path in data.items()},

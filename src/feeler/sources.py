@@ -190,6 +190,6 @@ def _write_notes(file: Path, notes: dict[str, Any]) -> None:
     if "" in notes:
         with suppress(OSError):
             fresh = file.with_suffix(f".{os.getpid()}")
-            kept = {name: [*entry[:2], asdict(entry[2])] for name, entry in notes.items() if entry}
+            kept = {name: [*entry[:2], asdict(entry[2])] for name, entry in notes.items() if name.startswith("feeler")}
             fresh.write_text(json.dumps(kept))
             fresh.replace(file)
