@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from feeler.experiment.impulse import hit
     from feeler.experiment.release import release
     from feeler.experiment.touch import touch
+    from feeler.stimulus.base import BaseMotion
+    from feeler.stimulus.object import Object
     from feeler.stimulus.outline import Outline
     from feeler.stimulus.shapes import Ball, Box, Triangle
     from feeler.stimulus.trial import Trial
@@ -28,8 +30,10 @@ if TYPE_CHECKING:
 _HOMES = {
     "Antenna": "antenna.antenna",
     "Ball": "stimulus.shapes",
+    "BaseMotion": "stimulus.base",
     "Box": "stimulus.shapes",
     "ConvolutiveNMF": "encoding.model",
+    "Object": "stimulus.object",
     "Outline": "stimulus.outline",
     "Trial": "stimulus.trial",
     "Triangle": "stimulus.shapes",
@@ -68,8 +72,10 @@ _ROOMS = (
 __all__ = [
     "Antenna",
     "Ball",
+    "BaseMotion",
     "Box",
     "ConvolutiveNMF",
+    "Object",
     "Outline",
     "Trial",
     "Triangle",

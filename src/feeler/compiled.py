@@ -1,29 +1,69 @@
-"""``@compiled``: numba with a cache on disk that notices a change in any file of the function's room.
+"""``@compiled``: numba with a cache on disk that notices a change in whatever the function can call.
 
 Numba alone looks only at the file of the function itself. But machine code holds whatever it calls, and the constants
-it reads: after a change in a neighbouring file, numba's own cache would go on giving the old numbers.
+it reads: after a change in another file, numba's own cache would go on giving the old numbers. ``NUMBA_DISABLE_JIT=1``
+runs the same functions as plain Python.
 """
 
+import logging
+import os
+import tempfile
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
-from numba import njit
+from numba import config, njit
+
+from feeler.sources import compute_hash, find_modules
 
 
-def compiled(function: Callable | None = None, **options: object) -> Callable:
+def compiled(function: Callable | None = None, **options: Any) -> Any:
     """``function`` compiled at its first call, without Python's lock, errors as in NumPy; ``options`` are numba's."""
     if function is None:
         return partial(compiled, **options)
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy", **options)(function)
-    if hasattr(dispatcher, "_cache"):  # absent under NUMBA_DISABLE_JIT
+    make = partial(njit, nogil=True, error_model="numpy", **options)
+    try:
+        dispatcher = make(cache=True)(function)
+    except RuntimeError:  # numba finds no folder that it may write to
+        dispatcher = make(cache=_move_cache())(function)
+    if hasattr(getattr(dispatcher, "_cache", None), "_cache_file"):  # absent where nothing is kept or compiled
         file = dispatcher._cache._cache_file
-        file._source_stamp = (file._source_stamp, stamp_folder(Path(function.__code__.co_filename).parent))
+        file._source_stamp = stamp_code(function.__module__) or file._source_stamp
+        _tell(logging.INFO, f"compiled code is kept in {dispatcher._cache.cache_path}.")
     return dispatcher
 
 
 @cache
-def stamp_folder(folder: Path) -> tuple[tuple[str, int, int], ...]:
-    """Name, time of change [ns] and size of each Python file in a folder."""
-    files = sorted(folder.glob("*.py"))
-    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
+def stamp_code(module: str) -> str:
+    """Fingerprint of the code that a module's functions can call; "" where no file holds it (at a prompt)."""
+    digests = [found.digest for found in find_modules(module).values()]
+    return compute_hash("".join(digests).encode()) if digests else ""
+
+
+@cache
+def _move_cache() -> bool:
+    """Let numba, here and in processes that start from here, keep machine code in a temporary folder, if there is one.
+
+    Whoever can write to that folder decides what code runs: it must be this user's own and closed to others.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else "user"
+    try:
+        folder = Path(tempfile.gettempdir()) / f"feeler-compiled-{user}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        if found.st_uid != user or found.st_mode & 0o77:
+            folder = Path(tempfile.mkdtemp(prefix="feeler-compiled-"))
+    except OSError:
+        _tell(logging.WARNING, "no folder can be written to; each process compiles anew, which takes up to a minute.")
+        return False
+    config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    _tell(
+        logging.WARNING, f"neither feeler's folder nor your home can be written to; compiled code is kept in {folder}."
+    )
+    return True
+
+
+@cache
+def _tell(level: int, words: str) -> None:
+    logging.getLogger("feeler").log(level, "%s Set NUMBA_CACHE_DIR to choose a folder.", words)

@@ -28,7 +28,15 @@ class Frozen:
         return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
 
     def __hash__(self) -> int:
-        return hash((type(self), *(_key(getattr(self, f.name)) for f in fields(self) if f.compare)))
+        found = self.__dict__.get("_hash")
+        if found is None:
+            found = hash((type(self), *(_key(getattr(self, f.name)) for f in fields(self) if f.compare)))
+            self.__dict__["_hash"] = found
+        return found
+
+    def to_plain(self) -> dict[str, Any]:
+        """The fields as plain data: arrays as lists, frozen objects as dictionaries; ``type(self)(**plain)`` is equal."""
+        return {f.name: _make_plain(getattr(self, f.name)) for f in fields(self)}
 
     def __getstate__(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self)}
@@ -38,6 +46,12 @@ class Frozen:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
         self.__dict__.update(state)
+
+
+def _make_plain(value: object) -> object:
+    if isinstance(value, Frozen):
+        return value.to_plain()
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _same(a: object, b: object) -> bool:

@@ -1,9 +1,7 @@
 """Journal: every simulated antenna of a search on disk, so that an interrupted search replays it and goes on."""
 
 import fcntl
-import hashlib
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +10,7 @@ from feeler.calibration.hinges import Hinges
 from feeler.calibration.protocol import Protocol
 from feeler.calibration.targets import Targets
 from feeler.errors import InvalidInput
-from feeler.experiment.configuration import list_versions
+from feeler.provenance import make_key
 from feeler.tensors.limits import parse_json, read_bytes
 
 MAX_BYTES = 256 * 2**20  # [C] a million antennas
@@ -109,9 +107,5 @@ def _name(x: np.ndarray) -> bytes:
 
 def describe_problem(hinges: Hinges, targets: Targets, protocol: Protocol) -> str:
     """A short text that changes with anything that changes a residual."""
-    antenna = hinges.build(hinges.start)
-    arrays = (antenna.segment_length, antenna.segment_mass, antenna.radius, antenna.rest_angle)
-    arrays = (*arrays, antenna.stiffness, antenna.damping, *hinges.bounds)
-    words = json.dumps([hinges.name, asdict(protocol), asdict(targets), list_versions()], sort_keys=True)
-    parts = [np.ascontiguousarray(array, dtype=float).tobytes() for array in arrays]
-    return hashlib.sha256(b"".join([*parts, words.encode()])).hexdigest()[:16]
+    made_with = {"hinges": hinges.name, "bounds": hinges.bounds, "antenna": hinges.build(hinges.start)}
+    return make_key(made_with | {"protocol": protocol, "targets": targets}, "feeler.calibration.problem")

@@ -23,11 +23,11 @@ def compare(
     from feeler.cli.choose import choose_antenna
     from feeler.comparison import compare_antennas, write_page
     from feeler.errors import InvalidInput
-    from feeler.experiment.configuration import list_versions
     from feeler.experiment.touch import touch
     from feeler.paper.encoder import make_encoder
     from feeler.paper.trials import SPEEDS, trials
     from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+    from feeler.provenance import list_versions
 
     if len(set(antennas)) < 2:
         raise InvalidInput(

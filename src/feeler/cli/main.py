@@ -38,7 +38,7 @@ for verb in VERBS:
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from feeler.experiment.configuration import list_versions
+        from feeler.provenance import list_versions
 
         typer.echo(" ".join(f"{name} {version}" for name, version in list_versions().items()))
         raise typer.Exit

@@ -1,14 +1,13 @@
 """Bend an antenna with static forces."""
 
-import json
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
-from feeler.experiment.configuration import LICENCE, describe_antenna, list_versions
 from feeler.physics.statics import solve_static
+from feeler.provenance import LICENCE, list_versions, write_canonical
 from feeler.tensors.dataset import label_units
 
 
@@ -43,12 +42,9 @@ def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> x
         {"force": ("load", forces), "hinge": np.arange(1, antenna.n_segments + 1), "axis": ["x", "y"]},
     )
     dataset["points"].attrs["units"] = "mm"
-    dataset = label_units(dataset)
-    return dataset.assign_attrs(at=at, antenna=antenna.name, licence=LICENCE, **_provenance(antenna))
-
-
-def _provenance(antenna: Antenna) -> dict[str, str]:
-    return {
-        "configuration": json.dumps({"antenna": describe_antenna(antenna)}, sort_keys=True),
-        "versions": json.dumps(list_versions(), sort_keys=True),
+    made_with = {
+        "configuration": write_canonical({"antenna": antenna}),
+        "versions": write_canonical(list_versions()),
     }
+    dataset = label_units(dataset)
+    return dataset.assign_attrs(at=at, antenna=antenna.name, licence=LICENCE, **made_with)

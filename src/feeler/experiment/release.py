@@ -5,12 +5,12 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
-from feeler.experiment.configuration import LICENCE, describe_run, list_versions
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Contact, Scene
+from feeler.physics.scene import Scene
 from feeler.physics.statics import compute_point, solve_static
+from feeler.provenance import LICENCE, list_versions, make_plain
 from feeler.tensors.dataset import make_motion_tensors
 
 
@@ -48,14 +48,14 @@ def release(
     scene = Scene(antenna=antenna, angle=start, label=f"release of {antenna.name}")
     motion = run_scene(scene, clock, engine)
     trial = {"feature": ["release"], "size": [0.0], "location": [at / antenna.length], "speed": [0.0]}
-    configuration = describe_run(antenna, [], clock, Contact(), engine, 0) | {"at": at, "deflection": deflection}
+    made_with = {"antenna": antenna, "clock": clock, "engine": engine, "at": at, "deflection": deflection}
     whole = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
     return make_motion_tensors(
         whole,
         [motion],
         trials=trial | {"antenna": [antenna.name], "source": ["simulation"], "seed": [0]},
         attrs={
-            "configuration": configuration,
+            "configuration": make_plain(made_with),
             "engine": engine,
             "versions": list_versions(),
             "timestep": timestep,

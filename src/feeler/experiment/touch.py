@@ -11,12 +11,12 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import Executor
-from feeler.experiment.configuration import LICENCE, describe_code, describe_run, list_versions
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
 from feeler.physics.scene import Contact, Motion, make_scene
 from feeler.physics.simulate import simulate
+from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.tensors.store import Store, open_store
@@ -100,7 +100,7 @@ def touch(
     attrs = describe_attributes(antenna, trials, clock, contact, engine, seed)
     scenes = [make_scene(antenna, trial, contact) for trial in trials]
     with ExitStack() as stack:
-        kept = stack.enter_context(_open(store, attrs, len(trials))) if store else None
+        kept = stack.enter_context(_open(store, attrs, trials)) if store else None
         pending = [index for index in range(len(trials)) if kept is None or index not in kept.finished]
         done = len(trials) - len(pending)
 
@@ -120,18 +120,20 @@ def touch(
         return _collect_stored(kept, outcomes) if kept else _collect(antenna, trials, outcomes, seeds, attrs)
 
 
-def _open(store: str | os.PathLike, attrs: dict[str, object], n_trials: int) -> Store:
-    """The store of this configuration, these versions and this code."""
-    origin = {"versions": attrs["versions"], "code": describe_code()}
-    return open_store(store, attrs["configuration"] | origin, n_trials)
+def _open(store: str | os.PathLike, attrs: dict[str, object], trials: list[Trial]) -> Store:
+    """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
+    modules = {type(trial.feature).__module__ for trial in trials}
+    origin = {"versions": attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
+    return open_store(store, attrs["configuration"] | origin, len(trials))
 
 
 def describe_attributes(
     antenna: Antenna, trials: list[Trial], clock: Clock, contact: Contact, engine: str, seed: int
 ) -> dict[str, object]:
     """The Dataset's attributes: configuration, engine, versions, timestep, licence."""
+    made_with = {"antenna": antenna, "trials": trials, "clock": clock, "contact": contact, "engine": engine}
     return {
-        "configuration": describe_run(antenna, trials, clock, contact, engine, seed),
+        "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
         "engine": engine,
         "versions": list_versions(),
         "timestep": clock.timestep,

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.experiment.configuration import describe_antenna
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Contact
 from feeler.presets import cockroach
+from feeler.provenance import make_plain
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
@@ -64,8 +64,7 @@ class Context:
 
     def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:
         """Everything that can change a number, as plain data; not the number of workers, which cannot."""
-        antennas = {name: describe_antenna(antenna) for name, antenna in self.profiles.items()}
-        return {name: antennas if name == "antenna" else getattr(self, name) for name in reads}
+        return make_plain({name: self.profiles if name == "antenna" else getattr(self, name) for name in reads})
 
 
 @dataclass(frozen=True)

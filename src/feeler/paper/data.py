@@ -6,11 +6,11 @@ from functools import lru_cache
 import xarray as xr
 
 from feeler.errors import StoreError
-from feeler.experiment.configuration import describe_antenna, describe_trial, digest, list_versions
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
-from feeler.paper.stage import COMMON, hash_source, hold, is_kept
+from feeler.paper.stage import hold, is_kept
 from feeler.paper.trials import LOCATIONS, SPEEDS, make_features, trials
+from feeler.provenance import make_key
 from feeler.stimulus.trial import Trial
 
 
@@ -40,17 +40,8 @@ def list_touches(context: Context, profile: str) -> list[Trial]:
 def load_tensors(context: Context, profile: str) -> xr.Dataset:
     """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
     antenna, touches = context.profiles[profile], list_touches(context, profile)
-    key = digest(
-        {
-            "antenna": describe_antenna(antenna),
-            "touches": [describe_trial(trial) for trial in touches],
-            "timestep": context.timestep,
-            "engine": context.engine,
-            "seed": context.seed,
-            "versions": list_versions(),
-            "code": [hash_source(room) for room in COMMON if room != "plotting"],
-        }
-    )
+    made_with = {"antenna": antenna, "touches": touches, "timestep": context.timestep, "engine": context.engine}
+    key = make_key(made_with | {"seed": context.seed}, touch.__module__)
     path = context.out / "cache" / "tensors" / f"{profile}-{key}.zarr"
     options = {
         "duration": DURATION,

@@ -10,10 +10,10 @@ from typing import Any
 
 from pypdf import PdfReader, PdfWriter
 
-from feeler.experiment.configuration import list_versions
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
 from feeler.physics.scene import Contact
+from feeler.provenance import list_versions
 from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
 

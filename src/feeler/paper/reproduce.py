@@ -15,51 +15,42 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
-        rooms=("paper",),
         reads=("antenna",),
     ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
-        rooms=("response", "calibration", "paper"),
         reads=("scale", "seed", "engine", "antenna"),
     ),
     Stage(
         name="tensors",
         title="Tactile tensors",
-        rooms=("paper",),
     ),
     Stage(
         name="wall",
         title="Wall distance",
-        rooms=("wall", "paper"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
-        rooms=("encoding", "paper"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
-        rooms=("encoding", "dispersion", "decoding", "paper"),
     ),
     Stage(
         name="cnn",
         title="Convolutional network",
-        rooms=("decoding", "paper"),
     ),
     Stage(
         name="robot",
         title="The robotic antenna",
-        rooms=("robot", "decoding", "calibration", "response", "encoding", "dispersion", "paper"),
         reads=("scale", "seed"),
     ),
     Stage(
         name="tracking",
         title="Active touch speed",
-        rooms=("tracking", "paper"),
         reads=("seed", "antenna"),
     ),
 )

@@ -7,18 +7,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
-from feeler.experiment.configuration import digest, hash_files, list_source, list_versions
 from feeler.paper.context import KEYED, Context, View
+from feeler.provenance import make_key
 from feeler.report.section import MARKER, Section
-
-PRINTED = ("report", "claims", "places", "compare", "reproduce")
-COMMON = ("antenna", "stimulus", "physics", "tensors", "experiment", "plotting", "errors.py")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,27 +26,19 @@ class Stage:
 
     name: str
     title: str
-    rooms: tuple[str, ...] = ()
-    """Folders or files whose code it runs."""
     reads: tuple[str, ...] = KEYED
     """Which parameters its numbers depend on; it cannot read the others."""
     make: Callable[[Context, Section], None] | None = None
     """Another maker than the module's."""
 
+    @property
+    def module(self) -> str:
+        """The module whose code, with all that it imports, makes the section."""
+        return self.make.__module__ if self.make else f"feeler.paper.sections.{self.name}"
+
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
-        code = {room: hash_source(room) for room in (*COMMON, *self.rooms, f"paper/sections/{self.name}.py")}
-        made_with = {"context": context.describe(self.reads), "vector": context.vector}
-        return digest({**made_with, "versions": list_versions(), "code": code})
-
-
-@cache
-def hash_source(room: str) -> str:
-    """Fingerprint of the Python and data files of a room."""
-    files = list_source(room)
-    if room == "paper":  # what judges, prints or lists other sections changes no number
-        files = [p for p in files if p.parent.name == room and not p.name.startswith(PRINTED)]
-    return hash_files(files)
+        return make_key({"context": context.describe(self.reads), "vector": context.vector}, self.module)
 
 
 def is_kept(path: Path, context: Context) -> bool:
@@ -93,7 +81,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
     start = time.perf_counter()
     try:
         with hold_blas():
-            make = stage.make or import_module(f"feeler.paper.sections.{stage.name}").make
+            make = stage.make or import_module(stage.module).make
             make(View(context, stage.reads), section)
     except FeelerError as error:
         shutil.rmtree(partial)

@@ -1,7 +1,9 @@
 """What touches an antenna: features, and trials that say where, how fast and from which side."""
 
+from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.convex import split_convex
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
+from feeler.stimulus.object import Object, check_clear, make_object, make_objects
 from feeler.stimulus.outline import Outline
 from feeler.stimulus.placement import Placement, place
 from feeler.stimulus.shapes import Ball, Box, Triangle
@@ -11,15 +13,20 @@ from feeler.stimulus.wall import Wall
 __all__ = [
     "SHAPES",
     "Ball",
+    "BaseMotion",
     "Box",
     "Feature",
+    "Object",
     "Outline",
     "Placement",
     "Trial",
     "Triangle",
     "Wall",
+    "check_clear",
     "make_feature",
     "make_grid",
+    "make_object",
+    "make_objects",
     "place",
     "split_convex",
 ]

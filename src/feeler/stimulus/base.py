@@ -1,12 +1,14 @@
 """How an antenna's base moves: at constant velocity, or along a recorded path."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen, freeze
-from feeler.stimulus.object import check_number, check_vector
 
 LATE = 1e-9  # ms; how far beyond its end a path may be asked for
 
@@ -41,7 +43,10 @@ class BaseMotion(Frozen):
             return
         if any(self.velocity) or self.turn:
             raise InvalidInput("a BaseMotion has either a velocity and a turn or a path (time and pose), not both.")
-        time, pose = (np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose))
+        try:
+            time, pose = (np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose))
+        except (TypeError, ValueError) as error:
+            raise InvalidInput("BaseMotion.time and pose must be numbers.") from error
         if time.ndim != 1 or len(time) < 4 or pose.shape != (len(time), 3):
             raise InvalidInput(
                 "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at least four samples, got "
@@ -68,13 +73,13 @@ class BaseMotion(Frozen):
                 f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are asked for. Use a "
                 "shorter duration, or record longer."
             )
-        return self._make_spline()(time)
+        return self._spline(time)
 
     def compute_rate(self) -> tuple[float, float, float]:
         """Velocity x, y [mm/ms] and turn rate [rad/ms] at time 0."""
         if self.time is None:
             return *self.velocity, self.turn
-        vx, vy, turn = self._make_spline()(0.0, 1)
+        vx, vy, turn = self._spline(0.0, 1)
         return float(vx), float(vy), float(turn)
 
     def mirror(self) -> "BaseMotion":
@@ -83,7 +88,42 @@ class BaseMotion(Frozen):
             return BaseMotion(velocity=(-self.velocity[0], self.velocity[1]), turn=-self.turn)
         return BaseMotion(time=self.time, pose=self.pose * [-1.0, 1.0, -1.0])
 
-    def _make_spline(self):
+    @cached_property
+    def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline
 
         return CubicSpline(self.time, self.pose)
+
+
+def read_base(value: object) -> BaseMotion | None:
+    """A base motion, also from its plain data; None where the base stays where it is."""
+    if isinstance(value, Mapping):
+        unknown = value.keys() - {field.name for field in fields(BaseMotion)}
+        if unknown:
+            raise InvalidInput(f"a base motion has no {min(map(str, unknown))!r}.")
+        value = BaseMotion(**value)
+    if value is not None and not isinstance(value, BaseMotion):
+        raise InvalidInput(f"base must be a BaseMotion or None, got {str(value)[:40]!r}.")
+    return None if value == BaseMotion() else value
+
+
+def check_number(value: Any, name: str) -> float:
+    """The value as a finite float."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise InvalidInput(f"{name} must be a finite number, got {str(value)[:40]!r}.")
+    return number
+
+
+def check_vector(value: Any, name: str) -> tuple[float, float]:
+    """The value as two finite floats."""
+    try:
+        x, y = map(float, value)
+    except (TypeError, ValueError):
+        x = y = np.nan
+    if not np.isfinite([x, y]).all():
+        raise InvalidInput(f"{name} must be two finite numbers (x, y), got {str(value)[:40]!r}.")
+    return x, y

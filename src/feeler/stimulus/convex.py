@@ -34,10 +34,7 @@ def split_convex(corners: np.ndarray) -> list[np.ndarray]:
     corners = np.asarray(corners, dtype=float)
     if is_convex(corners):
         return [corners]
-    parts = [list(triangle) for triangle in _clip_ears(corners)]
-    while _merge_one(corners, parts):
-        pass
-    return [corners[part] for part in parts]
+    return [corners[part] for part in _merge(corners, _clip_ears(corners))]
 
 
 def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
@@ -45,14 +42,16 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 
 
 def _clip_ears(corners: np.ndarray) -> list[tuple[int, int, int]]:
-    ring, triangles = list(range(len(corners))), []
+    ring, triangles, here = list(range(len(corners))), [], 0
     while len(ring) > 3:
-        ear = next((i for i in range(len(ring)) if _is_ear(corners, ring, i)), None)
+        around = (*range(here, len(ring)), *range(here))  # go on where the last ear was: its neighbours are often ears
+        ear = next((i for i in around if _is_ear(corners, ring, i)), None)
         if ear is None:  # only corners on straight edges are left: drop the flattest
             ear = int(np.argmin([abs(_turn(*corners[_around(ring, i)])) for i in range(len(ring))]))
         else:
             triangles.append(tuple(_around(ring, ear)))
         del ring[ear]
+        here = min(ear, len(ring) - 1)
     return [*triangles, tuple(ring)]
 
 
@@ -65,26 +64,35 @@ def _is_ear(corners: np.ndarray, ring: list[int], i: int) -> bool:
     a, b, c = corners[triangle]
     if _turn(a, b, c) <= 0:
         return False
-    others = corners[[j for j in ring if j not in triangle]]
-    return not any(_turn(a, b, p) >= 0 and _turn(b, c, p) >= 0 and _turn(c, a, p) >= 0 for p in others)
+    x, y = corners[ring].T
+    inside = np.ones(len(ring), dtype=bool)
+    for p, q in ((a, b), (b, c), (c, a)):
+        inside &= (q[0] - p[0]) * (y - p[1]) >= (q[1] - p[1]) * (x - p[0])
+    inside[[i - 1, i, (i + 1) % len(ring)]] = False  # its own corners
+    return not inside.any()
 
 
-def _merge_one(corners: np.ndarray, parts: list[list[int]]) -> bool:
-    """Join the first two parts that share an edge and are convex together; whether there were any."""
-    for i, first in enumerate(parts):
-        for j in range(i + 1, len(parts)):
-            joined = _join(first, parts[j])
-            if joined and is_convex(corners[joined]):
-                parts[i] = joined
-                del parts[j]
-                return True
-    return False
+def _merge(corners: np.ndarray, triangles: list[tuple[int, int, int]]) -> list[list[int]]:
+    """Take out each inner edge between two parts that are convex together, in one pass over the edges."""
+    parts = {number: list(triangle) for number, triangle in enumerate(triangles)}
+    owner = {edge: number for number, ring in parts.items() for edge in _edges(ring)}
+    for a, b in list(owner):
+        first, second = owner.get((a, b)), owner.get((b, a))
+        if first is None or second is None or first == second:
+            continue
+        joined = _join(parts[first], parts[second], a, b)
+        if is_convex(corners[joined]):
+            parts[first] = joined
+            owner |= dict.fromkeys(_edges(parts.pop(second)), first)
+            del owner[a, b], owner[b, a]
+    return list(parts.values())
 
 
-def _join(first: list[int], second: list[int]) -> list[int] | None:
-    for k, (a, b) in enumerate(zip(first, first[1:] + first[:1], strict=True)):
-        if b in second and second[(second.index(b) + 1) % len(second)] == a:
-            start = second.index(a)
-            ring = second[start:] + second[:start]  # a … b
-            return first[: k + 1] + ring[1:-1] + first[k + 1 :]
-    return None
+def _edges(ring: list[int]) -> list[tuple[int, int]]:
+    return list(zip(ring, ring[1:] + ring[:1], strict=True))
+
+
+def _join(first: list[int], second: list[int], a: int, b: int) -> list[int]:
+    """Two rings without their common edge, which runs a → b in the first."""
+    i, j = first.index(b), second.index(a)
+    return first[i:] + first[:i] + (second[j:] + second[:j])[1:-1]

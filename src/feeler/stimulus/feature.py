@@ -16,6 +16,8 @@ first coordinate 0, so that everything else lies at first coordinates ≤ 0. Eng
             return [[(0.0, -self.half_length), (0.0, self.half_length)]]
 """
 
+import hashlib
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -66,7 +68,10 @@ class Feature(Frozen, ABC):
             raise InvalidInput(
                 f"{type(self).__name__}.name must be a line of at most {MAX_NAME} characters, got {str(self.name)[:40]!r}."
             )
-        object.__setattr__(self, "name", self.name or self.make_name())
+        given = "" if re.fullmatch(f"{self.kind} [0-9a-f]{{6}}", self.name) else self.name
+        object.__setattr__(
+            self, "name", given or self.make_name()
+        )  # dataclasses.replace keeps a name made of old numbers
 
     def _store_length(self, name: str) -> None:
         value, zero = getattr(self, name), name == "rounding"
@@ -105,7 +110,12 @@ class Feature(Frozen, ABC):
         front = max(core[:, 0].max() for core in cores) + self.rounding
         return tuple(freeze(core - [front, 0.0]) for core in cores)
 
-    @property
+    @cached_property
+    def stack(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners (corner, 2) of all parts one after the other, and the number of each part's first (part + 1,)."""
+        return freeze(np.concatenate(self.parts)), freeze(np.cumsum([0, *map(len, self.parts)]), dtype=np.int64)
+
+    @cached_property
     def size(self) -> float:
         """Half the extent across the motion [mm], rounding included; infinite without end."""
         if self.unbounded:
@@ -115,13 +125,11 @@ class Feature(Frozen, ABC):
 
     def mirror(self) -> "Feature":
         """The mirror image about the line of motion."""
-        return self if self.symmetric else Mirrored(of=self, name=self.name)
+        return self if self.symmetric else Mirrored(of=self)
 
     def to_plain(self) -> dict[str, Any]:
         """The feature as plain data: its kind and fields; :func:`make_feature` gives it back."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        plain = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
-        return {"kind": self.kind, **plain}
+        return {"kind": self.kind, **super().to_plain()}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,6 +152,10 @@ class Mirrored(Feature):
     def wide(self) -> bool:
         """Whether it may be larger than the antenna."""
         return self.of.wide
+
+    def make_name(self) -> str:
+        """The feature's own name."""
+        return self.of.name
 
     def make_parts(self) -> list[np.ndarray]:
         """The parts with their second axis turned round."""
@@ -191,6 +203,11 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     if other := [name for name in needed if known[name].type not in (float, "float")]:
         raise InvalidInput(f"feature {kind!r} needs its {', '.join(other)}; a size is not enough.")
     return shape(**values, **dict.fromkeys(needed, size))
+
+
+def digest_numbers(*values: object) -> str:
+    """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
+    return hashlib.sha256(b"".join(np.asarray(v, dtype=float).tobytes() for v in values)).hexdigest()[:6]
 
 
 def _order(core: np.ndarray, kind: str) -> np.ndarray:

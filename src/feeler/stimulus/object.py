@@ -1,17 +1,27 @@
-"""An object: a feature somewhere in the world, moving as it is told to."""
+"""Objects: features that stand somewhere in the world, move and turn as they are told, and have a name."""
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.stimulus.feature import Feature
+from feeler.frozen import Frozen
+from feeler.stimulus.base import check_number, check_vector
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.feature import Feature, make_feature
+from feeler.stimulus.placement import place
+from feeler.stimulus.trial import FRICTION, Trial
 
 
-@dataclass(frozen=True, kw_only=True)
-class Object:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Object(Frozen):
     """A feature with a place and a motion; nothing that it touches can slow it.
+
+    Plain data, as ``to_plain`` gives it, makes the same object: ``Object(**plain)``.
 
     Raises
     ------
@@ -26,15 +36,17 @@ class Object:
     forward: tuple[float, float] = (1.0, 0.0)
     """Unit vector: the first axis of its frame at time 0."""
     velocity: tuple[float, float] = (0.0, 0.0)
-    """[mm/ms]"""
+    """Velocity of its frame's origin [mm/ms]; it does not turn with the object."""
     turn: float = 0.0
     """Turn rate about the frame's origin [rad/ms], positive from +y towards +x, as angles are."""
-    friction: float = 1.0
+    friction: float = FRICTION
     """Coefficient of sliding friction, ≥ 0."""
     name: str = ""
     """What it is called among the objects of a scene; default: the feature's name."""
 
     def __post_init__(self) -> None:
+        if isinstance(self.feature, Mapping):
+            object.__setattr__(self, "feature", make_feature(self.feature))
         if not isinstance(self.feature, Feature):
             raise InvalidInput(f"Object.feature must be a feature such as Ball(radius=1.5), got {self.feature!r}.")
         for name in ("place", "forward", "velocity"):
@@ -46,6 +58,8 @@ class Object:
             raise InvalidInput(f"Object.forward must be a unit vector, got {self.forward} of length {size:g}.")
         if self.friction < 0:
             raise InvalidInput(f"Object.friction must be ≥ 0, got {self.friction}.")
+        if not isinstance(self.name, str):
+            raise InvalidInput(f"Object.name must be text, got {str(self.name)[:40]!r}.")
         object.__setattr__(self, "name", self.name or self.feature.name)
 
     def replace(self, **changes: Any) -> "Object":
@@ -53,23 +67,67 @@ class Object:
         return replace(self, **changes)
 
 
-def check_number(value: Any, name: str) -> float:
-    """The value as a finite float."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number):
-        raise InvalidInput(f"{name} must be a finite number, got {str(value)[:40]!r}.")
-    return number
+def make_object(antenna: Antenna, trial: Trial) -> Object:
+    """The object of a trial, placed so that it touches the antenna ``trial.lead`` ms after time 0."""
+    placement = place(antenna, trial)
+    return Object(
+        feature=trial.shape,
+        place=tuple(placement.origin.tolist()),
+        forward=tuple(placement.forward.tolist()),
+        velocity=tuple(placement.velocity.tolist()),
+        friction=trial.friction,
+        name=trial.name,
+    )
 
 
-def check_vector(value: Any, name: str) -> tuple[float, float]:
-    """The value as two finite floats."""
-    try:
-        x, y = map(float, value)
-    except (TypeError, ValueError):
-        x = y = np.nan
-    if not np.isfinite([x, y]).all():
-        raise InvalidInput(f"{name} must be two finite numbers (x, y), got {str(value)[:40]!r}.")
-    return x, y
+def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[Object, ...]:
+    """Objects to simulate, trials among them placed; each has a name of its own and starts clear of the antenna at rest.
+
+    Raises
+    ------
+    InvalidInput
+        Two objects of one name, trials with different base motions, one that starts inside the antenna, or none of these.
+    """
+    objects = list(objects)
+    if wrong := [item for item in objects if not isinstance(item, Object | Trial)]:
+        raise InvalidInput(f"objects must be Objects or Trials, got {str(wrong[0])[:60]!r}.")
+    bases = [item.base_motion for item in objects if isinstance(item, Trial)]
+    if any(base != bases[0] for base in bases):
+        raise InvalidInput(
+            "the trials move the base in different ways; an antenna has one base. Give all the same base."
+        )
+    made = tuple(make_object(antenna, item) if isinstance(item, Trial) else item for item in objects)
+    check_names(made)
+    pose = np.zeros(3) if not bases or bases[0] is None else bases[0].compute_pose(np.zeros(1))[0]
+    check_clear(antenna, made, pose=pose)
+    return made
+
+
+def check_names(objects: Sequence[Object]) -> None:
+    """Refuse two objects of one name."""
+    twice = [name for name, count in Counter(item.name for item in objects).items() if count > 1]
+    if twice:
+        raise InvalidInput(
+            f"two objects are called {twice[0]!r}; give each its own name=, as forces are told apart by it."
+        )
+
+
+def check_clear(
+    antenna: Antenna,
+    objects: Sequence[Object],
+    angle: np.ndarray | None = None,
+    pose: Sequence[float] = (0.0, 0.0, 0.0),
+) -> None:
+    """Refuse objects that overlap the antenna with hinge angles (segment,) [rad], by default at rest.
+
+    ``pose`` is where the base stands: x, y [mm] and heading [rad].
+    """
+    points = antenna.shape(angle, pose[2]) + np.asarray(pose[:2])
+    for item in objects:
+        where = np.asarray(item.place), np.asarray(item.forward)
+        gap = compute_clearance(points, antenna.radius, item.feature, *where)
+        if gap <= 0:
+            raise InvalidInput(
+                f"the object {item.name!r} starts inside the antenna, or touching it (clearance {gap:.3g} mm). "
+                "Move its place away from the antenna."
+            )

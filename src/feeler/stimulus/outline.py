@@ -1,7 +1,6 @@
 """Outlines: any simple polygon as a feature."""
 
-import hashlib
-import re
+import os
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +9,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.frozen import freeze
 from feeler.stimulus.convex import measure_area, split_convex
-from feeler.stimulus.feature import Feature
+from feeler.stimulus.feature import Feature, digest_numbers
 
 MAX_CORNERS = 1000  # [C]
 
@@ -38,9 +37,49 @@ class Outline(Feature):
         if measure_area(corners) < 0:
             corners = corners[::-1]
         object.__setattr__(self, "vertices", freeze(corners - [corners[:, 0].max(), 0.0]))
-        if isinstance(self.name, str) and re.fullmatch("outline [0-9a-f]{6}", self.name):
-            object.__setattr__(self, "name", "")  # named after corners, maybe others: dataclasses.replace keeps a name
         super().__post_init__()
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike,
+        *,
+        width: float | None = None,
+        scale: float | None = None,
+        which: int | str | None = None,
+        tolerance: float = 0.01,
+        rounding: float = 0.0,
+        name: str = "",
+    ) -> "Outline":
+        """The closed path in an SVG, DXF or CSV file.
+
+        The drawing moves to the right of its page: its x axis becomes the first, up becomes left. SVG and DXF drawings are
+        centred across the motion; the two columns of a CSV file are taken as they are, as x and y in mm.
+
+        Parameters
+        ----------
+        width
+            Extent across the motion that the outline shall have [mm]; needed where the file says no unit.
+        scale
+            In place of ``width``: how long one unit of the drawing is [mm].
+        which
+            Id or number (from 0) of the path, where the file holds several closed ones.
+        tolerance
+            How far the corners' polygon may lie from a curve [mm], > 0.
+        rounding, name
+            As in ``Outline``.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, not of its format, no closed path, several, no unit, or a path that is no simple outline.
+        MissingExtra
+            SVG and DXF files need ``pip install 'feeler[outlines]'``.
+        """
+        from feeler.stimulus.drawing import read_outline
+
+        corners = read_outline(path, width=width, scale=scale, which=which, tolerance=tolerance)
+        return cls(vertices=corners, rounding=rounding, name=name)
 
     def make_name(self) -> str:
         """``outline`` and six digits that stand for the corners and the rounding."""
@@ -49,11 +88,6 @@ class Outline(Feature):
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""
         return split_convex(self.vertices)
-
-
-def digest_numbers(*values: object) -> str:
-    """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
-    return hashlib.sha256(b"".join(np.asarray(v, dtype=float).tobytes() for v in values)).hexdigest()[:6]
 
 
 def _read_corners(vertices: object) -> np.ndarray:
@@ -74,7 +108,8 @@ def _check_simple(corners: np.ndarray) -> None:
     """Raise where two edges meet other than at their shared corner, or the polygon has no area."""
     start, end = corners, np.roll(corners, -1, axis=0)
     n = len(corners)
-    if np.any(np.all(start == end, axis=1)):
+    extent = np.ptp(corners, axis=0).max()
+    if np.any(np.abs(end - start).max(axis=1) <= 1e-9 * extent):
         raise InvalidInput("Outline.vertices repeats a corner; give each corner once (the last joins the first).")
     for i in range(n):
         others = np.array([j for j in range(i + 2, n) if (j + 1) % n != i], dtype=int)
@@ -82,7 +117,6 @@ def _check_simple(corners: np.ndarray) -> None:
             raise InvalidInput(
                 f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order the corners around the rim."
             )
-    extent = np.ptp(corners, axis=0).max()
     if abs(measure_area(corners)) < 1e-9 * extent**2:
         raise InvalidInput("Outline has no area; give at least three corners that are not on one line.")
 

@@ -1,23 +1,32 @@
 """Placement: from a trial to where its feature stands at time 0 and how it moves."""
 
+from bisect import bisect_left
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy
+from scipy.special import cosdg, sindg
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.trial import Trial
 
+ROOM = 1e-12  # mm [C]; left at the lead, so that rounding never decides whether the step then is in contact yet
+
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """A feature frame's origin at time 0 [mm], its unit forward axis, and its velocity [mm/ms], each (2,)."""
+    """Where a feature stands at time 0 and how it moves."""
 
     origin: np.ndarray
+    """The frame's origin (2,) [mm]."""
+    heading: float
+    """Direction of the frame's first axis [degrees], from +y towards +x."""
     forward: np.ndarray
+    """The same as a unit vector (2,)."""
     velocity: np.ndarray
+    """Velocity (2,) [mm/ms]."""
 
 
 def place(antenna: Antenna, trial: Trial) -> Placement:
@@ -29,20 +38,74 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     Raises
     ------
     InvalidInput
-        The feature is bigger than the antenna, cannot avoid touching it, or would start in contact.
+        The feature is bigger than the antenna, misses it, would touch another part of it first, or starts in contact.
     """
+    from feeler.stimulus.sweep import find_touching  # numba is slow to load
+
     _check_size(antenna, trial)
-    points = antenna.shape()
-    target, forward = _aim(antenna, trial, points)
-    touching = _touching_offset(antenna, trial, points, target, forward)
-    back = touching + trial.speed * trial.lead
-    origin = target - back * forward
-    if compute_clearance(points, antenna.radius, trial.shape, origin, forward) <= 0:
-        raise InvalidInput(
-            f"the feature starts in contact with the antenna ({trial.label}, approach {trial.approach:g}°). "
-            "Choose an approach nearer to 90°, a shorter lead, or a straighter antenna."
-        )
-    return Placement(origin=origin, forward=forward, velocity=trial.speed * forward)
+    rest = _lay_out(antenna)
+    x, y, along = rest.find(trial.location * antenna.length)
+    heading = along + (trial.approach if trial.side == "left" else -trial.approach)
+    forward = float(sindg(heading)), float(cosdg(heading)) + 0.0  # no −0, which would turn an engine's frame round
+    shape = trial.shape
+    if shape.unbounded:
+        back = ((rest.ends - (x, y)) @ forward - rest.end_radius).min()
+        touching, again = -float(back), np.inf
+    else:
+        corners, first = shape.stack
+        size = (corners, first, shape.rounding)
+        touching, again = find_touching(rest.start, rest.end, rest.radius, *size, x, y, *forward)
+    back = touching + ROOM + trial.speed * trial.lead
+    _check_way(trial, touching, back, again)
+    placement = Placement(
+        origin=np.array((x - back * forward[0], y - back * forward[1])),
+        heading=heading,
+        forward=np.array(forward),
+        velocity=np.array((trial.speed * forward[0], trial.speed * forward[1])),
+    )
+    return placement if trial.base is None else _carry(antenna, trial, placement)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Rest:
+    """An antenna at rest; a straight one of one radius counts as one segment."""
+
+    points: list[list[float]]
+    arc: list[float]
+    heading: list[float]
+    start: np.ndarray
+    end: np.ndarray
+    radius: np.ndarray
+
+    @cached_property
+    def ends(self) -> np.ndarray:
+        return np.concatenate([self.start, self.end])
+
+    @cached_property
+    def end_radius(self) -> np.ndarray:
+        return np.tile(self.radius, 2)
+
+    def find(self, arc: float) -> tuple[float, float, float]:
+        """The point at an arc length [mm] and the direction there [degrees]."""
+        n = min(bisect_left(self.arc, arc * (1 - 1e-12)) - 1, len(self.arc) - 2)
+        (ax, ay), (bx, by) = self.points[n], self.points[n + 1]
+        share = (arc - self.arc[n]) / (self.arc[n + 1] - self.arc[n])
+        return ax + share * (bx - ax), ay + share * (by - ay), self.heading[n]
+
+
+@lru_cache(maxsize=64)
+def _lay_out(antenna: Antenna) -> _Rest:
+    points, radius = antenna.shape(), antenna.radius
+    straight = not antenna.rest_angle[1:].any() and np.all(radius == radius[0])
+    start, end, radius = (points[:1], points[-1:], radius[:1]) if straight else (points[:-1], points[1:], radius)
+    return _Rest(
+        points=points.tolist(),
+        arc=[0.0, *np.cumsum(antenna.segment_length).tolist()],
+        heading=np.degrees(np.cumsum(antenna.rest_angle)).tolist(),
+        start=np.ascontiguousarray(start),
+        end=np.ascontiguousarray(end),
+        radius=np.ascontiguousarray(radius),
+    )
 
 
 def _check_size(antenna: Antenna, trial: Trial) -> None:
@@ -54,33 +117,30 @@ def _check_size(antenna: Antenna, trial: Trial) -> None:
         )
 
 
-def _aim(antenna: Antenna, trial: Trial, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The touched point of the axis and the unit direction of motion."""
-    arc = trial.location * antenna.length
-    ends = np.cumsum(antenna.segment_length)
-    n = min(int(np.searchsorted(ends, arc * (1 - 1e-12))), antenna.n_segments - 1)
-    along = (points[n + 1] - points[n]) / antenna.segment_length[n]
-    target = points[n] + (arc - (ends[n] - antenna.segment_length[n])) * along
-    turn = np.radians(trial.approach) * (-1.0 if trial.side == "left" else 1.0)
+def _check_way(trial: Trial, touching: float, back: float, again: float) -> None:
+    if np.isnan(touching):
+        raise InvalidInput(f"the feature misses the antenna ({trial.label}, approach {trial.approach:g}°); aim nearer.")
+    if again <= back:
+        raise InvalidInput(
+            f"the feature starts in contact with the antenna, or meets another part of it first ({trial.label}, approach "
+            f"{trial.approach:g}°). Choose an approach nearer to 90°, a shorter lead, or a straighter antenna."
+        )
+
+
+def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
+    """The placement for a base that moves: as if it had carried the unbent antenna until contact."""
+    (x0, y0, start), (x, y, turn) = trial.base_motion.compute_pose(np.array([0.0, trial.lead]))
     c, s = np.cos(turn), np.sin(turn)
-    if trial.approach == 90.0:
-        c, s = 0.0, np.sign(s)  # exact, so that mirrored trials are mirror images to the last bit
-    return target, np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
-
-
-def _touching_offset(
-    antenna: Antenna, trial: Trial, points: np.ndarray, target: np.ndarray, forward: np.ndarray
-) -> float:
-    """Distance from the target back to the origin at which the feature just touches."""
-
-    def gap(offset: float) -> float:
-        return compute_clearance(points, antenna.radius, trial.shape, target - offset * forward, forward)
-
-    low, high = 0.0, float(antenna.radius.max())
-    while gap(high) <= 0:
-        low, high = high, 2 * high
-        if high > 10 * antenna.length:
-            raise InvalidInput(
-                f"the feature cannot be placed clear of the antenna ({trial.label}); change the approach."
-            )
-    return float(scipy.optimize.brentq(gap, low, high, xtol=1e-12, rtol=1e-14)) if gap(low) < 0 else low
+    rotate = np.array([[c, s], [-s, c]])  # from +y towards +x
+    forward = rotate @ placement.forward
+    contact = rotate @ (placement.origin + trial.lead * placement.velocity) + [x, y]
+    velocity = trial.speed * forward
+    origin = contact - trial.lead * velocity
+    points = antenna.shape(base_angle=start) + np.array([x0, y0])
+    if compute_clearance(points, antenna.radius, trial.shape, origin, forward) <= 0:
+        raise InvalidInput(
+            f"the feature starts in contact with the antenna ({trial.label}): the base moves away from it faster than it "
+            "comes near. Choose a faster feature, a shorter lead, or another base motion."
+        )
+    heading = placement.heading + float(np.degrees(turn))
+    return Placement(origin=origin, heading=heading, forward=forward, velocity=velocity)

@@ -1,46 +1,9 @@
-"""Configurations: what a set of trials was made with, as one canonical text that can be compared."""
+"""Where two configurations differ."""
 
-import dataclasses
-import hashlib
 import json
-import math
-import os
 from typing import Any
 
-import numpy as np
-
-from feeler.errors import InvalidInput
-
 MAX_DIFFERENCES = 5
-
-
-def make_plain(value: Any) -> Any:
-    """``value`` in JSON's types: arrays become lists, dataclasses dictionaries, infinities and NaN words."""
-    if isinstance(value, np.ndarray | list | tuple):
-        return [make_plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    if isinstance(value, np.generic):
-        return make_plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    if value is None or isinstance(value, str | int | bool):
-        return value
-    if isinstance(value, dict):
-        return {str(key): make_plain(item) for key, item in value.items()}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: make_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    raise InvalidInput(f"a configuration holds numbers, texts, lists and dictionaries; got {type(value).__name__}.")
-
-
-def write_canonical(configuration: dict[str, Any]) -> str:
-    """The configuration as JSON with sorted keys: equal configurations give equal texts."""
-    return json.dumps(make_plain(configuration), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
-
-
-def compute_digest(configuration: dict[str, Any]) -> str:
-    """SHA-256 of the canonical text, in hexadecimal."""
-    return hashlib.sha256(write_canonical(configuration).encode()).hexdigest()
 
 
 def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:

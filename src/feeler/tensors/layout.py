@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors.configuration import make_plain, write_canonical
+from feeler.provenance import make_plain, write_canonical
 from feeler.tensors.limits import NAME, Limits, parse_json, read_bytes
 from feeler.tensors.zarr3 import (
     NUMBERS,

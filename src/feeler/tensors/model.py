@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.provenance import make_plain
 from feeler.tensors.arrays import load_arrays, save_arrays
-from feeler.tensors.configuration import make_plain
 from feeler.tensors.limits import NAME, Limits, parse_json
 
 FORMAT = "feeler.model/1"

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.tensors.configuration import make_plain
+from feeler.provenance import make_plain
 from feeler.tensors.hdf5_child import DESCRIPTION
 from feeler.tensors.plain import complete, describe
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.tensors.configuration import make_plain
+from feeler.provenance import make_plain
 from feeler.tensors.limits import NAME
 
 TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")

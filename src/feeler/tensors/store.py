@@ -18,7 +18,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.tensors.configuration import compute_digest, find_differences, make_plain
+from feeler.provenance import compute_digest, make_plain
+from feeler.tensors.configuration import find_differences
 from feeler.tensors.disk import TEMPORARY, sync_folder, write_atomic, write_synced
 from feeler.tensors.finished import FORMAT, find_damage, find_records, read_label
 from feeler.tensors.layout import (

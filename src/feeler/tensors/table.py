@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.tensors.configuration import make_plain
+from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 from feeler.tensors.limits import Limits, find_limits, parse_json, read_bytes
 from feeler.tensors.plain import complete, describe, restore

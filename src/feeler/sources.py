@@ -1,0 +1,195 @@
+"""The code that a module can run: found by following its imports, not listed.
+
+Every import is followed, also in functions, but not those for type checkers alone; so is every home of an open set (a
+text ``"package.module:name"``). ``from feeler.room import name`` leads to the file that defines the name, past the
+room's ``__init__``, which only hands names on. A module counts as its syntax tree without comments and documentation: a
+typo corrected in a text makes no result worthless. A data file that a module names counts with its bytes.
+"""
+
+import ast
+import atexit
+import hashlib
+import importlib.util
+import json
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+SOURCE = Path(__file__).parent
+DATA = (".toml", ".csv", ".npz")  # files of the package that hold numbers
+HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
+
+Wanted = tuple[str, str | None]
+"""An import: the module, and the name taken from it (None: the module itself)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Module:
+    """What one file of Python says that matters here."""
+
+    path: str
+    digest: str
+    """Fingerprint of its syntax tree without documentation."""
+    imports: tuple[Wanted, ...]
+    """What it imports when it runs."""
+    names: dict[str, Wanted]
+    """Where a room's names come from."""
+    texts: tuple[str, ...]
+    """Its texts that may name data; ``*`` stands for what is filled in."""
+    packages: tuple[str, ...]
+    """Packages of others that it imports."""
+
+
+def find_modules(*modules: str) -> dict[str, Module]:
+    """The modules themselves and, by their full names, all own modules that they import, directly or through others.
+
+    Own are feeler's and those beside a starting module: an engine or a shape from outside brings its code with it.
+    """
+    tops = {"feeler", *(name.partition(".")[0] for name in modules)}
+    folders = {path.parent for top in tops if (path := find_file(top)) and path.name != "__init__.py"}
+
+    def is_own(module: str) -> bool:
+        top = module.partition(".")[0]
+        return top in tops or any((folder / f"{top}.py").is_file() for folder in folders)
+
+    found: dict[str, Module] = {}
+    waiting = list(modules)
+    while waiting:
+        name = waiting.pop()
+        if name not in found and (path := find_file(name)):
+            found[name] = module = read_module(name, path)
+            waiting += [resolve(*wanted) for wanted in module.imports if is_own(wanted[0])]
+    return dict(sorted(found.items()))
+
+
+def find_data(modules: dict[str, Module]) -> set[Path]:
+    """Data files that modules name: by the whole name wherever they lie, with something filled in if beside them."""
+    return {
+        path
+        for module in modules.values()
+        for path in (_list_data(SOURCE) if module.texts else ())
+        if path.name in module.texts
+        or (Path(module.path).parent in path.parents and any(fnmatchcase(path.name, text) for text in module.texts))
+    }
+
+
+def resolve(module: str, name: str | None) -> str:
+    """The module that defines what ``from module import name`` gives."""
+    path = find_file(module)
+    if name is None or path is None or path.name != "__init__.py":
+        return module
+    home, inner = read_module(module, path).names.get(name), f"{module}.{name}"
+    if home and home != (module, name):
+        return resolve(*home)
+    return inner if find_file(inner) else module
+
+
+def find_file(module: str) -> Path | None:
+    """The Python file of a module, without running it; None for what is built in or typed at a prompt."""
+    first, *rest = module.split(".")
+    if first == "feeler":
+        base = SOURCE.joinpath(*rest)
+        return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        return None
+    return Path(spec.origin) if spec and spec.origin and spec.origin.endswith(".py") else None
+
+
+def read_module(name: str, path: Path) -> Module:
+    """Read one file, or what was noted of it when it was last read."""
+    now, notes = path.stat(), _open_notes(SOURCE)
+    stamp = [now.st_mtime_ns, now.st_size]
+    if name not in notes or notes[name][:2] != [str(path), stamp]:
+        notes[name] = [str(path), stamp, parse_module(name, path)]
+        notes[""] = None  # there is something to write down
+    return notes[name][2]
+
+
+def parse_module(name: str, path: Path) -> Module:
+    """Read one file; texts that stand alone are documentation."""
+    tree = ast.parse(path.read_bytes())
+    room = path.name == "__init__.py"
+    package = name if room else name.rpartition(".")[0]
+    texts: set[str] = set()
+    names: dict[str, Wanted] = {}
+    imports: list[Wanted] = []
+    idle: set[ast.AST] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [line for line in node.body if not _is_text(line)]
+        elif isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            idle.update(node.body)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            wanted = list(_read_import(node, package))
+            names |= {alias.asname or alias.name: found for alias, found in zip(node.names, wanted, strict=True)}
+            imports += wanted if room or node not in idle else []
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            texts.add(node.value)
+        elif isinstance(node, ast.JoinedStr):
+            texts.add("".join(str(part.value) if isinstance(part, ast.Constant) else "*" for part in node.values))
+    imports += [(home[1], None) for text in sorted(texts) if (home := HOME.fullmatch(text))]
+    tops = {module.partition(".")[0] for module, _ in imports} - {"feeler", "", name.partition(".")[0]}
+    return Module(
+        path=str(path),
+        digest=compute_hash(ast.dump(tree).encode()),
+        imports=tuple(dict.fromkeys(imports)),
+        names=names if room else {},
+        texts=tuple(sorted(text for text in texts if text.endswith(DATA))),
+        packages=tuple(sorted(tops - sys.stdlib_module_names)),
+    )
+
+
+def compute_hash(raw: bytes) -> str:
+    """A short fingerprint of bytes."""
+    return hashlib.sha256(raw).hexdigest()[:16]
+
+
+def _is_text(line: ast.AST) -> bool:
+    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
+
+
+def _read_import(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[Wanted]:
+    for alias in node.names:
+        if isinstance(node, ast.Import):
+            yield alias.name, None
+        else:
+            base = package.rsplit(".", node.level - 1)[0] if node.level else ""
+            yield ".".join(part for part in (base, node.module) if part), alias.name
+
+
+@cache
+def _list_data(source: Path) -> list[Path]:
+    return [path for path in source.rglob("*") if path.suffix in DATA]
+
+
+@cache
+def _open_notes(source: Path) -> dict[str, Any]:
+    """What was read of each module, kept beside Python's own compiled files: to parse them all takes a second."""
+    file = source / "__pycache__" / f"sources-{sys.implementation.cache_tag}.json"
+    notes: dict[str, Any] = {}
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        for name, (path, stamp, said) in json.loads(file.read_text()).items():
+            pairs = tuple((module, wanted) for module, wanted in said.pop("imports"))
+            names = {key: (module, wanted) for key, (module, wanted) in said.pop("names").items()}
+            texts, packages = tuple(said.pop("texts")), tuple(said.pop("packages"))
+            notes[name] = [path, stamp, Module(imports=pairs, names=names, texts=texts, packages=packages, **said)]
+    atexit.register(_write_notes, file, notes)
+    return notes
+
+
+def _write_notes(file: Path, notes: dict[str, Any]) -> None:
+    if "" in notes:
+        with suppress(OSError):
+            fresh = file.with_suffix(f".{os.getpid()}")
+            kept = {name: [*entry[:2], asdict(entry[2])] for name, entry in notes.items() if name.startswith("feeler")}
+            fresh.write_text(json.dumps(kept))
+            fresh.replace(file)

@@ -1,0 +1,117 @@
+"""Outlines from drawings: the same shape from every format, curves within the tolerance, faults named."""
+
+import numpy as np
+import pytest
+
+from feeler import Outline
+from feeler.errors import InvalidInput
+from feeler.stimulus.convex import measure_area
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" {page}>{inside}</svg>'
+PAGE = 'width="50mm" height="20mm" viewBox="0 0 100 40"'  # half a millimetre a unit
+RECTANGLE = '<g transform="translate(10, 3)"><path id="plate" d="M 0 0 H 8 V 4 H 0 Z"/></g>'
+CIRCLE = '<circle id="disc" cx="30" cy="20" r="6"/>'
+
+
+def write_svg(path, inside, page=PAGE):
+    path.write_text(SVG.format(page=page, inside=inside))
+    return path
+
+
+def write_dxf(path, draw, units=4):
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new()
+    document.units = units
+    draw(document.modelspace())
+    document.saveas(path)
+    return path
+
+
+def test_every_format_gives_the_same_plate(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y\n0,-1\n4,-1\n4,1\n0,1\n")
+    write_svg(tmp_path / "a.svg", RECTANGLE)
+    write_dxf(tmp_path / "a.dxf", lambda m: m.add_lwpolyline([(7, 3), (11, 3), (11, 5), (7, 5)], close=True))
+    plates = [Outline.from_file(tmp_path / f"a.{ending}", name="plate") for ending in ("csv", "svg", "dxf")]
+    for plate in plates:
+        assert {tuple(corner) for corner in np.round(plate.vertices, 12)} == {(0, 1), (0, -1), (-4, 1), (-4, -1)}
+
+
+def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
+    def draw(m):
+        m.add_line((0, 0), (4, 0))
+        m.add_line((4, 2), (4, 0))
+        m.add_line((0, 2), (4, 2))
+        m.add_arc((0, 1), 1, 90, 270)
+        m.add_line((9, 9), (10, 10))
+
+    outline = Outline.from_file(write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001)  # centimetres
+    assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
+def test_curves_stay_within_the_tolerance(tmp_path, tolerance):
+    outline = Outline.from_file(write_svg(tmp_path / "a.svg", CIRCLE), tolerance=tolerance)
+    corners = outline.vertices + np.array([3.0, 0.0])
+    middle = (corners + np.roll(corners, 1, axis=0)) / 2
+    np.testing.assert_allclose(np.hypot(*corners.T), 3.0, rtol=1e-9)
+    assert 3.0 - np.hypot(*middle.T).min() <= tolerance
+
+
+def test_up_in_the_drawing_is_left_of_the_motion(tmp_path):
+    outline = Outline.from_file(
+        write_svg(tmp_path / "a.svg", '<path d="M 0 0 L 0 4 L 8 4 Z"/>')
+    )  # foremost at the bottom
+    np.testing.assert_allclose(outline.vertices[np.argmax(outline.vertices[:, 0])], [0.0, -1.0])
+
+
+def test_one_of_several_is_chosen_and_sized(tmp_path):
+    path = write_svg(tmp_path / "a.svg", RECTANGLE + CIRCLE)
+    disc = Outline.from_file(path, which="disc", width=3.0)
+    assert disc.size == pytest.approx(1.5)
+    assert Outline.from_file(path, which=1) in [Outline.from_file(path, which=name) for name in ("disc", "plate")]
+    assert Outline.from_file(path, which="plate", scale=2.0).size == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("inside", "page", "options", "match"),
+    [
+        ('<path d="M 0 0 L 1 1 L 2 0"/>', PAGE, {}, "no closed path; close the outline"),
+        (RECTANGLE + CIRCLE, PAGE, {}, "2 closed paths; choose one by which=number or id: .*plate"),
+        (RECTANGLE + CIRCLE, PAGE, {"which": "leaf"}, "no one closed path 'leaf'"),
+        (RECTANGLE, 'viewBox="0 0 10 10"', {}, "how long its unit is; give width="),
+        (RECTANGLE, 'width="100px" height="10px"', {}, "how long its unit is"),
+        (RECTANGLE, PAGE, {"width": 1.0, "scale": 1.0}, "not both"),
+        (RECTANGLE, PAGE, {"width": -1.0}, "width must be finite and > 0"),
+        (RECTANGLE, PAGE, {"tolerance": 0.0}, "tolerance must be finite and > 0"),
+        ('<path d="M 0 0 L 8 4 L 8 0 L 0 4 Z"/>', PAGE, {}, "self-intersecting"),
+        ("<path", PAGE, {}, "cannot be read as a SVG drawing"),
+    ],
+)
+def test_drawings_without_one_outline_are_refused(tmp_path, inside, page, options, match):
+    with pytest.raises(InvalidInput, match=match):
+        Outline.from_file(write_svg(tmp_path / "a.svg", inside, page), **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "match"),
+    [
+        ("a.csv", "0,0\n1,1,2\n", "two columns"),
+        ("a.csv", "0,0\n1,one\n2,2\n", "cannot be read as a CSV"),
+        ("a.csv", "0,0\n1,1\n", "3 to 1000 points"),
+        ("a.dxf", "nonsense", "cannot be read as a DXF"),
+        ("a.png", "", "none of .svg, .dxf, .csv"),
+        ("gone.svg", None, "must be a file"),
+    ],
+)
+def test_files_that_are_no_drawing_are_refused(tmp_path, name, text, match):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(InvalidInput, match=match):
+        Outline.from_file(tmp_path / name)
+
+
+def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
+    path = write_dxf(tmp_path / "a.dxf", lambda m: m.add_circle((5, 5), 3), units=0)
+    with pytest.raises(InvalidInput, match="how long its unit is"):
+        Outline.from_file(path)
+    assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(1.0, abs=1e-3)

@@ -1,0 +1,72 @@
+"""Objects: where a trial says, each with a name, none inside the antenna."""
+
+import numpy as np
+import pytest
+
+from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, presets
+from feeler.errors import InvalidInput
+from feeler.stimulus import make_object, make_objects, place
+
+ANTENNA = presets.cockroach()
+BALL = Ball(radius=1.0)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("approach", [90.0, 63.0])
+def test_the_object_of_a_trial_stands_where_the_trial_is_placed(side, approach):
+    feature = Outline(vertices=[(0, 0), (-1, 1.5), (-3, 1), (-2, -1)], name="thorn")
+    trial = Trial(feature=feature, location=0.6, speed=0.3, side=side, approach=approach, friction=0.4, name="left one")
+    item, start = make_object(ANTENNA, trial), place(ANTENNA, trial)
+    np.testing.assert_array_equal(item.place, start.origin)
+    np.testing.assert_array_equal(item.velocity, start.velocity)
+    np.testing.assert_array_equal(item.forward, start.forward)
+    assert (item.name, item.friction, item.feature, item.turn) == ("left one", 0.4, trial.shape, 0.0)
+
+
+def test_plain_data_gives_the_object_back():
+    item = Object(
+        feature=Box(half_width=1, half_height=2), place=(-5, 3), forward=(0.6, 0.8), velocity=(1, 0), turn=0.1, name="b"
+    )
+    assert Object(**item.to_plain()) == item
+
+
+def test_objects_and_trials_may_stand_together():
+    trial = Trial(feature=Triangle(half_width=1), location=0.5, speed=0.3)
+    made = make_objects(ANTENNA, [trial, Object(feature=BALL, place=(8, 20))])
+    assert [item.name for item in made] == ["triangle", "ball"]
+    assert made[0] == make_object(ANTENNA, trial)
+
+
+@pytest.mark.parametrize(
+    ("objects", "match"),
+    [
+        ([Object(feature=BALL, place=(5, 5))] * 2, "two objects are called 'ball'"),
+        ([Object(feature=BALL, place=(0.9, 20))], "'ball' starts inside the antenna"),
+        ([BALL], "must be Objects or Trials"),
+        (
+            [Trial(feature=BALL, location=0.5, speed=0.3, base=base) for base in (None, BaseMotion(turn=0.001))],
+            "in different ways",
+        ),
+    ],
+)
+def test_objects_that_cannot_be_are_refused(objects, match):
+    with pytest.raises(InvalidInput, match=match):
+        make_objects(ANTENNA, objects)
+
+
+@pytest.mark.parametrize(
+    ("fields", "match"),
+    [
+        ({"feature": "ball"}, "feature must be a feature such as"),
+        ({"place": (np.nan, 0)}, r"place must be two finite numbers \(x, y\)"),
+        ({"place": 3}, "place must be two finite numbers"),
+        ({"forward": (1, 1)}, "forward must be a unit vector"),
+        ({"velocity": (1, 2, 3)}, "velocity must be two finite numbers"),
+        ({"turn": np.inf}, "turn must be a finite number"),
+        ({"friction": -1}, "friction must be ≥ 0"),
+        ({"name": 3}, "name must be text"),
+    ],
+)
+def test_bad_fields_are_named(fields, match):
+    with pytest.raises(InvalidInput, match=match):
+        Object(**({"feature": BALL, "place": (5, 5)} | fields))
