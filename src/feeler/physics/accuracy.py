@@ -26,7 +26,12 @@ def check_accuracy(accuracy: float) -> float:
 
 
 def run_accurately(
-    scenes: Sequence[Scene], duration: float, sample_interval: float, engine: str, accuracy: float, stop: Event | None = None
+    scenes: Sequence[Scene],
+    duration: float,
+    sample_interval: float,
+    engine: str,
+    accuracy: float,
+    stop: Event | None = None,
 ) -> list[Result]:
     """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of the timestep get it.
 

@@ -12,7 +12,7 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, explain
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
-from feeler.stimulus.object import check_number, check_vector
+from feeler.stimulus.base import check_number, check_vector
 
 MAX_TURN = 0.1  # rad; [C] the most that a base or an object may turn in one timestep
 
@@ -139,7 +139,8 @@ class Simulations:
         state = self.state
         return np.stack(
             [
-                self.get_scene(lane).antenna.shape(state.angle[lane], base_angle=state.base[lane, 2]) + state.base[lane, :2]
+                self.get_scene(lane).antenna.shape(state.angle[lane], base_angle=state.base[lane, 2])
+                + state.base[lane, :2]
                 for lane in range(self._n)
             ]
         )

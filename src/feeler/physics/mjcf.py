@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from feeler.antenna.antenna import Antenna
 from feeler.physics.engine import TIMESTEP
 from feeler.physics.mujoco import make_spec

@@ -66,7 +66,7 @@ def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None
 
 def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     antenna, parent = scene.antenna, spec.worldbody
-    (x, y, heading), first = scene.base, [0.0, 0.0, 0.0]
+    (x, y, heading), first = scene.base_pose, [0.0, 0.0, 0.0]
     if moving:
         parent = parent.add_body(name="base", pos=[x, y, 0.0])
         _add_planar_joints(parent, "base", ROOTED)
@@ -137,7 +137,11 @@ def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str,
     for number, part in enumerate(feature.parts):
         middle, size = (part.min(axis=0) + part.max(axis=0)) / 2, np.ptp(part, axis=0) / 2
         if len(part) == 1:
-            yield {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [feature.rounding, 0, 0], "pos": [*(part[0] @ turn), 0]}
+            yield {
+                "type": mujoco.mjtGeom.mjGEOM_SPHERE,
+                "size": [feature.rounding, 0, 0],
+                "pos": [*(part[0] @ turn), 0],
+            }
         elif len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
             place = {"pos": [*(middle @ turn), 0], "quat": quat, "margin": feature.rounding}
             yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, DEPTH], **place}
@@ -192,8 +196,9 @@ class MujocoStepper:
 
     def _hang(self) -> None:
         """Put the base on joints, everything else staying as it is."""
-        angle, rate, rest = (np.array(a) for a in (self.data.qpos[self._hinges], self.data.qvel[self._hinges], self.data.qpos[self._hinges.stop :]))
-        time, warm = self.data.time, self.data.qacc_warmstart.copy()
+        own, data = self._hinges, self.data
+        angle, rate, rest = data.qpos[own].copy(), data.qvel[own].copy(), data.qpos[own.stop :].copy()
+        time, warm = data.time, data.qacc_warmstart.copy()
         self.moving = True
         self.model = compile_model(self.scenes[0], self.timestep, moving=True)
         self.data = mujoco.MjData(self.model)
@@ -267,7 +272,9 @@ class MujocoStepper:
         first = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "segment1")
         for k, contact in enumerate(data.contact):
             mujoco.mj_contactForce(model, data, k, wrench)
-            own, other = (contact.geom2, contact.geom1) if model.geom_contype[contact.geom2] else (contact.geom1, contact.geom2)
+            own, other = (
+                (contact.geom2, contact.geom1) if model.geom_contype[contact.geom2] else (contact.geom1, contact.geom2)
+            )
             sign = 1.0 if own == contact.geom2 else -1.0
             pair[k] = model.geom_bodyid[other] - first - antenna.n_segments
             segment[k] = model.geom_bodyid[own] - first
@@ -286,7 +293,7 @@ class MujocoStepper:
     @property
     def _base(self) -> np.ndarray:
         """Place and heading (3,) of the base now."""
-        return np.asarray(self.scenes[0].base) + (self.data.qpos[:3] if self.moving else 0.0)
+        return self.scenes[0].base_pose + (self.data.qpos[:3] if self.moving else 0.0)
 
     @property
     def _place(self) -> np.ndarray:

@@ -14,6 +14,7 @@ from feeler.physics.stepper import Stepper
 Result = Motion | Exception
 CHUNK = 4_000_000  # segment·lane steps between looks for Ctrl-C, about 50 ms
 
+
 def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motion:
     """The motion of one scene.
 
@@ -26,6 +27,7 @@ def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motio
     if isinstance(result, Exception):
         raise result
     return result
+
 
 def run_group(
     scenes: Sequence[Scene], clock: Clock, engine: str = DEFAULT_ENGINE, stop: Event | None = None
@@ -40,6 +42,7 @@ def run_group(
     filled = [*scenes, *[scenes[-1]] * (lanes - len(scenes))]
     return _record(kind.make(filled, clock.timestep), clock, stop or Event())[: len(scenes)]
 
+
 def make_groups(scenes: Sequence[Scene], engine: Engine) -> list[list[int]]:
     """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch."""
     order = sorted(range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i))
@@ -53,11 +56,13 @@ def make_groups(scenes: Sequence[Scene], engine: Engine) -> list[list[int]]:
             groups.append([i])
     return groups
 
+
 def _phase(scene: Scene) -> tuple[float, float]:
     """Speed of the first object, and how far it starts from the base: what decides when contact begins and ends."""
     if not scene.objects:
         return 0.0, 0.0
     return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
+
 
 def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -> None:
     """Take steps, lane i from its own step number ``first[i]`` on, with looks at ``stop`` in between.
@@ -80,7 +85,9 @@ def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -
                 elif at > now:
                     until = min(until, at - first[lane])
         count = until - done
-        drives = {lane: stepper.scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven}
+        drives = {
+            lane: stepper.scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven
+        }
         stepper.step(count, drives)
         done = until
 
@@ -113,7 +120,8 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
         if all(failed):
             break
     return [
-        failed[lane] or Motion(time=clock.time, timestep=clock.timestep, **{name: array[lane] for name, array in kept.items()})
+        failed[lane]
+        or Motion(time=clock.time, timestep=clock.timestep, **{name: array[lane] for name, array in kept.items()})
         for lane in range(lanes)
     ]
 

@@ -8,8 +8,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.object import Object
-from feeler.stimulus.placement import place
+from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.trial import Trial
 
 
@@ -41,9 +40,9 @@ class Scene:
     gravity: tuple[float, float] = (0.0, 0.0)
     """[mm/ms²]; 9.81e-3 on the ground. [D] Tests of this scale run without."""
     base: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place [mm] and heading [rad] of the base at time 0."""
+    """Place [mm] and heading [rad] of the base, on top of which its motion comes."""
     base_motion: BaseMotion | None = None
-    """How the base moves, from its place at time 0 on; default: not at all."""
+    """How the base moves; default: not at all."""
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
@@ -58,6 +57,12 @@ class Scene:
         """Angular velocities (segment,) at time 0 [rad/ms]."""
         n = self.antenna.n_segments
         return np.zeros(n) if self.velocity is None else np.asarray(self.velocity, dtype=float)
+
+    @property
+    def base_pose(self) -> np.ndarray:
+        """Place [mm] and heading [rad] (3,) of the base at time 0."""
+        moved = self.base_motion.compute_pose(np.zeros(1))[0] if self.base_motion is not None else 0.0
+        return np.asarray(self.base) + moved
 
     @property
     def base_velocity(self) -> tuple[float, float, float]:
@@ -103,24 +108,12 @@ class Motion:
     """Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for."""
 
 
-def make_object(antenna: Antenna, trial: Trial) -> Object:
-    """The object of a trial, placed so that it touches the antenna at rest when the trial says."""
-    placement = place(antenna, trial)
-    return Object(
-        feature=trial.shape,
-        place=tuple(placement.origin),
-        forward=tuple(placement.forward),
-        velocity=tuple(placement.velocity),
-        friction=trial.friction,
-    )
-
-
 def make_scene(antenna: Antenna, trial: Trial, contact: Contact | str | None = None) -> Scene:
     """The scene of one trial."""
     return Scene(
         antenna=antenna,
         objects=(make_object(antenna, trial),),
         contact=get_contact(contact),
-        base_motion=getattr(trial, "base", None),
+        base_motion=trial.base_motion,
         label=trial.label,
     )

@@ -1,6 +1,5 @@
 """A simulation in the hand: step it, steer it, look at it, save it, go back."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,11 +10,10 @@ from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.lanes import Simulations, Snapshot
-from feeler.physics.scene import Scene, make_object
+from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts
-from feeler.stimulus.base import BaseMotion
-from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.object import Object, check_vector
+from feeler.stimulus.base import BaseMotion, check_vector, read_base
+from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
 
 MICRO = 1e3  # µJ in a mJ
@@ -57,46 +55,23 @@ def build_scene(
     if not isinstance(antenna, Antenna):
         raise InvalidInput(f"antenna must be an Antenna, got {type(antenna).__name__}.")
     given = [objects] if isinstance(objects, Object | Trial) else list(objects)
-    bases = [item.base for item in given if isinstance(item, Trial) and getattr(item, "base", None) is not None]
-    if base is not None:
-        bases.append(base)
-    if len(bases) > 1:
-        raise InvalidInput(f"the base can move in one way only, but {len(bases)} base motions were given.")
-    found = _name_apart([_make_object(antenna, item) for item in given])
+    moved = [item.base_motion for item in given if isinstance(item, Trial) and item.base_motion is not None]
+    if base is not None and moved:
+        raise InvalidInput("base= and a trial both move the base; give one of them.")
+    start = _check_hinges(antenna, angle, "angle")
+    found = make_objects(antenna, given)
     scene = Scene(
         antenna=antenna,
         objects=found,
         contact=get_contact(contact),
         gravity=check_vector(gravity, "gravity"),
-        base_motion=bases[0] if bases else None,
-        angle=_check_hinges(antenna, angle, "angle"),
+        base_motion=moved[0] if moved else read_base(base),
+        angle=start,
         velocity=_check_hinges(antenna, velocity, "velocity"),
         label=label or ", ".join(o.name for o in found) or antenna.name,
     )
-    _check_clear(scene)
+    check_clear(antenna, found, scene.initial_angle, scene.base_pose)
     return scene
-
-
-def _make_object(antenna: Antenna, item: Object | Trial) -> Object:
-    if isinstance(item, Trial):
-        return make_object(antenna, item)
-    if isinstance(item, Object):
-        return item
-    raise InvalidInput(f"objects must be Object or Trial, got {type(item).__name__}.")
-
-
-def _name_apart(objects: list[Object]) -> tuple[Object, ...]:
-    """Objects that were given no name of their own are numbered where they share one; given names must differ."""
-    seen: Counter[str] = Counter()
-    named = []
-    for item in objects:
-        seen[item.name] += 1
-        if seen[item.name] > 1:
-            if item.name != item.feature.name:
-                raise InvalidInput(f"two objects have the name {item.name!r}; give each its own.")
-            item = item.replace(name=f"{item.name} {seen[item.name]}")
-        named.append(item)
-    return tuple(named)
 
 
 def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.ndarray | None:
@@ -106,18 +81,6 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
     if array.shape != (antenna.n_segments,) or not np.isfinite(array).all():
         raise InvalidInput(f"{name} must be {antenna.n_segments} finite numbers, one per segment, got {array.shape}.")
     return array
-
-
-def _check_clear(scene: Scene) -> None:
-    points = scene.antenna.shape(scene.initial_angle, base_angle=scene.base[2]) + scene.base[:2]
-    for item in scene.objects:
-        gap = compute_clearance(
-            points, scene.antenna.radius, item.feature, np.asarray(item.place), np.asarray(item.forward)
-        )
-        if gap < 0:
-            raise InvalidInput(
-                f"object {item.name!r} at {item.place} mm starts {-gap:.3g} mm inside the antenna. Begin farther away."
-            )
 
 
 class Simulation:

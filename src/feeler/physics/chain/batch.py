@@ -143,7 +143,17 @@ def _push(t, timestep, damped):
             for k in range(count):
                 last = max(last, int(t.contacts[lane, k, f.T_SEGMENT]))
     solve_contacts(
-        t.constants, t.work, t.base, t.rows, t.count, t.loaded, t.memory, t.open, timestep if damped else 0.0, last, t.width
+        t.constants,
+        t.work,
+        t.base,
+        t.rows,
+        t.count,
+        t.loaded,
+        t.memory,
+        t.open,
+        timestep if damped else 0.0,
+        last,
+        t.width,
     )
     t.loaded[:] = False
     for lane in range(t.count.shape[0]):
@@ -262,7 +272,8 @@ class ChainStepper:
     def load(self, lane: int, saved: tuple[np.ndarray, ...]) -> None:
         """Put a lane back to where it was saved."""
         t = self.tables
-        for array, kept in zip((t.place[:, :, lane], t.memory[lane], t.contacts[lane], t.rows[lane]), (*saved[2:4], *saved[6:]), strict=True):
+        grown = (t.place[:, :, lane], t.memory[lane], t.contacts[lane], t.rows[lane])  # may be longer by now
+        for array, kept in zip(grown, (*saved[2:4], *saved[6:]), strict=True):
             array[tuple(map(slice, kept.shape))] = kept
         t.work[:, :, lane], t.base[:, :, lane], t.count[lane], self.drive[:, :, lane] = *saved[:2], saved[4], saved[5]
 

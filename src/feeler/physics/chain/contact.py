@@ -45,7 +45,11 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
         rx, ry = table[k, f.T_X] - work[f.W_PX, i, lane], table[k, f.T_Y] - work[f.W_PY, i, lane]
         ex, ey = work[f.W_EX, i, lane], work[f.W_EY, i, lane]
         table[k, f.T_SHARE] = (rx * ex + ry * ey) / (ex * ex + ey * ey)
-        turn, ox, oy = place[o, f.P_TURN, lane], table[k, f.T_X] - place[o, f.P_X, lane], table[k, f.T_Y] - place[o, f.P_Y, lane]
+        turn, ox, oy = (
+            place[o, f.P_TURN, lane],
+            table[k, f.T_X] - place[o, f.P_X, lane],
+            table[k, f.T_Y] - place[o, f.P_Y, lane],
+        )
         mx, my = place[o, f.P_VX, lane] + turn * oy, place[o, f.P_VY, lane] - turn * ox  # the object's point
         vx, vy = mx - base[0, f.B_VX, lane], my - base[0, f.B_VY, lane]  # seen from the base
         mu, impedance = obj[o, f.O_FRICTION, lane], compute_impedance(distance, obj, o, lane)

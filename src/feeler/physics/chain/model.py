@@ -36,7 +36,9 @@ class ChainModel:
 def make_model(scene: Scene) -> ChainModel:
     """The scene's arrays; they depend on no timestep."""
     shapes = [[(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects]
-    boxes = [_make_box(corners, o.feature.rounding) for o, s in zip(scene.objects, shapes, strict=True) for _, corners in s]
+    boxes = [
+        _make_box(corners, o.feature.rounding) for o, s in zip(scene.objects, shapes, strict=True) for _, corners in s
+    ]
     return ChainModel(
         constants=_make_constants(scene.antenna),
         base=_make_base(scene),
@@ -97,7 +99,7 @@ def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
 
 def _make_base(scene: Scene) -> np.ndarray:
     table = np.zeros(f.N_BASE)
-    table[[f.B_X, f.B_Y, f.B_HEADING]] = scene.base
+    table[[f.B_X, f.B_Y, f.B_HEADING]] = scene.base_pose
     table[[f.B_VX, f.B_VY, f.B_TURN]] = scene.base_velocity
     table[[f.B_GRAVITY_X, f.B_GRAVITY_Y]] = scene.gravity
     return table
@@ -121,7 +123,7 @@ def _make_object(item: Object, contact: Contact) -> np.ndarray:
 
 def _make_place(item: Object, scene: Scene) -> np.ndarray:
     table = np.zeros(f.N_PLACE)
-    table[[f.P_X, f.P_Y]] = np.asarray(item.place) - scene.base[:2]
+    table[[f.P_X, f.P_Y]] = np.asarray(item.place) - scene.base_pose[:2]
     table[[f.P_FORWARD_X, f.P_FORWARD_Y]] = item.forward
     table[[f.P_VX, f.P_VY]], table[f.P_TURN] = item.velocity, item.turn
     table[f.P_FIRST], table[f.P_LAST] = 1e9, -1.0

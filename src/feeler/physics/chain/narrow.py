@@ -1,5 +1,4 @@
-"""Contacts of the chain's capsules with an object's convex parts, as MuJoCo finds them, in the object's own frame.
-"""
+"""Contacts of the chain's capsules with an object's convex parts, as MuJoCo finds them, in the object's own frame."""
 
 import numpy as np
 
