@@ -1,13 +1,13 @@
 """Running scenes on the chain engine, one at a time or many in SIMD lanes."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from threading import Event
 
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.execute.threads import ThreadExecutor
 from feeler.physics.chain.batch import LANES, Batch
 from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
@@ -67,14 +67,11 @@ def run_batch(
 def _run_threads(jobs: list[Callable[..., list]], workers: int) -> Iterator[list]:
     """Results in order; an interrupt stops the threads at their next sample."""
     stop = Event()
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        futures = [pool.submit(job, stop) for job in jobs]
+    with ThreadExecutor(workers) as pool:
         try:
-            for future in futures:
-                yield future.result()
+            yield from pool.map(lambda job: job(stop), jobs)
         finally:
             stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def make_groups(scenes: Sequence[Scene]) -> list[list[int]]:
