@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from feeler.experiment.impulse import hit
     from feeler.experiment.release import release
     from feeler.experiment.touch import touch
+    from feeler.physics.lanes import Simulations
+    from feeler.physics.simulation import Simulation
     from feeler.stimulus.base import BaseMotion
     from feeler.stimulus.object import Object
     from feeler.stimulus.outline import Outline
@@ -35,6 +37,8 @@ _HOMES = {
     "ConvolutiveNMF": "encoding.model",
     "Object": "stimulus.object",
     "Outline": "stimulus.outline",
+    "Simulation": "physics.simulation",
+    "Simulations": "physics.lanes",
     "Trial": "stimulus.trial",
     "Triangle": "stimulus.shapes",
     "Wall": "stimulus.wall",
@@ -77,6 +81,8 @@ __all__ = [
     "ConvolutiveNMF",
     "Object",
     "Outline",
+    "Simulation",
+    "Simulations",
     "Trial",
     "Triangle",
     "Wall",

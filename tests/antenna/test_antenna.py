@@ -1,5 +1,9 @@
 """Laws of an antenna: validated, frozen, straight along +y at rest."""
 
+import copy
+import pickle
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 
@@ -33,10 +37,42 @@ def test_bad_arrays_are_named(field, value, message):
         Antenna(**(GOOD | {field: value}))
 
 
-def test_arrays_are_frozen():
-    antenna = Antenna(**GOOD)
+COPIES = [copy.deepcopy, copy.copy, lambda a: pickle.loads(pickle.dumps(a)), lambda a: Antenna(**a.to_plain())]
+
+
+@pytest.mark.parametrize("copied", [lambda a: a, *COPIES])
+def test_arrays_are_frozen(copied):
+    antenna = copied(Antenna(**GOOD))
     with pytest.raises(ValueError, match="read-only"):
         antenna.stiffness[0] = 2.0
+
+
+@pytest.mark.parametrize("copied", [*COPIES, lambda a: a.replace()])
+def test_equal_antennas_are_equal(copied):
+    antenna = Antenna(**GOOD)
+    hash(antenna)
+    twin = copied(antenna)
+    assert twin == antenna
+    assert hash(twin) == hash(antenna)
+    assert twin.replace(damping=0.2) != antenna
+    assert len({antenna, twin, antenna.replace(name="other")}) == 2
+    assert antenna != "antenna"
+
+
+def test_the_sign_of_zero_makes_no_difference():
+    one, other = (Antenna(**GOOD, rest_angle=angle) for angle in (0.0, -0.0))
+    assert one == other
+    assert hash(one) == hash(other)
+
+
+def test_an_antenna_is_said_in_two_lines_and_drawn_without_matplotlib():
+    words = repr(presets.cockroach())
+    assert "140 segments, 42 mm, 2.009 mg, 56 sensors" in words
+    assert "stiffness 37.8 … 0.000385 N·mm/rad" in words
+    assert len(words.splitlines()) == 2
+    root = ElementTree.fromstring(presets.cockroach().replace(name="<&>")._repr_html_())
+    line = root.find(".//{http://www.w3.org/2000/svg}polyline")
+    assert len(line.get("points").split()) == 141
 
 
 @pytest.mark.parametrize("n", [1, 2, 140, 1000])

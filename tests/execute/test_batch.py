@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import feeler
 from feeler.errors import InvalidInput
 from feeler.execute import ProcessExecutor, ThreadExecutor, WorkerCrashed, run_batch
 
@@ -185,3 +186,24 @@ def alive(pid):
         return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z"
     except (ProcessLookupError, FileNotFoundError):
         return False
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_map_keeps_the_order_and_the_first_error_ends_it(workers):
+    with ThreadExecutor(workers) as executor:
+        assert list(executor.map(lambda a, b: a - b, range(9), range(0, 18, 2))) == [-i for i in range(9)]
+        with pytest.raises(ZeroDivisionError):
+            list(executor.map(lambda x: 1 / x, [1, 0, 2]))
+
+
+def test_an_executor_can_be_used_again_after_its_end(processes):
+    processes.kill()
+    assert processes.submit(_tasks.double, 2).result() == 4
+
+
+def test_one_way_to_run_side_by_side():
+    """No room opens a pool of its own."""
+    source = Path(feeler.__file__).parent
+    pools = ("ThreadPool", "ProcessPool", "import joblib", "multiprocessing.Pool")
+    opened = {p.relative_to(source).parts[0] for p in source.rglob("*.py") if any(word in p.read_text() for word in pools)}
+    assert opened == {"execute"}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
-from feeler.stimulus import SHAPES, Feature, make_feature, place
+from feeler.stimulus import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.convex import is_convex, measure_area
 
@@ -115,6 +115,34 @@ def test_a_shape_from_outside_is_placed_and_described(capsule):
     assert capsule.size == 1.5
 
 
+@pytest.mark.parametrize("feature", EXAMPLES[:-1], ids=lambda f: f.name)
+def test_scaled_shapes_are_larger_all_over(feature):
+    large = feature.scale(2.0)
+    assert large.size == pytest.approx(2 * feature.size)
+    assert large.rounding == 2 * feature.rounding
+    for part, doubled in zip(feature.parts, large.parts, strict=True):
+        np.testing.assert_allclose(doubled, 2 * part, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "feature"),
+    [
+        ("ball", Ball(radius=1.5)),
+        ("box:rounding=0.2", Box(half_width=1.5, half_height=1.5, rounding=0.2)),
+        ("box: half_height=3, name=brick", Box(half_width=1.5, half_height=3.0, name="brick")),
+        ("wall", Wall()),
+    ],
+)
+def test_a_line_of_text_names_a_shape(text, feature):
+    assert parse_feature(text, 1.5) == feature
+
+
+def test_a_line_of_text_names_a_drawing(tmp_path):
+    (tmp_path / "leaf.csv").write_text("0,-1\n4,-1\n4,1\n0,1\n")
+    found = parse_feature(f"outline:file={tmp_path / 'leaf.csv'},width=3,name=leaf", 1.0)
+    assert (found.name, found.size) == ("leaf", 1.5)
+
+
 @pytest.mark.parametrize(
     ("make", "match"),
     [
@@ -127,6 +155,9 @@ def test_a_shape_from_outside_is_placed_and_described(capsule):
         (lambda: make_feature("outline", 1.0), "needs its vertices; a size is not enough"),
         (lambda: make_feature("box", 1.0, depth=2.0), "box has no 'depth'; it has name, rounding, half"),
         (lambda: make_feature({"radius": 1.0}), "unknown shape None"),
+        (lambda: parse_feature("box:wide", 1.0), "'wide' has no value"),
+        (lambda: parse_feature("box:file=a.svg", 1.0), "box has no 'file'"),
+        (lambda: parse_feature("outline:file=a.svg,size=3"), "a drawing has no 'size'; valid: file, width"),
     ],
 )
 def test_what_makes_no_shape_is_said(make, match):

@@ -1,5 +1,7 @@
 """Laws of features, trials and where they start."""
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -114,3 +116,15 @@ def test_convex_parts_fill_a_star(radii):
     for part in parts:
         before, after = np.roll(part, 1, axis=0) - part, np.roll(part, -1, axis=0) - part
         assert np.all(after[:, 0] * before[:, 1] - after[:, 1] * before[:, 0] >= -1e-12)
+
+
+@pytest.mark.parametrize("feature", [*FEATURES, Wall()], ids=lambda f: f.kind)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_trial_is_drawn_with_its_object_on_its_own_side(feature, side):
+    root = ElementTree.fromstring(Trial(feature=feature, location=0.5, speed=0.3, side=side)._repr_html_())
+    line, polygon = (
+        root.find(f".//{{http://www.w3.org/2000/svg}}{tag}").get("points") for tag in ("polyline", "polygon")
+    )
+    antenna, rim = (np.array([[float(v) for v in p.split(",")] for p in text.split()]) for text in (line, polygon))
+    middle = (rim[:, 0].min() + rim[:, 0].max()) / 2
+    assert (middle < antenna[0, 0]) == (side == "left")

@@ -1,5 +1,6 @@
 """Real simulations killed at random moments: the store opens, holds what was reported, and ends the same."""
 
+import multiprocessing
 import os
 import shutil
 import signal
@@ -107,7 +108,7 @@ def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(fo
 
 def kill_worker(executor, number):
     """SIGKILL whichever worker processes live."""
-    killed = [keeper._process.pid for keeper in executor._keepers if keeper._process and keeper._process.is_alive()]
+    killed = [child.pid for child in multiprocessing.active_children()]
     for pid in killed[:number]:
         os.kill(pid, signal.SIGKILL)
     return len(killed[:number])

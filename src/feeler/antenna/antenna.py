@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.frozen import Frozen
+from feeler.svg import make_picture
 
 MAX_SEGMENTS = 1000
 N_SENSORS = 56  # [P] recorded points along the flagellum
@@ -18,7 +20,7 @@ def make_even_sensors(n_segments: int, n_sensors: int = N_SENSORS) -> np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Antenna:
+class Antenna(Frozen):
     """An antenna as data, base to tip; segment n hangs on hinge n, hinge 1 sits at the clamped base.
 
     Each array holds one value per segment; a single number stands for the same value in every segment.
@@ -60,6 +62,18 @@ class Antenna:
         if np.any(np.abs(self.rest_angle) > np.pi):
             raise InvalidInput(f"rest_angle must lie within ±π rad, got up to {np.abs(self.rest_angle).max():.3g}.")
         object.__setattr__(self, "sensors", _check_sensors(self.sensors, n))
+        if not isinstance(self.name, str):
+            raise InvalidInput(f"Antenna.name must be text, got {str(self.name)[:40]!r}.")
+
+    def __repr__(self) -> str:
+        mass, sensors = 1e3 * self.segment_mass.sum(), self.sensors.size
+        return (
+            f"Antenna {self.name!r}: {self.n_segments} segments, {self.length:.4g} mm, {mass:.4g} mg, {sensors} sensors,\n"
+            f"  stiffness {_span(self.stiffness)} N·mm/rad, damping {_span(self.damping)} N·mm·ms/rad"
+        )
+
+    def _repr_html_(self) -> str:
+        return make_picture(repr(self), [(self.shape(), 2 * float(self.radius.mean()))])
 
     def _store(self, name: str, n: int, positive: bool | None = None) -> None:
         try:
@@ -117,6 +131,11 @@ class Antenna:
         points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
         np.cumsum(steps, axis=-2, out=points[..., 1:, :])
         return points
+
+
+def _span(values: np.ndarray) -> str:
+    """First and last value, base to tip."""
+    return f"{values[0]:.3g}" if np.all(values == values[0]) else f"{values[0]:.3g} … {values[-1]:.3g}"
 
 
 def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:

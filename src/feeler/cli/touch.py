@@ -15,6 +15,8 @@ EXAMPLES = """Examples:
 
   feeler touch --feature triangle --size 3 --location 0.8 --speed 0.06 --side right --antenna linear
 
+  feeler touch --feature outline --outline leaf.svg --speed 0.3
+
   feeler touch --feature ball --feature box --location 0.3 --location 0.7 --store set.zarr
 
 The last one simulates every combination of the repeated options. Ctrl-C, a crash or a power cut costs nothing that is
@@ -22,7 +24,9 @@ finished: the same command goes on where it stopped, and ends with the same numb
 """
 
 MANY = "; repeat it with --store"
-Features = Annotated[list[str], typer.Option(help=f"ball, box, triangle or wall{MANY}")]
+Features = Annotated[
+    list[str], typer.Option(help=f"ball, box, triangle, outline or wall, or as in box:half_height=3,rounding=0.2{MANY}")
+]
 Sizes = Annotated[list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{MANY}")]
 Locations = Annotated[list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{MANY}")]
 Speeds = Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{MANY}")]
@@ -36,6 +40,7 @@ def touch(
     size: Sizes = [1.53],  # noqa: B006
     location: Locations = [0.5],  # noqa: B006
     speed: Speeds = [0.6],  # noqa: B006
+    outline: Annotated[Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")] = None,
     approach: Annotated[float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")] = 90.0,
     side: Annotated[str, typer.Option(help="left or right")] = "left",
     friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
@@ -58,12 +63,14 @@ def touch(
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
     from feeler.physics.engine import TIMESTEP
-    from feeler.stimulus.feature import make_feature
+    from feeler.stimulus.feature import parse_feature
 
     chosen = choose_antenna(antenna)
+    if outline is not None:
+        feature = [f"outline:file={outline}" if kind == "outline" else kind for kind in feature]
     trials = [
         feeler.Trial(
-            feature=make_feature(kind, width), location=place, speed=pace, approach=approach, side=side, friction=friction
+            feature=parse_feature(kind, width), location=place, speed=pace, approach=approach, side=side, friction=friction
         )
         for kind, width, place, pace in itertools.product(feature, size, location, speed)
     ]  # fmt: skip

@@ -1,7 +1,6 @@
 """Accuracy against noise: train on noisy copies, test on other noisy copies and on the clean originals."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +12,7 @@ from feeler.decoding.components import PrincipalComponents, compute_kept_varianc
 from feeler.decoding.noise import NOISES, Noise, draw_rotated
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
-from feeler.execute.threads import count_cores, hold_blas
+from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
 
 RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 N_COPIES = 10  # [C] not stated for LDA; 10 is the paper's number for the robot's SVM
@@ -153,7 +152,7 @@ def compute_sweep(
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
     # One repeat per thread: the matrices are too small for threads inside BLAS to pay.
-    with hold_blas(), ThreadPoolExecutor(n_threads) as pool:
+    with hold_blas(), ThreadExecutor(n_threads) as pool:
         list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))
     return Sweep(
         ratios=np.asarray(ratios, dtype=float),

@@ -1,7 +1,6 @@
 """One factorisation from one start: activations and bases in turn, until the loss no longer falls."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -18,7 +17,7 @@ from feeler.encoding.convolution import (
 )
 from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
-from feeler.execute.threads import hold_blas
+from feeler.execute.threads import ThreadExecutor, hold_blas
 
 BLOCK = 8  # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
 
@@ -177,9 +176,5 @@ def open_pool(n_jobs: int) -> Iterator[Callable]:
 
     The products of small matrices in between stay on one thread: there, more only wait for each other.
     """
-    with hold_blas():
-        if n_jobs == 1:
-            yield map
-            return
-        with ThreadPoolExecutor(n_jobs) as pool:
-            yield pool.map
+    with hold_blas(), ThreadExecutor(n_jobs) as pool:
+        yield pool.map

@@ -1,13 +1,16 @@
 """A batch: one function over many items, results as they come, crashes retried, Ctrl-C understood."""
 
+import signal
+import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
 from queue import SimpleQueue
+from types import FrameType
 from typing import Any, Protocol
 
 from feeler.errors import InvalidInput
-from feeler.execute.interrupt import Interrupt
 from feeler.execute.processes import CRASHES, OutOfMemory
 from feeler.execute.threads import ThreadExecutor
 
@@ -68,7 +71,7 @@ def run_batch(
     own = ThreadExecutor() if executor is None else None
     batch = _Batch(function, own or executor, retries)
     try:
-        with Interrupt(on_first=batch.cancel, on_second=batch.stop) as interrupt:
+        with _Interrupt(on_first=batch.cancel, on_second=batch.stop) as interrupt:
             yield from batch.run(iter(items), window or _window(own or executor), interrupt)
             if interrupt.asked:
                 raise KeyboardInterrupt
@@ -80,7 +83,9 @@ def run_batch(
 
 def _window(executor: Executor) -> int:
     workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
-    return WINDOW * (workers if isinstance(workers, int) else UNKNOWN_WORKERS)
+    if callable(getattr(executor, "nthreads", None)):  # a Dask client: threads by worker
+        workers = sum(executor.nthreads().values())
+    return WINDOW * (workers if isinstance(workers, int) and workers > 0 else UNKNOWN_WORKERS)
 
 
 def _name_memory(error: Exception) -> Exception:
@@ -96,7 +101,7 @@ class _Batch:
         self.done: SimpleQueue = SimpleQueue()
         self.flying: dict[int, tuple[Any, Any, int]] = {}
 
-    def run(self, items: Iterator[tuple[int, Any]], window: int, interrupt: Interrupt) -> Iterator[Outcome]:
+    def run(self, items: Iterator[tuple[int, Any]], window: int, interrupt: "_Interrupt") -> Iterator[Outcome]:
         more = True
         while more or self.flying:
             while more and not interrupt.asked and len(self.flying) < window:
@@ -141,3 +146,33 @@ class _Batch:
         self.cancel()
         if hasattr(self.executor, "kill"):
             self.executor.kill()
+
+
+class _Interrupt:
+    """While active, the first SIGINT sets ``asked`` and calls ``on_first``; the second calls ``on_second`` and raises
+    KeyboardInterrupt.
+
+    Outside the main thread, where Python delivers no signals, it does nothing.
+    """
+
+    def __init__(self, on_first: Callable[[], None], on_second: Callable[[], None]) -> None:
+        self.asked = False
+        self._on_first, self._on_second = on_first, on_second
+        self._before = None
+
+    def __enter__(self) -> "_Interrupt":
+        if threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._handle)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _handle(self, _number: int, _frame: FrameType | None) -> None:
+        if self.asked:
+            self._on_second()
+            raise KeyboardInterrupt
+        self.asked = True
+        self._on_first()
+        print("\nstopping after the trials that are running; press Ctrl-C again to stop at once", file=sys.stderr)

@@ -5,20 +5,26 @@ import gc
 import multiprocessing
 import os
 import pickle
-import resource
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
+
+from pebble import ProcessExpired, ProcessPool
 
 from feeler.errors import FeelerError, InvalidInput
 from feeler.execute.threads import check_workers
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
 
 # The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
 USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
@@ -54,7 +60,7 @@ class ProcessExecutor:
     """``workers`` processes, one task each at a time; a process that dies fails its one task and is replaced.
 
     Workers end when their parent ends, however that happens, and ignore Ctrl-C, which is the parent's business. Each
-    may hold at most ``memory_limit`` bytes (default: an equal share of 80 % of the free memory).
+    may hold at most ``memory_limit`` bytes (default: an equal share of 80 % of the free memory; not on Windows).
     """
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
@@ -62,30 +68,28 @@ class ProcessExecutor:
         if memory_limit is not None and memory_limit < 2**26:
             raise InvalidInput(f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}.")
         self.memory_limit = memory_limit or int(MEMORY_SHARE * find_free_memory() / self.workers)
-        self._tasks: SimpleQueue = SimpleQueue()
-        self._keepers: list[_Keeper] = []
+        self._pool: ProcessPool | None = None
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
-        """Queue ``function(*args)``; both must be picklable. Processes start as tasks come."""
-        future: Future = Future()
-        self._tasks.put((future, function, args))
-        if len(self._keepers) < self.workers:
-            self._keepers.append(_Keeper(self._tasks, self.memory_limit))
-            self._keepers[-1].start()
-        return future
+        """Queue ``function(*args)``; both must be picklable. Processes start with the first task."""
+        message = pickle.dumps((function, args))
+        if self._pool is None or not self._pool.active:
+            self.kill()
+            prepare_workers()
+            options = {"initializer": _begin, "initargs": (self.memory_limit,), "context": _CONTEXT}
+            self._pool = ProcessPool(self.workers, **options)
+        answer: Future = Future()
+        task = self._pool.schedule(_answer, (message,))
+        answer.set_running_or_notify_cancel()
+        task.add_done_callback(lambda done: _pass_on(done, answer))
+        return answer
 
     def kill(self) -> None:
-        """End every process at once; queued tasks are cancelled. The executor can be used again."""
-        while not self._tasks.empty():
-            task = self._tasks.get()
-            if task is not None:
-                task[0].cancel()
-        for keeper in self._keepers:
-            self._tasks.put(None)
-            keeper.kill()
-        for keeper in self._keepers:
-            keeper.join(timeout=5)
-        self._keepers, self._tasks = [], SimpleQueue()
+        """End every process at once; unanswered tasks are dropped. The executor can be used again."""
+        if self._pool is not None:
+            self._pool.stop()
+            self._pool.join()
+        self._pool = None
 
     def __enter__(self) -> "ProcessExecutor":
         return self
@@ -99,73 +103,25 @@ class ProcessExecutor:
         return f"{self.workers} {kind}, at most {self.memory_limit / 2**30:.1f} GiB each"
 
 
-class _Keeper(threading.Thread):
-    """Keeps one worker process: starts it, hands it tasks, replaces it when it dies."""
+def _pass_on(done: Future, answer: Future) -> None:
+    """Hand a worker's answer, or what became of the worker, to whoever waits for it."""
+    try:
+        good, value = pickle.loads(done.result())
+    except CancelledError as error:
+        good, value = False, error
+    except (ProcessExpired, BrokenProcessPool) as error:
+        good, value = False, WorkerCrashed(_explain_end(getattr(error, "exitcode", 1)))
+    except BaseException as error:
+        good, value = False, error
+    answer.set_result(value) if good else answer.set_exception(value)
 
-    def __init__(self, tasks: SimpleQueue, memory_limit: int) -> None:
-        super().__init__(daemon=True, name="feeler keeper")
-        self._tasks, self._memory_limit = tasks, memory_limit
-        self._process, self._pipe, self._killed = None, None, False
 
-    def run(self) -> None:
-        while (task := self._tasks.get()) is not None:
-            future, function, args = task
-            if future.set_running_or_notify_cancel():
-                try:
-                    future.set_result(self._ask(function, args))
-                except BaseException as error:
-                    future.set_exception(error)
-            del task, future, function, args
-        self._end()
-
-    def _ask(self, function: Callable, args: tuple) -> Any:
-        message = pickle.dumps((function, args))
-        if self._process is None or not self._process.is_alive():
-            self._start()
-        try:
-            self._pipe.send_bytes(message)
-            wait([self._pipe, self._process.sentinel])
-            good, value = pickle.loads(self._pipe.recv_bytes())
-        except (EOFError, OSError) as error:
-            raise WorkerCrashed(self._obituary()) from error
-        if good:
-            return value
-        if isinstance(value, MemoryError):  # a heap that was once full may be in pieces: begin with a clean one
-            self._end()
-        raise value
-
-    def _start(self) -> None:
-        prepare_workers()
-        self._pipe, theirs = _CONTEXT.Pipe()
-        self._process = _CONTEXT.Process(
-            target=_serve, args=(theirs, self._memory_limit), daemon=True, name="feeler worker"
-        )
-        with _uninterrupted():
-            self._process.start()
-        theirs.close()
-        if self._killed:
-            self._process.kill()
-
-    def _obituary(self) -> str:
-        self._process.join(timeout=5)
-        code = self._process.exitcode
-        how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
-        hint = " The system may have run out of memory: use fewer workers." if code == -signal.SIGKILL else ""
-        if code == 1:
-            hint = ' In a script, start batches under `if __name__ == "__main__":`.'
-        return f"a worker process ended {how} before it had answered.{hint}"
-
-    def kill(self) -> None:
-        self._killed = True
-        if self._process is not None:
-            self._process.kill()
-
-    def _end(self) -> None:
-        if self._process is not None:
-            self._pipe.close()
-            self._process.kill()
-            self._process.join(timeout=5)
-            self._process = None
+def _explain_end(code: int | None) -> str:
+    how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
+    hint = " The system may have run out of memory: use fewer workers." if code == -9 else ""
+    if code == 1:
+        hint = ' In a script, start batches under `if __name__ == "__main__":`.'
+    return f"a worker process ended {how} before it had answered.{hint}"
 
 
 @contextmanager
@@ -179,25 +135,17 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection, memory_limit: int) -> None:
-    """A worker's life: answer until the pipe closes or the parent is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    multiprocessing.set_start_method(
-        "spawn", force=True
-    )  # said not to fork, numba takes no semaphore that a kill leaks
+def _begin(memory_limit: int) -> None:
+    """What a worker does before its first task."""
+    multiprocessing.set_start_method("spawn", force=True)  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     gc.freeze()  # what was imported stays
     gc.set_threshold(50_000)  # [C] figures are many objects that live on: looking through them often costs a twentieth
     gc.enable()
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
-    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
-    while True:
-        try:
-            message = pipe.recv_bytes()
-        except (EOFError, OSError):
-            return
-        pipe.send_bytes(_answer(message))
+    if resource is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        limit = memory_limit if hard == resource.RLIM_INFINITY else min(memory_limit, hard)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
 
 
 def _answer(message: bytes) -> bytes:

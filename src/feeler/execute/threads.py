@@ -1,22 +1,22 @@
-"""Threads: the default workers, since both engines release the interpreter's lock while they simulate."""
+"""Threads: the default workers, since compiled code releases the interpreter's lock."""
 
 import atexit
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import cache
-from queue import SimpleQueue
 from typing import Any
 
+from pebble import ThreadPool
 from threadpoolctl import ThreadpoolController
 
 from feeler.errors import InvalidInput
 
 GRACE = 10.0  # s that the interpreter's end waits for tasks that were left running
-_leaving: list[threading.Thread] = []
+_closing: list[threading.Thread] = []
 
 
 def count_cores() -> int:
@@ -49,33 +49,37 @@ def _find_blas() -> ThreadpoolController:
 
 
 class ThreadExecutor:
-    """``workers`` threads that do not hold up the interpreter's end (``concurrent.futures`` threads do)."""
+    """``workers`` threads, and none where one is asked for ``map``; they do not hold up the interpreter's end."""
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = check_workers(workers)
-        self._tasks: SimpleQueue = SimpleQueue()
-        self._threads: list[threading.Thread] = []
+        self._pool: ThreadPool | None = None
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
-        """Queue ``function(*args)``; threads start as tasks come."""
-        future: Future = Future()
-        self._tasks.put((future, function, args))
-        if len(self._threads) < self.workers:
-            thread = threading.Thread(target=_work, args=(self._tasks,), daemon=True, name="feeler worker")
-            self._threads.append(thread)
-            thread.start()
-        return future
+        """Queue ``function(*args)``; threads start with the first task."""
+        self._pool = self._pool or ThreadPool(self.workers)
+        return self._pool.schedule(function, args)
+
+    def map(self, function: Callable, /, *iterables: Iterable) -> Iterator[Any]:
+        """Results of ``function`` in order, as from the built-in ``map``, but side by side; the first error ends it."""
+        if self.workers == 1:
+            yield from map(function, *iterables)
+            return
+        futures = [self.submit(function, *args) for args in zip(*iterables, strict=True)]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            for future in futures:
+                future.cancel()
 
     def kill(self) -> None:
-        """Send every thread home after its present task; queued tasks are cancelled. The executor can be used again."""
-        while not self._tasks.empty():
-            task = self._tasks.get()
-            if task is not None:
-                task[0].cancel()
-        for _ in self._threads:
-            self._tasks.put(None)
-        _leaving[:] = [thread for thread in _leaving if thread.is_alive()] + self._threads
-        self._threads, self._tasks = [], SimpleQueue()
+        """Send every thread home after its present task; queued tasks are dropped. The executor can be used again."""
+        if self._pool is not None:
+            self._pool.stop()
+            _closing.append(threading.Thread(target=self._pool.join, daemon=True, name="feeler closing"))
+            _closing[-1].start()
+        self._pool = None
 
     def __enter__(self) -> "ThreadExecutor":
         return self
@@ -88,21 +92,9 @@ class ThreadExecutor:
         return f"{self.workers} thread{'s' if self.workers > 1 else ''} in this process"
 
 
-def _work(tasks: SimpleQueue) -> None:
-    while (task := tasks.get()) is not None:
-        future, function, args = task
-        if not future.set_running_or_notify_cancel():
-            continue
-        try:
-            future.set_result(function(*args))
-        except BaseException as error:
-            future.set_exception(error)
-        del future, function, args, task
-
-
 @atexit.register
 def _see_off() -> None:
     """Wait for threads sent home: one still inside an engine when the interpreter ends would crash the process."""
     end = time.monotonic() + GRACE
-    for thread in _leaving:
+    for thread in _closing:
         thread.join(max(end - time.monotonic(), 0))

@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.stimulus import Trial, make_feature
+from feeler.stimulus import Trial
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,11 +90,11 @@ def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenn
 
 def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out: place, speed, size, direction and friction drawn."""
-    size = trial.feature.size * np.exp(gap.size * rng.standard_normal())
+    factor = float(np.exp(gap.size * rng.standard_normal()))
     changed = {
         "location": float(np.clip(trial.location + gap.location * rng.standard_normal(), 0.05, 1.0)),
         "speed": trial.speed * float(np.exp(gap.speed * rng.standard_normal())),
         "approach": float(np.clip(trial.approach + gap.approach * rng.standard_normal(), 30.0, 150.0)),
         "friction": trial.friction * float(np.exp(gap.friction * rng.standard_normal())),
     }
-    return replace(trial, feature=make_feature(trial.feature.kind, size), **changed)
+    return replace(trial, feature=trial.feature.scale(factor), **changed)

@@ -63,7 +63,7 @@ class Surrogate:
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True
         labels = {} if trial is None else {
-            "feature": trial.feature.kind, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
+            "feature": trial.feature.name, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
         }  # fmt: skip
         return Recording(
             time=(time + jitter)[kept],

@@ -2,7 +2,7 @@
 
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.convex import split_convex
-from feeler.stimulus.feature import SHAPES, Feature, make_feature
+from feeler.stimulus.feature import SHAPES, Feature, make_feature, parse_feature
 from feeler.stimulus.object import Object, check_clear, make_object, make_objects
 from feeler.stimulus.outline import Outline
 from feeler.stimulus.placement import Placement, place
@@ -27,6 +27,7 @@ __all__ = [
     "make_grid",
     "make_object",
     "make_objects",
+    "parse_feature",
     "place",
     "split_convex",
 ]

@@ -17,10 +17,11 @@ first coordinate 0, so that everything else lies at first coordinates ≤ 0. Eng
 """
 
 import hashlib
+import inspect
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -127,6 +128,11 @@ class Feature(Frozen, ABC):
         """The mirror image about the line of motion."""
         return self if self.symmetric else Mirrored(of=self)
 
+    def scale(self, factor: float) -> "Feature":
+        """The same shape with every length times ``factor``."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)})
+
     def to_plain(self) -> dict[str, Any]:
         """The feature as plain data: its kind and fields; :func:`make_feature` gives it back."""
         return {"kind": self.kind, **super().to_plain()}
@@ -203,6 +209,40 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     if other := [name for name in needed if known[name].type not in (float, "float")]:
         raise InvalidInput(f"feature {kind!r} needs its {', '.join(other)}; a size is not enough.")
     return shape(**values, **dict.fromkeys(needed, size))
+
+
+def parse_feature(text: str, size: float | None = None) -> Feature:
+    """A feature from one line: its kind and, after a colon, its fields, as in ``box:half_height=3,rounding=0.2``.
+
+    What must be given and is not becomes ``size``. A shape that can be read from a drawing takes that method's parameters
+    beside ``file``: ``outline:file=leaf.svg,width=3``.
+
+    Raises
+    ------
+    InvalidInput
+        No shape of this name, or fields that it does not have.
+    """
+    kind, _, rest = text.partition(":")
+    pairs = [pair.partition("=") for pair in rest.split(",") if pair.strip()]
+    if wrong := [name for name, equals, _ in pairs if not equals]:
+        raise InvalidInput(f"{text!r} must be kind:field=value,field=value; {wrong[0]!r} has no value.")
+    values = {name.strip(): _parse_value(value.strip()) for name, _, value in pairs}
+    reader = getattr(SHAPES[kind], "from_file", None)
+    if "file" not in values or reader is None:
+        return make_feature(kind, size, **values)
+    known = inspect.signature(reader).parameters
+    if unknown := values.keys() - {"file", *known}:
+        raise InvalidInput(f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(list(known)[1:])}.")
+    return reader(str(values.pop("file")), **values)
+
+
+def _parse_value(text: str) -> float | int | str:
+    for read in (int, float):
+        try:
+            return read(text)
+        except ValueError:
+            pass
+    return text
 
 
 def digest_numbers(*values: object) -> str:

@@ -8,7 +8,9 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.base import BaseMotion, read_base
+from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
+from feeler.svg import make_picture
 
 SIDES = ("left", "right")
 FRICTION = 1.0  # [D] fits the published video best
@@ -91,6 +93,19 @@ class Trial(Frozen):
     def label(self) -> str:
         """One readable line for messages and titles."""
         return f"{self.feature.name} {self.feature.size:g} mm at {self.location:g} L, {self.speed:g} m/s"
+
+    def _repr_html_(self) -> str:
+        """The feature on its way to a stretch of an antenna that points up."""
+        reach = 3 * self.feature.size if np.isfinite(self.feature.size) else 10.0
+        turn = np.radians(self.approach) * (1.0 if self.side == "left" else -1.0)
+        forward = np.array([np.sin(turn), np.cos(turn)])
+        frame = np.stack([forward, [-forward[1], forward[0]]])
+        rims = [trace_rim(part, self.feature.rounding).clip(-reach, reach) for part in self.shape.parts]
+        way = np.array([[0.0, 0.0], 0.3 * reach * forward]) - 0.4 * reach * forward
+        antenna = np.array([[0.0, -reach], [0.0, reach]])
+        return make_picture(
+            self.label, [(antenna, 0.45), (way, 0.0)], [rim @ frame - 0.4 * reach * forward for rim in rims]
+        )
 
 
 def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:

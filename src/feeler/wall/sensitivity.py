@@ -1,7 +1,6 @@
 """On which unstated choices the order of the stiffness profiles depends."""
 
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.execute.threads import ThreadExecutor
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Sweep, approach
@@ -93,7 +93,7 @@ def compare(
             for measure in measures
         ]
 
-    with ThreadPoolExecutor(max(1, n_threads)) as pool:  # the compiled relaxation releases the lock
+    with ThreadExecutor(max(1, n_threads)) as pool:  # the compiled relaxation releases the lock
         return [case for cases in pool.map(work, jobs) for case in cases]
 
 
