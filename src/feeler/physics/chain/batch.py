@@ -50,7 +50,7 @@ def step_many(tables, n_steps, timestep, drive, damped):
     """Take ``n_steps`` steps; all arrays are changed in place.
 
     ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step, the last one from then on.
-    ``damped``: contact is solved with the implicit damping in it.
+    ``damped``: contact is solved with the implicit damping in it. Returns whether some lane has come to an end.
     """
     t, n = tables, tables.work.shape[1]
     for step in range(n_steps):
@@ -66,6 +66,10 @@ def step_many(tables, n_steps, timestep, drive, damped):
                 clear(t.work, t.rows[lane], f.ROWS * t.count[lane], lane)
         _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
         move(t.constants, t.work, t.wides, t.base, timestep, t.width)
+    for lane in range(t.count.shape[0]):  # the tip's heading is the sum of all angles: one that is lost shows there
+        if t.count[lane] < 0 or not np.isfinite(t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]):
+            return True
+    return False
 
 
 @compiled
@@ -179,16 +183,17 @@ class ChainStepper:
         step_many(t, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
         move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
-    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
         drive = self.drive
         if drives:
             drive = np.repeat(drive, n_steps, axis=0)
             for lane, rates in drives.items():
                 drive[:, :, lane] = rates
-        step_many(self.tables, n_steps, self.timestep, drive, self.damped)
+        ended = step_many(self.tables, n_steps, self.timestep, drive, self.damped)
         if drives:
             self.drive = drive[-1:].copy()
+        return ended
 
     def read(self) -> State:
         """The state of every lane, as copies."""
@@ -244,7 +249,7 @@ class ChainStepper:
     def find_broken(self) -> np.ndarray:
         """Whether each lane has left the finite numbers or had too many contacts."""
         work = self.tables.work
-        return ~np.isfinite(work[f.W_ANGLE].sum(axis=0) + work[f.W_RATE].sum(axis=0)) | (self.tables.count < 0)
+        return ~np.isfinite(work[f.W_HEADING, -1] + work[f.W_OMEGA, -1]) | (self.tables.count < 0)
 
     def explain(self, lane: int) -> Exception | None:
         """The error of a lane that had too many contacts."""
@@ -298,8 +303,7 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
     n_objects = max(len(m.obj) for m in models)
     constants, wide_constants = _make_table(f.N_CONSTANTS, n, width)
     work, wide_work = _make_table(f.N_WORK, n, width)
-    parts = max((len(m.parts) for m in models), default=0)
-    size = min(max(2, parts) * (n + 2), MAX_CONTACTS)
+    size = max(_count_contacts(model) for model in models)
     tables = Tables(
         constants=constants,
         work=work,
@@ -335,9 +339,15 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
         whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]
 
 
+def _count_contacts(model: ChainModel) -> int:
+    """The most contacts that a scene can make: two of a box with each segment, one of any other part."""
+    most = sum(2 if kind == f.KIND_BOX else 1 for kind, _ in model.parts)
+    return min(max(2, most) * (model.constants.shape[1] + 2), MAX_CONTACTS)
+
+
 def _fits(t: Tables, model: ChainModel) -> bool:
-    own = (len(model.obj), *(array.shape[1] for array in stack_shapes([model])))
-    room = (t.place.shape[0], *(array.shape[1] for array in t.shapes))
+    own = (len(model.obj), _count_contacts(model), *(array.shape[1] for array in stack_shapes([model])))
+    room = (t.place.shape[0], t.contacts.shape[1], *(array.shape[1] for array in t.shapes))
     return all(a <= b for a, b in zip(own, room, strict=True))
 
 
