@@ -91,10 +91,11 @@ class Simulations:
         self._state = None
         for group, stepper in enumerate(self._steppers):
             own = range(group * self._lanes, (group + 1) * self._lanes)
-            advance(stepper, [self._steps[lane] for lane in own], n_steps, self._stop)
+            ended = advance(stepper, [self._steps[lane] for lane in own], n_steps, self._stop)
             for lane in own:
                 self._steps[lane] += n_steps
-            self._note_broken(stepper, group)
+            if ended:
+                self._note_broken(stepper, group)
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep

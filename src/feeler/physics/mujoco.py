@@ -205,11 +205,12 @@ class MujocoStepper:
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
         self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = rest, time, warm
 
-    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps; ``drives`` (step, 3) replace the commanded base velocity."""
         for k in range(n_steps):
             self.drive = drives[0][k] if drives else self.drive
             self._step(self.drive)
+        return bool(self.find_broken()[0])
 
     def _step(self, drive: np.ndarray) -> None:
         model, data, hinges = self.model, self.data, self._hinges

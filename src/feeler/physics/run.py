@@ -64,15 +64,16 @@ def _phase(scene: Scene) -> tuple[float, float]:
     return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
 
 
-def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -> None:
-    """Take steps, lane i from its own step number ``first[i]`` on, with looks at ``stop`` in between.
+def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -> bool:
+    """Take steps, lane i from its own step number ``first[i]`` on, with looks at ``stop`` in between; whether some lane
+    has come to an end.
 
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
-    legs = [list(_list_legs(scene, stepper.timestep)) for scene in stepper.scenes]
-    driven = [lane for lane, scene in enumerate(stepper.scenes) if scene.follows]
     chunk = max(1, CHUNK // (stepper.scenes[0].antenna.n_segments * len(stepper.scenes)))
-    done = 0
+    driven = [lane for lane, scene in enumerate(stepper.scenes) if scene.follows]
+    legs = [list(_list_legs(scene, stepper.timestep)) if scene.paths else () for scene in stepper.scenes]
+    done, ended = 0, False
     while done < n_steps:
         if stop.is_set():
             raise KeyboardInterrupt
@@ -88,8 +89,9 @@ def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -
         drives = {
             lane: stepper.scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven
         }
-        stepper.step(count, drives)
+        ended = stepper.step(count, drives)
         done = until
+    return ended
 
 
 def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[float, float]]]:
@@ -107,14 +109,15 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     kept |= {name: np.empty((lanes, n_samples)) for name in ("base_moment", "contact_place")}
     failed: list[Exception | None] = [None] * lanes
     for k in range(n_samples):
+        ended = False
         if k:
-            advance(stepper, [(k - 1) * clock.steps_per_sample] * lanes, clock.steps_per_sample, stop)
+            ended = advance(stepper, [(k - 1) * clock.steps_per_sample] * lanes, clock.steps_per_sample, stop)
         state = stepper.read()
         for name in ("angle", "velocity", "base", "base_force", "base_moment", "contact_place"):
             kept[name][:, k] = getattr(state, name)
         kept["force"][:, k] = state.force.sum(axis=1)
         kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
-        for lane in np.flatnonzero(stepper.find_broken()):
+        for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = kept["angle"][lane, max(k - 1, 0)].copy(), kept["velocity"][lane, max(k - 1, 0)].copy()
             failed[lane] = failed[lane] or explain(stepper, lane, clock.time[k], *before)
         if all(failed):

@@ -66,9 +66,12 @@ class Stepper(Protocol):
     scenes: list[Scene]
     timestep: float
 
-    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
-        """Take steps in every lane; ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each
-        step's end, in place of the commanded ones."""
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
+        """Take steps in every lane; whether some lane has come to an end.
+
+        ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each step's end, in place of the
+        commanded ones.
+        """
 
     def read(self) -> State:
         """The state of every lane, as copies."""
