@@ -6,7 +6,7 @@ from sklearn.base import BaseEstimator
 
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Curve, Group, compute_curves
-from feeler.decoding.plan import Plan, get_plan
+from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import compute_explained, judge_order
 from feeler.errors import InvalidInput
@@ -80,12 +80,6 @@ RISING = np.arange(30.0)
 def test_verdicts_on_planted_orders(values, greater, word):
     verdict = judge_order(dict(zip("abc", values, strict=True)), claim="c", measure="m", greater=greater)
     assert verdict.word == word and word in verdict.describe()
-
-
-def test_scales_have_names():
-    assert get_plan("paper").n_repeats == 10 and get_plan(PLAN) is PLAN
-    with pytest.raises(InvalidInput, match="smoke, quick, paper"):
-        get_plan("huge")
 
 
 def test_one_group_has_no_order():

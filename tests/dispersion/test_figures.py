@@ -57,7 +57,7 @@ def tensors():
 
 @pytest.fixture(scope="module")
 def data(tensors):
-    return fig5.compute(tensors, SumEncoder(), scale=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name]))
+    return fig5.compute(tensors, SumEncoder(), plan=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name]))
 
 
 def pick_slow(tensors):
@@ -96,13 +96,13 @@ def test_figures_draw_every_group(data, plot):
 
 
 def test_one_antenna_alone_still_has_its_speeds(tensors):
-    data = fig5.compute({"mine": tensors["linear"]}, SumEncoder(), scale=PLAN, reference="mine")
+    data = fig5.compute({"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine")
     assert list(data.curves) == ["speed"]
     fig5.plot(data, Figure())
 
 
 def test_comparison_page_is_whole(tensors, tmp_path):
-    found = compare_antennas({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), scale=PLAN)
+    found = compare_antennas({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN)
     page = write_page(found, tmp_path / "sub" / "page.html").read_text()
     assert "&lt;a&gt; against b" in page and "data:image/png;base64," in page
     assert not re.search(r"src=.http|<script|@import|url\(", page)  # nothing comes from elsewhere
@@ -113,8 +113,8 @@ def test_comparison_page_is_whole(tensors, tmp_path):
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):
     fewer = tensors["constant"].isel(sensor=slice(None, None, 2))
-    found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), scale=PLAN)
-    alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), scale=PLAN)
+    found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), plan=PLAN)
+    alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), plan=PLAN)
     np.testing.assert_allclose(  # each antenna's own tensors, however many sensors its neighbour has
         found.dispersion["raw"].values("pearson", "b"), alone.dispersion["raw"].values("pearson", "b")
     )
@@ -122,8 +122,8 @@ def test_antennas_may_have_different_numbers_of_sensors(tensors):
 
 def test_bad_input_is_refused(tensors):
     with pytest.raises(InvalidInput, match="at least two antennas"):
-        compare_antennas({"a": tensors["linear"]}, SumEncoder())
+        compare_antennas({"a": tensors["linear"]}, SumEncoder(), plan=PLAN)
     with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"):
-        fig5.compute(tensors, SumEncoder(), reference="x")
+        fig5.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):
         list_groups({"exponential": 0 * tensors["linear"]})

@@ -19,7 +19,7 @@ from feeler.sources import find_data, find_modules, parse_module, resolve
 from feeler.tracking import read_table
 
 FILES = sorted(sources.SOURCE.rglob("*.py"))[::6]
-TRACKING = "feeler.paper.sections.tracking"
+TRACKING = "feeler.paper.figS2"
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_a_constant_of_a_drawing_changes_that_stage_alone(copied):
 
 
 def test_a_constant_of_the_compiler_wrapper_changes_all_that_run_compiled_code(copied):
-    running = {stage.name for stage in STAGES if "feeler.compiled" in find_modules(stage.module)}
+    running = {stage.name for stage in STAGES if "feeler.compiled" in find_modules(*stage.modules)}
     assert {"calibration", "tensors", "wall", "encoding", "reading", "cnn", "robot"} <= running
     assert find_changed(copied / "compiled.py", "nogil=True", "nogil=False") == running
 
@@ -129,7 +129,7 @@ def test_a_name_leads_to_the_file_that_defines_it(module, name, home):
 
 def test_no_stage_depends_on_a_room_as_a_whole():
     for stage in STAGES:
-        rooms = [name for name, module in find_modules(stage.module).items() if module.path.endswith("__init__.py")]
+        rooms = [name for name, module in find_modules(*stage.modules).items() if module.path.endswith("__init__.py")]
         assert rooms == [], stage.name
 
 

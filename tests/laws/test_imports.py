@@ -23,6 +23,7 @@ LAYERS = (
     {"calibration", "decoding", "wall"},
     {"robot"},
     {"presets"},
+    {"scale"},
     {"plotting"},
     {"report"},
     {"comparison"},

@@ -54,7 +54,7 @@ def test_an_interrupted_stage_leaves_nothing(tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
-@pytest.mark.parametrize("name", ["seed", "scale", "profiles", "pick"])
+@pytest.mark.parametrize("name", ["seed", "scale", "profiles", "effort"])
 def test_a_stage_cannot_read_what_its_key_does_not_hold(tmp_path, name):
     stage = Stage(name="antenna", title="t", make=lambda context, section: getattr(context, name), reads=("engine",))
     with pytest.raises(AttributeError, match=f"reads context.{name} but does not declare"):

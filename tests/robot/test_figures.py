@@ -7,14 +7,15 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from feeler.errors import InvalidInput
-from feeler.paper import fig6, fig6_plot, figS2, figS7
+from feeler.paper import fig6, fig6_data, figS2, figS7
 from feeler.robot.examples import EXAMPLES, get_example
+from feeler.scale import SCALES
 from feeler.tracking import load_tracks
 
 
 @pytest.fixture(scope="module")
 def data():
-    return fig6.compute("smoke")
+    return fig6_data.compute(SCALES["smoke"])
 
 
 def _texts(figure):
@@ -22,7 +23,7 @@ def _texts(figure):
 
 
 def test_fig6_and_s7_say_surrogate_and_simulation(data):
-    for module in (fig6_plot, figS7):
+    for module in (fig6, figS7):
         figure = Figure(figsize=(8, 8))
         module.plot(data, figure)
         words = _texts(figure)
@@ -32,7 +33,7 @@ def test_fig6_and_s7_say_surrogate_and_simulation(data):
 
 def _texts_of_confusion(data):
     figure = Figure()
-    fig6_plot.plot_confusion(data, figure.subplots())
+    fig6.plot_confusion(data, figure.subplots())
     return _texts(figure)
 
 
@@ -44,13 +45,8 @@ def test_fig6_data_hang_together(data):
     differences = figS7.compute_differences(data)
     assert set(differences) == set(data.touches.labels) and min(differences.values()) > 0
     figure = Figure()
-    assert len(fig6_plot.draw_release(data, figure.subplots())(100.0)) == 3
+    assert len(fig6.draw_release(data, figure.subplots())(100.0)) == 3
     assert "100 ms" in _texts(figure)
-
-
-def test_unknown_scale_lists_the_valid_ones():
-    with pytest.raises(InvalidInput, match="valid: smoke, quick, paper"):
-        fig6.compute("huge")
 
 
 def test_figS2_gives_back_what_was_planted_and_says_synthetic():

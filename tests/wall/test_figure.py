@@ -4,13 +4,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.paper import fig3
+from feeler.paper.fig3_cases import tabulate
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.presets import cockroach
+from feeler.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach, compare
 
 
 def test_figure_3_draws_what_was_computed():
-    data = fig3.compute({"exponential": cockroach()}, scale="smoke", timestep=0.1)
+    data = fig3.compute({"exponential": cockroach()}, effort=SCALES["smoke"], timestep=0.1)
     figure = Figure(figsize=(7, 8))
     fig3.plot(data, figure)
     assert data.slides.make_dataset()["distance"].values.tolist() == sorted(fig3.SLIDE_DISTANCES, reverse=True)
@@ -34,7 +36,7 @@ def test_every_distance_is_drawn_with_its_wall():
 def test_table_rows_say_undefined_and_never_zero():
     posture = Posture(prebend="none", friction=0.0)
     cases = compare({"constant": cockroach("constant")}, [posture], distances=(12.0, 9.0, 6.0))
-    rows = fig3.tabulate(cases)
+    rows = tabulate(cases)
     assert len(rows) == 3
     for row in rows:
         assert (row["r2"] is None) == bool(row["undefined"])

@@ -1,5 +1,6 @@
 """``feeler compare``: antennas side by side on the same touches."""
 
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -24,11 +25,12 @@ def compare(
     from feeler.comparison import compare_antennas, write_page
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
-    from feeler.paper.encoder import make_encoder
-    from feeler.paper.trials import SPEEDS, trials
     from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
     from feeler.provenance import list_versions
+    from feeler.scale import SCALES
+    from feeler.stimulus.ninety import SPEEDS, trials
 
+    effort = SCALES[scale]
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential constant."
@@ -36,14 +38,16 @@ def compare(
     chosen = {Path(name).stem if name.endswith(".toml") else name: choose_antenna(name) for name in antennas}
     if len(chosen) < len(set(antennas)):
         raise InvalidInput(f"two antennas have the same name ({', '.join(antennas)}); rename one of the files.")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=out.parent):
+        pass  # refused now, before anything is simulated, where nothing can be written
     touches = trials((SPEEDS["slow"],))
     tensors = {}
     for name, antenna in chosen.items():
         tensors[name] = touch(antenna, touches, seed=seed)
         typer.echo(f"{name}: touched {len(touches)} times")
-    data = compare_antennas(
-        tensors, make_encoder(scale, random_state=seed), scale=scale, random_state=seed, report=typer.echo
-    )
+    encoder = effort.make_encoder(random_state=seed)
+    data = compare_antennas(tensors, encoder, plan=effort.plan, random_state=seed, report=typer.echo)
     for title, *cells in data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (

@@ -10,7 +10,7 @@ import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
 
-PREPARED = ("feeler.paper.reproduce", "feeler.paper.sections.tensors", "feeler.physics.chain")
+PREPARED = ("feeler.paper.reproduce", "feeler.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
 
 EXAMPLES = """Examples:

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.decoding import list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
-from feeler.decoding.plan import Plan, get_plan
+from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, Dispersion, Interval, bootstrap_difference, compute_dispersion
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
@@ -55,7 +55,7 @@ def compare_antennas(
     tensors: Mapping[str, Any],
     encoder: Any,
     *,
-    scale: str | Plan = "quick",
+    plan: Plan,
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
@@ -70,7 +70,6 @@ def compare_antennas(
     """
     if len(tensors) < 2:
         raise InvalidInput("give at least two antennas to compare, for instance: exponential linear.")
-    plan = get_plan(scale)
     listed = list_groups(tensors, reference=next(iter(tensors)))["profile"]
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():

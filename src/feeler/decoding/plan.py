@@ -1,8 +1,6 @@
-"""How much to compute: one dial from smoke to paper."""
+"""How much to compute of accuracy against noise."""
 
 from dataclasses import dataclass
-
-from feeler.errors import InvalidInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,27 +28,3 @@ class Plan:
     """All groups and both noise levels before encoding, or the first group at the common level only."""
     n_restarts: int = 3
     """Restarts of an encoder's fit."""
-
-
-PLANS = {
-    "smoke": Plan(ratios=(0.2,), n_repeats=1, n_copies=3, other_copies=(), before_repeats=0, n_restarts=1),
-    "quick": Plan(
-        ratios=(0.1, 0.3), n_repeats=2, other_copies=(3,), other_kinds=("joint", "raw"), before_copies=2, n_restarts=1
-    ),
-    "paper": Plan(
-        ratios=(0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
-        n_repeats=10,
-        other_repeats=3,
-        before_copies=3,
-        before_all=True,
-    ),
-}
-
-
-def get_plan(scale: str | Plan) -> Plan:
-    """The plan called ``scale``, or the plan itself."""
-    if isinstance(scale, Plan):
-        return scale
-    if scale not in PLANS:
-        raise InvalidInput(f"unknown scale {scale!r}; valid: {', '.join(PLANS)}.")
-    return PLANS[scale]

@@ -1,5 +1,5 @@
 """The paper, figure by figure."""
 
-from feeler.paper.trials import trials
+from feeler.stimulus.ninety import trials
 
 __all__ = ["trials"]

@@ -26,41 +26,16 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.scale import Scale
 
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
-PAPER_ERROR, PAPER_ACCURACY = 0.067, 0.0035  # [P]
+PAPER_ERROR = 0.067  # [P]
+LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
 WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])  # [C] typical changes along the loosest direction
 FAMILIES = ("exponential", "linear", "constant")
 
-
-METHODS = ("powell", "nelder-mead", "least-squares")
+COMPARED = ("powell", "nelder-mead", "least-squares")
 KEPT = "optimisers.csv"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Effort:
-    """How much a scale spends; zero leaves a part out."""
-
-    starts: int = 0
-    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept comparison."""
-    control_starts: int = 0
-    """Starts of the linear and of the constant family."""
-    places: int = 0
-    """Places of each error profile (odd)."""
-    draws: int = 500
-    """Bootstrap draws."""
-    refits: int = 0
-    """Trust-region steps of the refit to each draw; 0 makes one linear step."""
-    speeds: tuple[float, ...] = ()
-    """Speeds and levers of the impulse whose effect on the ratios is shown."""
-    levers: tuple[float | None, ...] = (None, 20.0)
-
-
-EFFORTS = {
-    "smoke": Effort(draws=50),
-    "quick": Effort(speeds=(0.2, 0.6)),
-    "paper": Effort(starts=3, control_starts=2, places=9, draws=100, refits=4, speeds=(0.1, 0.2, 0.4, 0.6)),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,10 +118,10 @@ def find_best_known(base: np.ndarray, rate: np.ndarray, n_hinges: int = 140) -> 
 
 
 def compute(
-    scale: str = "quick", *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
+    effort: Scale, *, antenna: Antenna | None = None, seed: int = 0, engine: str = DEFAULT_ENGINE
 ) -> Calibration:
-    """Score, refit and analyse with the effort that belongs to ``scale``."""
-    effort, rng = EFFORTS[scale], np.random.default_rng(seed)
+    """Score, refit and analyse with some ``effort``."""
+    rng = np.random.default_rng(seed)
     antenna = cockroach() if antenna is None else antenna
     targets, protocol = load_targets("cockroach"), Protocol(engine=engine)
 
@@ -154,7 +129,7 @@ def compute(
         return Problem(hinges=make_hinges(name, antenna), targets=targets, protocol=protocol)
 
     problem = make("exponential")
-    fits = run_methods(make, make_starts(problem.hinges, effort.starts + 1, rng)[1:]) if effort.starts else {}
+    fits = run_methods(make, make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:]) if effort.fit_starts else {}
     refits = fits.get("least-squares")
     best = np.array(PAPER_P) if refits is None else refits.p
     directions = analyse_directions(problem, np.array(PAPER_P))
@@ -167,7 +142,9 @@ def compute(
         kept=not fits,
         directions=directions,
         walked=walk_loose(problem, directions, WALK),
-        profiles=compute_profiles(problem, best, n_places=effort.places, refits=6) if effort.places else None,
+        profiles=compute_profiles(problem, best, n_places=effort.error_places, refits=6)
+        if effort.error_places
+        else None,
         draws=bootstrap(
             problem, np.array(PAPER_P), rng, n_draws=effort.draws, refits=effort.refits, directions=directions
         ),
@@ -192,7 +169,7 @@ def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fi
 
 def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str, Fit]:
     """The exponential family fitted by every optimiser from the same starts, each to its own convergence."""
-    return {method: fit(make("exponential"), starts, method=method, max_evaluations=3000) for method in METHODS}
+    return {method: fit(make("exponential"), starts, method=method, max_evaluations=3000) for method in COMPARED}
 
 
 def list_searches(problem: Problem, fits: dict[str, Fit]) -> tuple[Search, ...]:
@@ -228,10 +205,10 @@ def load_kept() -> tuple[Search, ...]:
     )
 
 
-def _sweep(make, effort: Effort) -> list[tuple[float, float | None, np.ndarray]]:
+def _sweep(make, effort: Scale) -> list[tuple[float, float | None, np.ndarray]]:
     rows = []
-    for lever in effort.levers:
-        for speed in effort.speeds:
+    for lever in LEVERS:
+        for speed in effort.impact_speeds:
             problem = make("exponential")
             problem.protocol = Protocol(speed=speed, lever=lever, engine=problem.protocol.engine)
             problem.targets = problem.targets.only("ratio_71", "ratio_86")

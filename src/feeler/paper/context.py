@@ -7,18 +7,17 @@ from functools import cached_property
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.errors import InvalidInput
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
 from feeler.physics.scene import Contact
 from feeler.presets import cockroach
 from feeler.provenance import make_plain
+from feeler.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
-THROUGH = {"pick": "scale", "profiles": "antenna", "is_cockroach": "antenna"}
-SCALES = ("smoke", "quick", "paper")
+THROUGH = {"effort": "scale", "profiles": "antenna", "is_cockroach": "antenna"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,20 +39,20 @@ class Context:
     """Called with (trials done, trials in all) while tensors are made."""
 
     def __post_init__(self) -> None:
-        if self.scale not in SCALES:
-            raise InvalidInput(f"unknown scale {self.scale!r}; valid: {', '.join(SCALES)}.")
+        SCALES[self.scale]  # refuses what is no scale
         spawn_seeds(self.seed, 0)  # refuses what is no seed
         Clock(duration=1.0, timestep=self.timestep)
         Contact().check_timestep(self.timestep)
 
-    def pick(self, *, smoke: object, quick: object, paper: object) -> object:
-        """The value that belongs to this scale."""
-        return {"smoke": smoke, "quick": quick, "paper": paper}[self.scale]
+    @property
+    def effort(self) -> Scale:
+        """How much is computed at this scale."""
+        return SCALES[self.scale]
 
     @property
     def vector(self) -> bool:
-        """Whether figures are also drawn as PDF; a smoke run only shows that all works, and would take a fifth longer."""
-        return self.scale != "smoke"
+        """Whether figures are also drawn as PDF."""
+        return self.effort.vector
 
     @cached_property
     def profiles(self) -> dict[str, Antenna]:

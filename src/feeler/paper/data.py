@@ -9,31 +9,29 @@ from feeler.errors import StoreError
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
 from feeler.paper.stage import hold, is_kept
-from feeler.paper.trials import LOCATIONS, SPEEDS, make_features, trials
 from feeler.provenance import make_key
+from feeler.stimulus.ninety import SPEEDS, make_features, trials
 from feeler.stimulus.trial import Trial
 
 
 def list_profiles(context: Context) -> list[str]:
-    """Profiles compared at this scale; smoke leaves out all but the first and the constant one."""
-    names = list(context.profiles)
-    return [name for name in names if name == names[0] or name == "constant"] if context.scale == "smoke" else names
+    """Profiles compared at this scale: the first and its controls."""
+    first, *controls = context.profiles
+    return [first, *(name for name in controls if name in context.effort.controls)]
 
 
 def list_speeds(context: Context, profile: str) -> dict[str, float]:
-    """Speeds simulated for a profile: all for the first, only slow for controls below paper scale."""
+    """Speeds simulated for a profile."""
     first = profile == next(iter(context.profiles))
-    if context.scale == "paper" or (first and context.scale == "quick"):
-        return SPEEDS
-    return {name: SPEEDS[name] for name in (("fast", "slow") if first else ("slow",))}
+    names = context.effort.speeds if first else context.effort.control_speeds
+    return {name: SPEEDS[name] for name in names}
 
 
 def list_touches(context: Context, profile: str) -> list[Trial]:
-    """Touches simulated for a profile; smoke has ball and box at the first and the last place: eight at each speed."""
-    speeds = list(list_speeds(context, profile).values())
-    if context.scale != "smoke":
-        return trials(speeds)
-    return trials(speeds, (LOCATIONS[0], LOCATIONS[-1]), [f for f in make_features() if f.kind != "triangle"])
+    """Touches simulated for a profile."""
+    effort = context.effort
+    features = [feature for feature in make_features() if feature.kind in effort.shapes]
+    return trials(list(list_speeds(context, profile).values()), effort.locations, features)
 
 
 @lru_cache(maxsize=16)

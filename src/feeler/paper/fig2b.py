@@ -1,16 +1,21 @@
-"""Fig. 2B: tip displacement after a step and during an impulse, simulated against the digitised traces."""
+"""Fig. 2B and Movie S1: the tip after a step and during an impulse, simulated against the digitised traces."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Circle
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
-from feeler.experiment.impulse import Impulse, hit
+from feeler.experiment.impulse import RADIUS, Impulse, hit
 from feeler.experiment.release import release
+from feeler.paper.context import Context
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.style import PALETTE
+from feeler.plotting.movie import write_movie
+from feeler.plotting.style import PALETTE, style
+from feeler.report.section import Section
 from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
 
 # Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the largest deflection
@@ -110,3 +115,53 @@ def plot_impulse(data: Fig2BData, ax) -> None:
     )
     ax.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
     ax.legend(loc="upper left")
+
+
+def write_movie_s1(antenna: Antenna, data: Fig2BData, path: Path, n_frames: int, fps: int = 25) -> Path:
+    """Antenna and cylinder left, tip displacement right: the impulse with the lever, about twenty-five times slower than life."""
+    motion = data.motion
+    points = antenna.shape(motion.angle)
+    frames = np.unique(np.linspace(0, len(motion.time) - 1, min(n_frames, len(motion.time))).astype(int))
+    with style():
+        figure = Figure(figsize=(7.2, 3.6), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        (line,) = left.plot([], [], color="#5b3a1e", linewidth=2)
+        cylinder = left.add_patch(Circle((0, 0), RADIUS, color=PALETTE[2]))
+        left.set(xlim=(-12, 30), ylim=(-2, 1.15 * antenna.length), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+        right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
+        (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
+        right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
+        right.set(xlabel="time from the largest deflection [ms]", ylabel="tip displacement / largest")
+        right.legend(loc="lower right")
+
+        def draw(k: int) -> list:
+            now = frames[k]
+            line.set_data(*points[now].T)
+            cylinder.center = tuple(motion.object[now])
+            trace.set_data(data.impulse_time[: now + 1], data.impulse[: now + 1])
+            return [cylinder, line, trace]
+
+        return write_movie(path, figure, draw, len(frames), fps)
+
+
+def show(context: Context, section: Section) -> None:
+    """The two experiments, and the movie of one."""
+    data = compute(context.antenna, engine=context.engine)
+    section.figure(
+        "fig2b_responses",
+        "Tip after a released step (left) and during a hit (right): simulation with the published constants against the "
+        "traces digitised from the poster [A] (the step trace seems to be the published simulation's own). (Fig. 2B)",
+        lambda figure: plot(data, figure),
+        height=3.0,
+    )
+    section.numbers(
+        "fig2b_responses",
+        step=data.step,
+        step_time=data.step_time,
+        impulse=data.impulse,
+        impulse_time=data.impulse_time,
+    )
+    movie = section.folder / "movieS1_impulse.mp4"
+    write_movie_s1(context.antenna, data, movie, context.effort.frames["S1"])
+    section.movie(movie, "The impulse test in simulation, slowed down. (Movie S1)")
+    section.values["calibration.rejected"] = data.free.rejected

@@ -2,25 +2,30 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.antenna import Antenna
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.style import PALETTE, PROFILE_COLOURS
 from feeler.plotting.tensor import plot_tensor
+from feeler.report.section import Section
+from feeler.scale import Scale
 from feeler.wall.distance_map import DistanceMap, map_distance
 from feeler.wall.posture import Posture
 from feeler.wall.sensitivity import BENDS, FRICTIONS, ONE_CHANGE, READINGS, Case, compare, make_postures
 from feeler.wall.sliding import WallTouch, drive, slide
 from feeler.wall.sweep import DISTANCES, Sweep, approach
 
-PAPER_R2 = {"exponential": 0.985, "linear": 0.924, "constant": 0.704}  # [P]
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
 STRAIGHT = {"prebend": "none"}
+CASES = {"none": (), "one change": (ONE_CHANGE,), "all": (READINGS, FRICTIONS, BENDS)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,31 +43,27 @@ class Fig3Data:
     drives: Mapping[str, WallTouch]
     """A wall that comes nearer without stopping, per profile."""
     far_slides: Mapping[str, WallTouch]
-    """A wall past every profile at every distance; empty unless paper scale."""
+    """A wall past every profile at every distance; or none."""
     cases: list[Case]
-    """The sensitivity table: quick has the default and three single changes; paper has all combinations."""
+    """The sensitivity table: the default and three single changes, or all combinations, or nothing."""
 
 
 def compute(
     antennas: Mapping[str, Antenna],
     *,
-    scale: str = "quick",
+    effort: Scale,
     posture: Posture | None = None,
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
     n_threads: int = 2,
 ) -> Fig3Data:
-    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D.
-
-    ``scale``: ``smoke`` has no sensitivity table, ``quick`` a part of it, ``paper`` all of it.
-    """
+    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D."""
     posture = posture or Posture()
-    name, first = next(iter(antennas.items()))
-    driven = {name: first} if scale == "smoke" else antennas
+    first = next(iter(antennas.values()))
     options = {"engine": engine} | ({} if timestep is None else {"timestep": timestep})
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
-    axes = {"smoke": None, "quick": (ONE_CHANGE,), "paper": (READINGS, FRICTIONS, BENDS)}[scale]
+    axes = CASES[effort.cases]
     known = [*sweeps.items(), *straight.items()]
     cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads, known=known) if axes else []
     return Fig3Data(
@@ -70,12 +71,19 @@ def compute(
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=slide(first, posture, SLIDE_DISTANCES, **options),
-        drives={name: drive(antenna, posture, **options) for name, antenna in driven.items()},
+        drives={name: drive(antennas[name], posture, **options) for name in list(antennas)[: effort.drives]},
         far_slides={name: slide(antenna, posture, DISTANCES, **options) for name, antenna in antennas.items()}
-        if scale == "paper"
+        if effort.far_slides
         else {},
         cases=cases,
     )
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> Fig3Data:
+    """What this run shows, computed once for the figure, the table and the movie."""
+    antennas = {name: context.profiles[name] for name in list_profiles(context)}
+    return compute(antennas, effort=context.effort, engine=context.engine)
 
 
 def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
@@ -127,26 +135,84 @@ def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> 
     figure.colorbar(image, ax=axes, label="curvature beyond rest [1/mm]", pad=0.01)
 
 
-def tabulate(cases: list[Case]) -> list[dict[str, object]]:
-    """The sensitivity table as rows of plain values; R² is None where it is undefined."""
-    return [
-        {
-            "antenna": case.antenna,
-            "reading": case.posture.reading,
-            "friction": case.posture.friction,
-            "prebend": case.posture.prebend,
-            "hook_share": case.posture.hook_share,
-            "tip_heading": case.posture.tip_heading,
-            **case.measure,
-            "in_contact": case.n_contact,
-            "inverted": case.n_inverted,
-            "used": int(case.map.used.sum()),
-            "at_base": int(case.map.at_base.sum()),
-            "r2": None if case.map.undefined else round(case.map.r2, 4),
-            "undefined": case.map.undefined,
-            "slope": None if case.map.undefined else round(case.map.slope, 4),
-            "error_mm": None if case.map.undefined else round(case.map.error, 3),
-            "monotone": case.map.monotone,
-        }
-        for case in cases
-    ]
+def show(context: Context, section: Section) -> None:
+    """Fig. 3A–D, and R² of every profile."""
+    data = load(context)
+    section.text(
+        "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which angle is meant and how much "
+        "the wall rubs are not stated in the paper; the default was fixed with its reason (see the guide) before any R² was "
+        "looked at, and the table below says what depends on it."
+    )
+    section.figure(
+        "fig3_wall",
+        "A: equilibrium at every distance of a wall (green) that comes nearer, base at the lower left, body looking up. "
+        "Black: an inverted J in contact; red: in contact without one; grey: no contact; dots: greatest bend. B: distance "
+        "against its position, with straight lines; open marks are not fitted. C, D: tactile tensors of a wall that slides "
+        "past at four distances and of one that comes nearer. (Fig. 3A–D)",
+        lambda figure: plot(data, figure),
+        height=7.4,
+    )
+    section.numbers(
+        "fig3_wall",
+        distance={name: found.distance for name, found in data.maps.items()},
+        position={name: found.position for name, found in data.maps.items()},
+        r2={name: found.r2 for name, found in data.maps.items()},
+        shapes={name: sweep.points for name, sweep in data.sweeps.items()},
+    )
+    if data.far_slides:
+        _show_slides(section, data)
+    _list_maps(section, data)
+
+
+def _show_slides(section: Section, data: Fig3Data) -> None:
+    shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
+    section.figure(
+        "fig3_slides",
+        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at every distance; colours as in A.",
+        lambda figure: plot_shapes(shapes, figure.subplots()),
+        height=3.2,
+    )
+    section.numbers("fig3_slides", **{name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()})
+    words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
+    section.text(f"The inverted J still stands after sliding, of the distances in contact: {', '.join(words)}.")
+
+
+def _list_maps(section: Section, data: Fig3Data) -> None:
+    for name, found in data.maps.items():
+        spread = [case.map.r2 for case in data.cases if case.antenna == name and np.isfinite(case.map.r2)]
+        if np.isfinite(found.r2):
+            low, high = (min(spread), max(spread)) if spread else (None, None)
+            section.values[f"wall.r2.{name}"] = {"value": found.r2, "low": low, "high": high}
+        else:
+            section.values[f"wall.r2.{name}"] = {"undefined": f"{name}: {found.undefined}"}
+    rows = [_row(name, found) for name, found in data.maps.items()]
+    rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
+    section.table(
+        [
+            "profile",
+            "R²",
+            "slope",
+            "intercept [mm]",
+            "error [mm]",
+            "monotone",
+            "told apart [mm]",
+            "distances used",
+            "peak at base",
+        ],
+        rows,
+        "Default posture, then without pre-bend. Error: predicted distance, each distance left out of its own fit. Monotone: "
+        "the peak moves one way over all distances used. Told apart: the longest run of distances over which the peak moves on "
+        "by more than a segment per step.",
+    )
+    first = next(iter(data.maps.values()))
+    positions = first.position[first.used]
+    resolution = 1e-3  # mm: two walls this close in peak position give the same answer
+    unique = np.unique(np.round(positions / resolution)).size / max(positions.size, 1)
+    section.values["wall.unique_share"] = float(unique) if positions.size else None
+
+
+def _row(name: str, found: DistanceMap) -> list[object]:
+    apart = "none" if np.isnan(found.told_apart[0]) else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
+    counts = int(found.used.sum()), int(found.at_base.sum())
+    monotone = ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
+    return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]

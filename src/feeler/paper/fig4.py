@@ -1,7 +1,7 @@
 """Fig. 4: what convolutive NMF makes of the tensors: residual, entropy, bases, activations, map of locations."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.encoding import (
+    LABELS,
     ConvolutiveNMF,
     LocationMapping,
     compute_entropies,
@@ -17,11 +18,15 @@ from feeler.encoding import (
     map_locations,
     reconstruct,
 )
-from feeler.paper.encoder import make_encoder, prepare
+from feeler.encoding.inputs import check_choice
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, load_tensors
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.style import PALETTE
+from feeler.report.section import Section
+from feeler.scale import Scale
+from feeler.tensors.scaling import rectify
 
-RANKS = (2, 3, 4, 5)  # [P]
 MAIN_RANK = 3  # [P]
 
 
@@ -51,25 +56,19 @@ class Fig4Data:
     tensor_sparseness: float = field(default=float("nan"))
     """Mean Hoyer sparseness of the tensors, each as one vector."""
 
-    def exception_at(self, definition: str = "histogram") -> tuple[int, ...]:
-        """Ranks at which the best restart's entropy falls below that of the rank before; the paper: (4,)."""
-        best = self.entropy[definition][:, 0]
-        return tuple(rank for rank, rise in zip(self.ranks[1:], np.diff(best), strict=True) if rise < 0)
 
-
-def compute(
-    tensors: Any, *, scale: str = "quick", quantity: str = "angle", ranks: Sequence[int] = RANKS, random_state: int = 0
-) -> Fig4Data:
+def compute(tensors: Any, *, effort: Scale, quantity: str = "angle", random_state: int = 0) -> Fig4Data:
     """Encode the tensors of the main antenna with each rank and measure what the paper shows.
 
     Parameters
     ----------
     tensors : Dataset (trial, sensor, time) with the trials' feature, location, size and speed.
-    scale : smoke, quick or paper; sets restarts and iterations.
+    effort : ranks, restarts and iterations.
     quantity : "angle" or "curvature"; rectified.
     """
     data = prepare(tensors, quantity)
-    encoders = {m: make_encoder(scale, n_components=m, random_state=random_state).fit(data) for m in ranks}
+    ranks = effort.ranks
+    encoders = {m: effort.make_encoder(n_components=m, random_state=random_state).fit(data) for m in ranks}
     main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
     codes = {code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")}
     codes = {"joint": main.activations_, **codes}
@@ -94,6 +93,23 @@ def compute(
         sampling=float(np.diff(tensors["time"].values[:2])[0]),
         tensor_sparseness=float(np.nanmean(hoyer_sparseness(data.reshape(len(data), -1)))),
     )
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> Fig4Data:
+    """What this run shows, fitted once; Fig. S5 takes its bases of 40 ms from here."""
+    return compute(load_tensors(context, list_profiles(context)[0]), effort=context.effort, random_state=context.seed)
+
+
+def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
+    """What is encoded: one quantity of a Dataset as (trial, sensor, time), negatives set to 0 [D: as in the video]."""
+    check_choice("quantity", quantity, ("angle", "curvature"))
+    return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
+
+
+def spread(restarts: np.ndarray) -> dict[str, float]:
+    """The best restart, which comes first, and the ends of all."""
+    return {"value": float(restarts[0]), "low": float(np.min(restarts)), "high": float(np.max(restarts))}
 
 
 def _measure_restarts(encoder: ConvolutiveNMF, definition: str) -> np.ndarray:
@@ -169,3 +185,82 @@ def plot(data: Fig4Data, figure: Figure) -> None:
     plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     right.suptitle("D", x=0.02, ha="left", weight="bold")
+
+
+def show(context: Context, section: Section) -> None:
+    """Figs. 4B–D, and whether bases map to contact location."""
+    effort, data = context.effort, load(context)
+    _show_ranks(section, data)
+    _show_codes(section, data)
+    section.text(
+        f"Effort at this scale: {effort.restarts} random starts by rank, {effort.side_restarts} by profile and duration, at "
+        f"most {effort.max_iter} iterations, stopping when one gains less than {effort.tol:g}."
+    )
+
+
+def _show_ranks(section: Section, main: Fig4Data) -> None:
+    section.text(
+        "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse activations say. Joint angles, "
+        "negative values set to 0; one fit of all tensors, several random starts."
+    )
+    section.figure(
+        "fig4_encoding",
+        "Left: residual and activation entropy against the number of bases; bars span the restarts. Below: the bases of each "
+        "fit, base to tip upwards, 40 ms across. Right: codes of ball and box on the fixed bases. (Fig. 4B–D)",
+        lambda figure: plot(main, figure),
+        height=7.0,
+    )
+    section.numbers(
+        "fig4_encoding", ranks=main.ranks, residual=main.residual, entropy=main.entropy, stability=main.stability
+    )
+    entropy = main.entropy["histogram"]
+    for i, rank in enumerate(main.ranks):
+        section.values[f"encoding.residual.M{rank}"] = spread(main.residual[i])
+        section.values[f"encoding.entropy.M{rank}"] = spread(entropy[i])
+    encoder = main.encoders.get(3)
+    if encoder is not None:
+        for number, centre in enumerate(_centres(encoder.components_), start=1):
+            section.values[f"encoding.centre.{number}"] = centre
+    section.text(
+        f"Restarts agree on their bases to {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching "
+        f"order and shift). Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}."
+    )
+
+
+def _show_codes(section: Section, main: Fig4Data) -> None:
+    section.heading("The same tensors, four codes")
+    section.text(
+        "Activations found together with the bases (the paper's recipe) are not unique: the same tensor can get different "
+        "codes in one fit. On fixed bases each tensor has one code: with the sparseness constraint, or without it, "
+        "with a small ridge or as plain non-negative least squares."
+    )
+    section.table(
+        [
+            "code",
+            "residual",
+            "Hoyer sparseness",
+            "information on location [bits]",
+            "of at most",
+            "under permutation",
+            "p",
+        ],
+        [
+            [
+                LABELS[code],
+                main.residual_by_code[code],
+                main.sparseness_by_code[code],
+                m.information,
+                m.ceiling,
+                m.information_null,
+                m.p_information,
+            ]
+            for code, m in main.mapping.items()
+        ],
+        "How well the dominant component tells the contact location: mutual information against a permutation null.",
+    )
+    section.values["encoding.location_p"] = main.mapping["ridge"].p_information
+
+
+def _centres(components: np.ndarray) -> list[float]:
+    along = components.sum(axis=2)
+    return [float(v) for v in along @ np.arange(along.shape[1]) / along.sum(axis=1)]

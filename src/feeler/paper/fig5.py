@@ -10,16 +10,22 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding import CODES, Confused, explain_confusion, make_groups, make_labels
 from feeler.decoding.curves import Curves, compute_curves
-from feeler.decoding.plan import Plan, get_plan
+from feeler.decoding.plan import Plan
+from feeler.decoding.splits import jitter_trials
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.encoding import LABELS
+from feeler.experiment.touch import DURATION, touch
 from feeler.paper import figS6
 from feeler.paper.claims import PROFILES, READ_BETTER
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, list_speeds, load_tensors
 from feeler.paper.fig5_splits import compute_splits
-from feeler.paper.figS6 import FigS6Data
+from feeler.paper.figS6 import FigS6Data, list_verdicts
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
+from feeler.report.section import Section
+from feeler.stimulus.ninety import SPEEDS, trials
 
 MAIN = ("joint", "raw")
 
@@ -55,7 +61,7 @@ def compute(
     tensors: Mapping[str, Any],
     encoder: Any,
     *,
-    scale: str | Plan = "quick",
+    plan: Plan,
     quantity: str = "angle",
     reference: str = "exponential",
     random_state: int = 0,
@@ -71,15 +77,14 @@ def compute(
     encoder
         An unfitted ``ConvolutiveNMF``; cloned and fitted once per antenna and comparison: by speed on all tensors of
         the reference antenna, by profile on each antenna's slow tensors alone.
-    scale
-        smoke, quick, paper, or a ``Plan``.
+    plan
+        How much is computed.
     quantity
         ``angle`` or ``curvature``; negative values are set to 0, as the encoder needs.
     jitter
         ``jitter(antenna name, location, speed)`` simulates that antenna's slow trials again, in the order of its
         Dataset, each shifted and sped up by ``jitter_trials``; None leaves these splits out.
     """
-    plan = get_plan(scale)
     groups = make_groups(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
     report("encoded " + ", ".join(name for members in groups.values() for name in members))
     claimed = {c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES)) for c, g in groups.items()}
@@ -202,3 +207,82 @@ def plot_examples(data: Fig5Data, ax) -> None:
     ax.tick_params(labelsize=6)
     ax.set_xlabel("time [ms]", fontsize=7)
     ax.set_ylabel("sensor, base to tip upwards", fontsize=7)
+
+
+def show(context: Context, section: Section) -> None:
+    """Figs. 5A–E and S6: closest matches and accuracy, by speed and by profile, beside their null."""
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    first, plan = next(iter(sets)), context.effort.plan
+    data = compute(
+        sets,
+        context.effort.make_encoder(),
+        plan=plan,
+        reference=first,
+        random_state=context.seed,
+        jitter=_make_jitter(context) if context.effort.jitters else None,
+    )
+    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
+    figS6.show(section, data.dispersion, speeds)
+    _show_accuracy(section, data, speeds)
+    section.text(
+        f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)} %, {plan.n_repeats} repeats "
+        f"with {plan.n_copies} copies per trial; {', '.join(map(str, plan.other_copies)) or 'no other'} copies at "
+        f"{100 * plan.probe:g} %; noise before encoding with {plan.before_repeats} repeats."
+    )
+
+
+def _make_jitter(context: Context):
+    """Slow touches again, each a little off its place or speed: touches that a classifier never saw."""
+    rng, order = np.random.default_rng(context.seed), trials((SPEEDS["slow"],))
+
+    def jitter(name: str, location: float, speed: float):
+        moved = jitter_trials(order, rng, location=location, speed=speed)
+        options = {"timestep": context.timestep, "engine": context.engine, "workers": context.workers}
+        return touch(context.profiles[name], moved, duration=DURATION, **options)
+
+    return jitter
+
+
+def _show_accuracy(section: Section, data: Fig5Data, speeds: dict[str, str]) -> None:
+    section.heading("Classification")
+    section.text(
+        "Thirty classes (feature × location) by linear discriminant analysis of 30 principal components, trained on noisy "
+        "copies. The paper's copies of one tensor stand in training and test alike, so its accuracy measures robustness "
+        "against noise. Each curve therefore stands beside its null (dashed): as many copies of one single tensor pushed "
+        "through the same pipeline. What the null reaches is no evidence that tensors differ."
+    )
+    section.figure(
+        "fig5_classification",
+        "Top: NMI of the closest match. Below: accuracy against noise for each kind of code, by speed and by profile; mean ± 1 "
+        "SD over repeats; null dashed, peak-position baseline dash-dotted, chance dotted. (Fig. 5A–E)",
+        lambda figure: plot(data, figure),
+        height=9.0,
+    )
+    for comparison, curves in data.curves.items():
+        for group, sweep in curves.find("joint").items():
+            section.values[f"classification.lda.{speeds.get(group, group)}"] = _spread(sweep)
+        section.values[f"classification.null.{comparison}"] = _spread(curves.find_null("joint"))
+    sweep = next(iter(next(iter(data.curves.values())).find("joint").values()))
+    section.values["classification.pca_variance"] = float(np.nanmean(sweep.kept_clean[np.argmin(sweep.ratios)]))
+    list_verdicts(section, data.verdicts, "The order of accuracies for each kind of code and noise.")
+    section.table(
+        ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
+        list_copies(data.curves),
+        "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor repeated.",
+    )
+    section.heading("Variance kept, unseen touches, confusions")
+    for line in data.describe().splitlines()[len(data.dispersion.verdicts) + len(data.verdicts) :]:
+        section.text(line)
+    section.numbers(
+        "fig5_classification",
+        curves={c: {str(tuple(k)): v.noisy for k, v in curves.sweeps.items()} for c, curves in data.curves.items()},
+        clean={c: {str(tuple(k)): v.clean for k, v in curves.sweeps.items()} for c, curves in data.curves.items()},
+    )
+
+
+def _spread(sweep) -> dict[str, float]:
+    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 1 SD."""
+    above = sweep.ratios > 0
+    by_repeat = sweep.noisy[above].mean(axis=0)
+    value, sd = float(by_repeat.mean()), float(by_repeat.std())
+    return {"value": value, "low": value - sd, "high": value + sd}

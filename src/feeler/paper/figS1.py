@@ -8,11 +8,12 @@ from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.fit import SigmoidFit, fit_sigmoid
+from feeler.paper.context import Context
 from feeler.plotting.style import PALETTE
+from feeler.report.section import Section
 
 N_ANTENNAE = 4  # [P]
 SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
-PAPER_RESIDUAL = 8.7e-5  # [P]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,3 +52,21 @@ def plot(data: FigS1Data, figure: Figure | SubFigure) -> None:
     ax.text(0.97, 0.05, f"squared residual {fit.squared_residual:.1e}", transform=ax.transAxes, ha="right")
     ax.set(xlabel="segment number / number of segments", ylabel="share of the length [%]")
     ax.legend(loc="upper left")
+
+
+def show(context: Context, section: Section) -> None:
+    """The sigmoid on synthetic antennae."""
+    lengths = compute(seed=context.seed)
+    section.figure(
+        "figS1_lengths",
+        "Sigmoid fitted to segment lengths of four synthetic antennae scattered about the default one; the measured lengths "
+        "were not published. (Fig. S1)",
+        lambda figure: plot(lengths, figure),
+        width=3.5,
+        height=2.6,
+    )
+    fit = lengths.fit
+    section.numbers(
+        "figS1_lengths", segment=fit.x, share=fit.share, sigmoid=fit.sigmoid.at(fit.x), planted=lengths.planted
+    )
+    section.values["calibration.sigmoid_residual"] = fit.squared_residual

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
+from feeler.paper.context import Context
 from feeler.plotting.style import PALETTE
+from feeler.report.section import Section
 from feeler.tracking import SIDES, Exploration, Tracks, make_synthetic_tracks, measure_exploration
 
 PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
-PAPER_LATERAL_SPEED = 0.06  # [P] mm/ms
 SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
 N_TRIALS = 6  # [P]
 
@@ -81,3 +82,25 @@ def plot_box(data: FigS2Data, ax) -> None:
 
 def _degrees(speed: np.ndarray | float) -> np.ndarray | float:
     return np.rad2deg(speed) * 1e3
+
+
+def show(context: Context, section: Section) -> None:
+    """Fig. S2 on synthetic tracks."""
+    data = compute(seed=context.seed)
+    mean = float(np.degrees(data.exploration.mean) * 1e3)
+    section.text(
+        "The tracks of the paper's cockroach were not published. These are synthetic tracks with noise and gaps, whose "
+        "planted mean peak speed is the paper's; the method must give it back. They say nothing about cockroaches."
+    )
+    section.figure(
+        "figS2_tracking",
+        "Synthetic tracks: paths of four landmarks, angle and angular speed of one trial with its peaks, and the average "
+        "maximum speed of every trial and side. (Fig. S2)",
+        lambda figure: plot(data, figure),
+        height=3.0,
+    )
+    section.numbers("figS2_tracking", mean_peak=data.exploration.mean_peak, planted=data.planted)
+    section.values |= {
+        "tracking.mean": mean,
+        "tracking.lateral": float(PAPER_MEAN * context.antenna.length * 100),
+    }

@@ -1,6 +1,7 @@
 """Fig. S4: the convolutional network on tensors, accuracy against noise by speed and by profile."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -12,22 +13,17 @@ from feeler.decoding import Sweep, compute_sweep, list_groups
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.decoding.noise import Relative
 from feeler.decoding.verdict import Verdict, judge_order
-from feeler.errors import InvalidInput
 from feeler.paper.claims import PROFILES, READ_BETTER
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, list_speeds, load_tensors
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.style import PALETTE
+from feeler.report.section import Section
 
 LAYERS = (
     "input {h} × {w} × 1", "convolution 15 × 15, 32, padding 2", "batch norm", "ReLU", "max pool 2 × 2",
     "fully connected 50", "dropout 0.25", "fully connected {n}", "softmax",
 )  # fmt: skip
-SETTINGS = {
-    "smoke": {"ratios": (0.2,), "n_repeats": 1, "n_copies": 2, "max_epochs": 1, "ends": True},
-    "quick": {"ratios": (0.2,), "n_repeats": 1, "n_copies": 4, "max_epochs": 3, "ends": True},
-    "paper": {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10, "ends": False},
-}
-"""``ends``: only the first and the last group of a comparison. All [C]: the paper states neither epochs, copies nor
-repeats of its network; one training takes half a minute of one core, and paper scale has twelve."""
 BATCH_SIZE = 8  # [C] few images make many steps
 
 
@@ -40,7 +36,6 @@ class FigS4Data:
     verdicts: tuple[Verdict, ...]
     shape: tuple[int, int]
     n_classes: int
-    scale: str
 
     def describe(self) -> str:
         """The verdicts in words."""
@@ -60,7 +55,7 @@ class FigS4Data:
 def compute(
     tensors: Mapping[str, Any],
     *,
-    scale: str = "quick",
+    settings: Mapping[str, Any],
     reference: str = "exponential",
     quantity: str = "angle",
     random_state: int = 0,
@@ -72,8 +67,8 @@ def compute(
     ----------
     tensors
         Datasets by antenna name, as for Fig. 5.
-    scale
-        smoke, quick or paper; below paper scale only the first and last group of each comparison.
+    settings
+        ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``, ``n_repeats``, ``n_copies``.
 
     Raises
     ------
@@ -81,19 +76,16 @@ def compute(
         PyTorch is not installed; the message holds the install command.
     """
     import_torch()
-    if scale not in SETTINGS:
-        raise InvalidInput(f"unknown scale {scale!r}; valid: {', '.join(SETTINGS)}.")
-    settings = dict(SETTINGS[scale])
-    max_epochs, ends = settings.pop("max_epochs"), settings.pop("ends")
+    options = dict(settings)
+    max_epochs = options.pop("max_epochs")
+    options |= {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state}
     sweeps: dict[str, dict[str, Sweep]] = {}
     known: dict[bytes, Sweep] = {}  # slow touches of the reference stand in both comparisons
     verdicts = []
     for comparison, members in list_groups(tensors, reference=reference, quantity=quantity).items():
         claimed = [name for name in members if comparison == "speed" or name in (reference, *PROFILES)]
-        chosen = (claimed[0], claimed[-1]) if ends else members
         sweeps[comparison] = {}
-        for name in dict.fromkeys(chosen):
-            array, labels = members[name]
+        for name, (array, labels) in members.items():
             key = sha256(array.tobytes() + repr(labels).encode()).digest()
             if key not in known:
                 network = TouchNetwork(
@@ -103,17 +95,14 @@ def compute(
                     device=device,
                     random_state=random_state,
                 )
-                options = {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state, **settings}
                 known[key] = compute_sweep(array, labels, estimator=network, **options)
             sweeps[comparison][name] = known[key]
-        values = {name: sweeps[comparison][name].area for name in claimed if name in sweeps[comparison]}
+        values = {name: sweeps[comparison][name].area for name in claimed}
         if len(values) > 1:
             verdicts.append(
                 judge_order(values, claim=READ_BETTER[comparison], measure="accuracy of the network on tensors")
             )
-    return FigS4Data(
-        sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size, scale=scale
-    )
+    return FigS4Data(sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size)
 
 
 def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
@@ -124,7 +113,7 @@ def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
         for colour, (name, sweep) in zip(PALETTE, sweeps.items(), strict=False):
             plot_sweep(sweep, ax, color=colour, label=name)
         ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
-        ax.set(title=f"by {comparison} ({data.scale} scale)", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
+        ax.set(title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
         ax.legend(fontsize=6, frameon=False)
 
 
@@ -136,3 +125,44 @@ def plot_layers(data: FigS4Data, ax) -> None:
         ax.text(0.5, 1 - (place + 0.5) / len(LAYERS), text, ha="center", va="center", fontsize=7,
                 bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": "#0072B2"})  # fmt: skip
     ax.axis("off")
+
+
+def show(context: Context, section: Section) -> None:
+    """Fig. S4, which needs torch; below paper scale, how to add it."""
+    if not context.effort.network:
+        section.text(
+            "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce SCALE=paper` installs it and runs "
+            "this section; `pip install 'feeler[cnn]'` adds it to an environment of yours."
+        )
+        return
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    first = next(iter(sets))
+    with _one_thread(import_torch()):
+        data = compute(sets, settings=context.effort.network, reference=first, random_state=context.seed)
+    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
+    section.figure(
+        "figS4_cnn",
+        "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig. S4B–C)",
+        lambda figure: plot(data, figure),
+        height=3.2,
+    )
+    section.numbers(
+        "figS4_cnn",
+        **{
+            comparison: {name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()}
+            for comparison, sweeps in data.sweeps.items()
+        },
+    )
+    for name, spread in data.summarise().items():
+        section.values[f"cnn.{speeds.get(name, name)}"] = spread
+
+
+@contextmanager
+def _one_thread(torch: Any) -> Iterator[None]:
+    """Sums do not depend on the machine's cores; and beside another stage, threads only wait for each other."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

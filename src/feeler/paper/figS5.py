@@ -8,11 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.encoding import ConvolutiveNMF, match_components
-from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, load_tensors
+from feeler.paper.fig4 import load, prepare
 from feeler.plotting.bases import plot_bases
+from feeler.report.section import Section
+from feeler.scale import Scale
 
-DURATIONS = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
-FEWER = (10, 20, 40, 60)  # below paper scale [C]
 REFERENCE = 40  # [P]
 
 
@@ -36,7 +38,7 @@ class FigS5Data:
 def compute(
     tensors: Any,
     *,
-    scale: str = "quick",
+    effort: Scale,
     quantity: str = "angle",
     durations: Sequence[int] | None = None,
     fitted: ConvolutiveNMF | None = None,
@@ -44,18 +46,18 @@ def compute(
 ) -> FigS5Data:
     """Fit three bases of each duration to the tensors of the main antenna.
 
-    durations : in samples; by default the paper's six, or four of them below paper scale.
+    durations : in samples; by default those of the effort.
     fitted : an encoder already fitted to these tensors (Fig. 4's of rank 3), used for its own duration.
     """
-    durations = durations or (DURATIONS if scale == "paper" else FEWER)
+    durations = durations or effort.durations
     data = prepare(tensors, quantity)
     encoders = {}
     for n_lags in durations:
         if fitted is not None and fitted.n_lags == n_lags:
             encoders[n_lags] = fitted
         else:
-            options = {"n_lags": n_lags, "n_restarts": SIDE_RESTARTS[scale], "random_state": random_state}
-            encoders[n_lags] = make_encoder(scale, **options).fit(data)
+            options = {"n_lags": n_lags, "n_restarts": effort.side_restarts, "random_state": random_state}
+            encoders[n_lags] = effort.make_encoder(**options).fit(data)
     reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
     profiles = [encoder.components_.sum(axis=2, keepdims=True) for encoder in encoders.values()]
     return FigS5Data(
@@ -71,3 +73,26 @@ def plot(data: FigS5Data, figure: Figure) -> None:
     """One row per duration, one column per basis."""
     sets = {f"T = {data.sampling * n_lags:g} ms": encoder.components_ for n_lags, encoder in data.encoders.items()}
     plot_bases(sets, data.sampling, figure.subplots())
+
+
+def show(context: Context, section: Section) -> None:
+    """Bases of every duration, and how alike they are."""
+    if not context.effort.durations:
+        return
+    tensors, fitted = load_tensors(context, list_profiles(context)[0]), load(context).encoders.get(3)
+    data = compute(tensors, effort=context.effort, fitted=fitted, random_state=context.seed)
+    section.heading("How long a basis lasts")
+    section.figure(
+        "figS5_durations",
+        "Three bases for each duration from 10 to 60 ms. (Fig. S5)",
+        lambda figure: plot(data, figure),
+        height=5.0,
+    )
+    section.numbers(
+        "figS5_durations", profile=data.profile_similarity, basis=data.basis_similarity, residual=data.residual
+    )
+    section.values["encoding.duration_similarity"] = float(np.min(data.profile_similarity))
+    section.text(
+        f"Along the antenna the bases of all durations resemble those of 40 ms with a cosine of at least "
+        f"{np.min(data.profile_similarity):.2f}; as whole pictures, at least {np.min(data.basis_similarity):.2f}."
+    )

@@ -1,6 +1,6 @@
 """Fig. S6 (and Fig. 5A, B): dispersion by contact speed and by stiffness profile, codes and tensors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,9 @@ from feeler.encoding import LABELS
 from feeler.errors import InvalidInput
 from feeler.paper.claims import SPREADS_MORE
 from feeler.plotting.closest import plot_kinds
+from feeler.report.section import Section
+
+KINDS = {"raw": "tensor", "joint": "activation"}  # the paper's two data sets
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,3 +86,29 @@ def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
 
 def _wrap(kind: str) -> str:
     return LABELS[kind].replace(", ", ",\n").replace(" (", "\n(")
+
+
+def show(section: Section, data: FigS6Data, speeds: dict[str, str]) -> None:
+    """Every closest match; ``speeds`` names groups by speed. Fig. 5 calls this with what it has computed."""
+    section.figure(
+        "figS6_dispersion",
+        "Every tensor's closest match among the others of its group (dots) and the group's average with its 95 % bootstrap "
+        "interval, by four indices. Low Pearson r, SSIM and NMI and high MSE mean more dispersed. (Fig. 5A–B, Fig. S6)",
+        lambda figure: plot(data, figure),
+        height=7.0,
+    )
+    for found in data.dispersions.values():
+        for kind, dispersion in found.items():
+            for index, groups in dispersion.average.items():
+                for group, interval in groups.items():
+                    if kind in KINDS:
+                        key = f"dispersion.{KINDS[kind]}.{index}.{speeds.get(group, group)}"
+                        section.values[key] = {"value": interval.estimate, "low": interval.low, "high": interval.high}
+    section.numbers("figS6_dispersion", **{k: v for k, v in section.values.items() if k.startswith("dispersion.")})
+    list_verdicts(section, data.verdicts, "The order of groups, index by index.")
+
+
+def list_verdicts(section: Section, verdicts: Sequence[Verdict], caption: str) -> None:
+    """One line each, if there are any."""
+    if verdicts:
+        section.table(["verdict"], [[verdict.describe()] for verdict in verdicts], caption)

@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.paper.fig6 import Fig6Data, compute
-from feeler.paper.fig6_plot import plot_tensor
-
-__all__ = ["compute", "compute_differences", "plot"]
+from feeler.paper.context import Context
+from feeler.paper.fig6 import plot_tensor
+from feeler.paper.fig6_data import Fig6Data, load
+from feeler.report.section import Section
 
 
 def compute_differences(data: Fig6Data) -> dict[tuple, float]:
@@ -29,3 +29,16 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
         axes[1, column].set_title(f"{axes[1, column].get_title()}\ndiffers by {difference:.0%}", fontsize="x-small")
     for ax in axes.flat:
         ax.label_outer()
+
+
+def show(context: Context, section: Section) -> None:
+    """The six contacts, and how much they differ."""
+    data = load(context)
+    section.figure(
+        "figS7_tensors",
+        "Six tip contacts: simulation above, surrogate robot below. (Fig. S7)",
+        lambda figure: plot(data, figure),
+        height=3.4,
+    )
+    differences = {" ".join(map(str, label)): value for label, value in compute_differences(data).items()}
+    section.numbers("figS7_tensors", relative_difference=differences)

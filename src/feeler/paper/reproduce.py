@@ -15,51 +15,56 @@ STAGES = (
     Stage(
         name="antenna",
         title="The antenna",
+        figures=("fig2a",),
         reads=("antenna",),
     ),
     Stage(
         name="calibration",
         title="Calibration: does the model move like the animal?",
+        figures=("fig2b", "figS1", "fig2b_fit"),
         reads=("scale", "seed", "engine", "antenna"),
     ),
     Stage(
         name="tensors",
         title="Tactile tensors",
+        figures=("fig2d", "fig2e", "movieS2"),
     ),
     Stage(
         name="wall",
         title="Wall distance",
+        figures=("fig3", "fig3_cases", "movieS3"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(
         name="encoding",
         title="Encoding",
+        figures=("fig4", "fig5f", "figS5"),
     ),
     Stage(
         name="reading",
         title="Dispersion and classification",
+        figures=("fig5", "choices"),
     ),
     Stage(
         name="cnn",
         title="Convolutional network",
+        figures=("figS4",),
     ),
     Stage(
         name="robot",
         title="The robotic antenna",
+        figures=("fig6", "figS7"),
         reads=("scale", "seed"),
     ),
     Stage(
         name="tracking",
         title="Active touch speed",
+        figures=("figS2",),
         reads=("seed", "antenna"),
     ),
 )
 
 COCKROACH_ONLY = ("calibration", "robot", "tracking")
-QUEUE = ("tensors", "robot", "reading", "encoding", "wall", "calibration", "antenna", "tracking", "cnn")
-PAPER_QUEUE = ("tensors", "calibration", "reading", "cnn", "encoding", "robot", "wall", "antenna", "tracking")
-"""Longest first, so that no core waits at the end; but first tensors, for which most others wait, beside one that
-needs none of them."""
 
 
 def reproduce(context: Context, report: Callable[[str, Section | None], None] = lambda *_: None) -> list[Section]:
@@ -73,8 +78,7 @@ def reproduce(context: Context, report: Callable[[str, Section | None], None] = 
     made = kept | {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
     for section in made.values():
         report(section.title, section)
-    queue = PAPER_QUEUE if context.scale == "paper" else QUEUE
-    todo = sorted((s for s in STAGES if s.name not in made), key=lambda stage: queue.index(stage.name))
+    todo = sorted((s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name))
     for section in _run_stages(todo, context, report):
         made[section.name] = section
     ordered = [made[stage.name] for stage in STAGES]

@@ -19,26 +19,33 @@ from feeler.report.section import MARKER, Section
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """One step, made by ``make(context, section)`` of the module ``feeler.paper.sections.<name>``.
+    """One step, made by ``show(context, section)`` of its figures in turn.
 
-    The module is imported where the stage runs, so that who only hands out stages starts in no time.
+    Their modules are imported where the stage runs, so that who only hands out stages starts in no time.
     """
 
     name: str
     title: str
+    figures: tuple[str, ...] = ()
+    """Modules of ``feeler.paper``, one for each figure."""
     reads: tuple[str, ...] = KEYED
     """Which parameters its numbers depend on; it cannot read the others."""
     make: Callable[[Context, Section], None] | None = None
-    """Another maker than the module's."""
+    """A maker in place of the figures."""
 
     @property
-    def module(self) -> str:
-        """The module whose code, with all that it imports, makes the section."""
-        return self.make.__module__ if self.make else f"feeler.paper.sections.{self.name}"
+    def modules(self) -> tuple[str, ...]:
+        """The modules whose code, with all that they import, makes the section."""
+        return (self.make.__module__,) if self.make else tuple(f"feeler.paper.{figure}" for figure in self.figures)
 
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
-        return make_key({"context": context.describe(self.reads), "vector": context.vector}, self.module)
+        return make_key({"context": context.describe(self.reads), "vector": context.vector}, *self.modules)
+
+    def show(self, context: Context, section: Section) -> None:
+        """Compute, draw and say everything."""
+        for show in (self.make,) if self.make else (import_module(module).show for module in self.modules):
+            show(context, section)
 
 
 def is_kept(path: Path, context: Context) -> bool:
@@ -81,8 +88,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
     start = time.perf_counter()
     try:
         with hold_blas():
-            make = stage.make or import_module(stage.module).make
-            make(View(context, stage.reads), section)
+            stage.show(View(context, stage.reads), section)
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)

@@ -1,4 +1,4 @@
-"""Movie S3: a wall comes nearer and each antenna bends, its point of greatest curvature marked."""
+"""Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that follows a wall by it."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,25 +6,18 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
+from feeler.errors import InvalidInput
+from feeler.paper.context import Context
+from feeler.paper.fig3 import load
 from feeler.plotting.movie import write_movie
 from feeler.plotting.style import PROFILE_COLOURS, style
+from feeler.report.section import Section
+from feeler.wall.following import follow
 from feeler.wall.peak import find_peak
-from feeler.wall.posture import Posture
-from feeler.wall.sliding import WallTouch, drive
-
-FRAMES = 84
-SPEED = 0.06  # mm/ms; [P] the slow exploration speed
+from feeler.wall.sliding import WallTouch
 
 
-def compute(
-    antennas: Mapping[str, Antenna], *, posture: Posture | None = None, **options: object
-) -> dict[str, WallTouch]:
-    """The continuous approach of every antenna; ``options`` go to :func:`feeler.wall.drive`."""
-    return {name: drive(antenna, posture, **({"speed": SPEED} | options)) for name, antenna in antennas.items()}
-
-
-def write(touches: Mapping[str, WallTouch], path: Path, n_frames: int = FRAMES, fps: int = 25) -> Path:
+def write(touches: Mapping[str, WallTouch], path: Path, n_frames: int, fps: int = 25) -> Path:
     """Write the movie: one panel per antenna, seen from above, the body's base at the origin."""
     with style():
         figure = Figure(figsize=(1.8 * len(touches), 3.2), layout="constrained")
@@ -67,3 +60,28 @@ class _Panel:
         self.dot.set_data(*place)
         self.clock.set_text(f"{distance:.1f} mm")
         return [self.wall, self.line, self.dot, self.clock]
+
+
+def show(context: Context, section: Section) -> None:
+    """The movie, and a body that follows a wall."""
+    path = write(load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.frames["S3"])
+    section.movie(path, "A wall comes nearer, every profile. (Movie S3)")
+    if context.effort.follows:
+        _follow(context, section)
+
+
+def _follow(context: Context, section: Section) -> None:
+    rows = []
+    for name, antenna in context.profiles.items():
+        try:
+            run = follow(antenna)
+        except InvalidInput:  # its peak stays at the base hinge: that is the result
+            rows.append([name, *["no map to steer by"] * 4])
+            continue
+        rows.append([name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"])
+    section.heading("Following a wall by it")
+    section.table(
+        ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],
+        rows,
+        "A point body at 0.45 m/s along a wall with turns, steering by the estimated distance.",
+    )

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from feeler.decoding.sensitivity import (
+from feeler.paper.choices import (
     CHOICES,
+    choose,
     compute_sensitivity,
     count_agreement,
     iterate_choices,
     make_table,
-    prepare,
 )
 
 
@@ -49,7 +49,7 @@ def test_each_choice_departs_once_from_the_default():
 
 @pytest.mark.parametrize("choices", iterate_choices(), ids=str)
 def test_choices_do_what_they_say(choices):
-    arrays, labels = prepare(GROUPS, choices)
+    arrays, labels = choose(GROUPS, choices)
     array = arrays["spread"]
     assert array.shape[0] == len(labels) == (16 if choices["sizes"] == "both" else 8)
     assert array.shape[1] == (12 if choices["sensors"] == "all" else 6)

@@ -13,6 +13,11 @@ from feeler.decoding.noise import Common
 from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
+from feeler.paper.claims import PROFILES
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, load_tensors, select_speed
+from feeler.report.section import Section
+from feeler.stimulus.ninety import SPEEDS
 from feeler.tensors.scaling import rectify
 
 CHOICES: dict[str, tuple[Any, ...]] = {
@@ -56,7 +61,7 @@ def compute_sensitivity(
     for choices in iterate_choices(full):
         verdicts = []
         for claim, groups in comparisons.items():
-            arrays, labels = prepare(groups, choices)
+            arrays, labels = choose(groups, choices)
             verdicts += _judge(claim, arrays, labels, indices or tuple(INDICES), ratio, random_state)
         rows.append(Row(choices=choices, verdicts=tuple(verdicts)))
     return rows
@@ -70,7 +75,7 @@ def iterate_choices(full: bool = False) -> list[dict[str, Any]]:
     return [default] + [default | {name: value} for name, values in CHOICES.items() for value in values[1:]]
 
 
-def prepare(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def choose(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Arrays of every group under one combination, and the labels that all groups share."""
     arrays, labels = {}, np.array([])
     for name, data in groups.items():
@@ -142,3 +147,22 @@ def make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
         cells.append([", ".join(changed) or "default", *(verdicts.get(key, "–") for key in totals)])
     cells.append(["in all", *(f"{agree} of {n} agree" for agree, n in totals.values())])
     return ["choice", *(f"{claim}, {measure}" for claim, measure in totals)], cells
+
+
+def show(context: Context, section: Section) -> None:
+    """How many of the unstated choices agree with the paper's orders."""
+    if not context.effort.choices:
+        return
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    first = next(iter(sets))
+    by_speed = {name: select_speed(sets[first], SPEEDS[name]) for name in ("slow", "medium", "fast")}
+    by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets}
+    rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
+    section.heading("What depends on unstated choices")
+    header, cells = make_table(rows)
+    section.table(
+        header,
+        cells,
+        "One choice changed at a time. 'speed': slower touch spreads and is classified better; 'profile': exponential spreads "
+        "most and is classified best. d_z: effect size over the same stimuli.",
+    )

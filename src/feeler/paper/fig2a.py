@@ -1,21 +1,41 @@
-"""The antenna: morphology, profiles, sources of its numbers."""
+"""Fig. 2A, C: the antenna, its profiles, and where its numbers come from."""
 
+import numpy as np
+from matplotlib.figure import Figure
+
+from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import FACTS
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.antenna.modes import compute_modes
-from feeler.paper import fig2
 from feeler.paper.context import Context
+from feeler.plotting.posture import plot_posture, plot_profiles
 from feeler.report.section import Section
 
 
-def make(context: Context, section: Section) -> None:
+def plot(antenna: Antenna, figure: Figure) -> None:
+    """The antenna lying, its sensors on it, and its profiles (Fig. 2A, C)."""
+    grid = figure.add_gridspec(2, 4, height_ratios=(1, 2))
+    ax = figure.add_subplot(grid[0, :])
+    points = antenna.shape()[:, ::-1]
+    ax.fill_between(points[:-1, 0], -antenna.radius, antenna.radius, color="#d9b48f", linewidth=0)
+    plot_posture(points, ax, linewidth=1)
+    ax.plot(points[antenna.sensors - 1, 0], points[antenna.sensors - 1, 1], ".", color="#D55E00", markersize=3)
+    ax.set(xlabel="arc length from the base [mm]", yticks=[], aspect="equal")
+    ax.set_title(
+        f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots), {antenna.length:.3g} mm"
+    )
+    ax.spines.left.set_visible(False)
+    plot_profiles(antenna, np.array([figure.add_subplot(grid[1, i]) for i in range(4)]))
+
+
+def show(context: Context, section: Section) -> None:
     """Draw the antenna (Fig. 2A, C), list its numbers with their sources, and its small oscillations."""
     antenna = context.antenna
     section.figure(
         "fig2c_antenna",
         f"The antenna '{antenna.name}' and what changes along it. Dots: sensors. Inertia is that of thin rods with the "
         "shown masses; the drawn radius enters contact only. (Fig. 2A, C)",
-        lambda figure: fig2.plot_antenna(antenna, figure),
+        lambda figure: plot(antenna, figure),
         height=3.2,
     )
     section.numbers(

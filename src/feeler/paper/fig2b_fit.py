@@ -1,58 +1,77 @@
-"""Calibration: does the model move like the animal, and how far are its numbers determined?"""
+"""Beside Fig. 2B: what four targets determine: directions, error profiles, and the hinges that fit the animals."""
 
 import numpy as np
+from matplotlib.figure import Figure, SubFigure
 
-from feeler.paper import calibration_report, fig2b, fig2b_identify, figS1, movie_s1
+from feeler.calibration import Directions, Profiles
+from feeler.calibration.problem import FAILED
+from feeler.paper.calibration_report import PAPER_ERROR, PAPER_P, Calibration, compute
 from feeler.paper.context import Context
+from feeler.plotting.style import PALETTE, set_decades
 from feeler.report.section import Section
 
+LEVEL = 95.0  # % of the draws
 UNITS = {"frequency": 1e3}  # kHz → Hz
 
 
-def make(context: Context, section: Section) -> None:
-    """Fig. 2B, Fig. S1, Movie S1, and what the four targets determine."""
-    data = fig2b.compute(context.antenna, engine=context.engine)
-    section.figure(
-        "fig2b_responses",
-        "Tip after a released step (left) and during a hit (right): simulation with the published constants against the "
-        "traces digitised from the poster [A] (the step trace seems to be the published simulation's own). (Fig. 2B)",
-        lambda figure: fig2b.plot(data, figure),
-        height=3.0,
-    )
-    section.numbers(
-        "fig2b_responses",
-        step=data.step,
-        step_time=data.step_time,
-        impulse=data.impulse,
-        impulse_time=data.impulse_time,
-    )
-    frames = context.pick(smoke=12, quick=40, paper=movie_s1.FRAMES)
-    movie = movie_s1.write(context.antenna, data, section.folder / "movieS1_impulse.mp4", frames)
-    section.movie(movie, "The impulse test in simulation, slowed down. (Movie S1)")
-    section.values["calibration.rejected"] = data.free.rejected
-    _show_lengths(context, section)
-    _show_fit(context, section)
+def plot(found: Calibration, figure: Figure | SubFigure) -> None:
+    """Directions (left two) and the hinges that bootstrapped fits give (right two)."""
+    axes = figure.subplots(1, 4)
+    plot_sensitivity(found.directions, axes[0])
+    plot_directions(found.directions, axes[1])
+    n_hinges = 140  # [P] the family's rates are per hinge of a cockroach
+    for ax, base, rate, unit in zip(axes[2:], (0, 1), (2, 3), ("N·mm/rad", "N·mm·ms/rad"), strict=True):
+        plot_band(found.draws[:, base], found.draws[:, rate], n_hinges, ax)
+        ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate], n_hinges), color=PALETTE[1], label="published")
+        ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
+    axes[2].legend(loc="lower left")
 
 
-def _show_lengths(context: Context, section: Section) -> None:
-    lengths = figS1.compute(seed=context.seed)
-    section.figure(
-        "figS1_lengths",
-        "Sigmoid fitted to segment lengths of four synthetic antennae scattered about the default one; the measured lengths "
-        "were not published. (Fig. S1)",
-        lambda figure: figS1.plot(lengths, figure),
-        width=3.5,
-        height=2.6,
-    )
-    fit = lengths.fit
-    section.numbers(
-        "figS1_lengths", segment=fit.x, share=fit.share, sigmoid=fit.sigmoid.at(fit.x), planted=lengths.planted
-    )
-    section.values["calibration.sigmoid_residual"] = fit.squared_residual
+def plot_sensitivity(directions: Directions, ax) -> None:
+    """How much the error changes along each direction."""
+    number = np.arange(1, len(directions.sensitivity) + 1)
+    ax.plot(number, directions.sensitivity, "o-", color=PALETTE[0])
+    set_decades(ax)
+    ax.set(xlabel="direction", ylabel="change of the error per step", xticks=number)
 
 
-def _show_fit(context: Context, section: Section) -> None:
-    found = calibration_report.compute(context.scale, antenna=context.antenna, seed=context.seed, engine=context.engine)
+def plot_directions(directions: Directions, ax) -> None:
+    """What each direction is made of."""
+    ax.imshow(directions.direction, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
+    for (row, column), share in np.ndenumerate(directions.direction):
+        colour = "w" if abs(share) > 0.6 else "k"
+        ax.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=6, color=colour)
+    n = len(directions.names)
+    ax.set(xticks=range(n), xticklabels=directions.names, yticks=range(n), yticklabels=range(1, n + 1))
+    ax.set(ylabel="direction", title="what moves together")
+
+
+def plot_band(base: np.ndarray, rate: np.ndarray, n_hinges: int, ax) -> None:
+    """Median and ``LEVEL`` % band of exponential profiles ``base`` · exp(``rate`` (n − 1)), one per draw."""
+    hinge = np.arange(n_hinges)
+    low, middle, high = np.percentile(_draw_out(base[:, None], rate[:, None], n_hinges), [2.5, 50.0, 97.5], axis=0)
+    ax.fill_between(hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{LEVEL:g} % of draws")
+    ax.plot(hinge, middle, color=PALETTE[0], label="median")
+    set_decades(ax)
+
+
+def _draw_out(base: float | np.ndarray, rate: float | np.ndarray, n_hinges: int) -> np.ndarray:
+    return base * np.exp(rate * np.arange(n_hinges))
+
+
+def plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
+    """Error of the best fit with one parameter held; a gap where no antenna could be measured."""
+    axes = figure.subplots(1, len(profiles.names), sharey=True, squeeze=False)[0]
+    for ax, name, value, error in zip(axes, profiles.names, profiles.value, profiles.error, strict=True):
+        ax.plot(value, np.where(error < FAILED, error, np.nan), "o-", ms=3, color=PALETTE[0])
+        ax.axhline(PAPER_ERROR, color="#888888", ls="--", lw=0.8)
+        ax.set(xlabel=name, yscale="log")
+    axes[0].set_ylabel("error, the others refitted")
+
+
+def show(context: Context, section: Section) -> None:
+    """What the published constants score, what optimisers find, and what is determined."""
+    found = compute(context.effort, antenna=context.antenna, seed=context.seed, engine=context.engine)
     measured, error, accuracy = found.published
     section.heading("Targets, and what the published constants score")
     section.table(
@@ -127,7 +146,7 @@ def _show_directions(section: Section, found) -> None:
         "fig2b_directions",
         "Left: directions in the space of p1…p4, most determined first, and how much each parameter enters. Right: stiffness "
         f"and damping along the antenna for targets drawn from the animals' spread, {drawn}.",
-        lambda figure: fig2b_identify.plot(found, figure),
+        lambda figure: plot(found, figure),
         height=2.6,
     )
     section.numbers(
@@ -142,7 +161,7 @@ def _show_directions(section: Section, found) -> None:
         section.figure(
             "fig2b_error_profiles",
             "Least error with one parameter held and the others refitted; dashed: the paper's error.",
-            lambda figure: fig2b_identify.plot_profiles(found.profiles, figure),
+            lambda figure: plot_profiles(found.profiles, figure),
             height=2.6,
         )
         section.numbers(

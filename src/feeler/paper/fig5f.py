@@ -16,9 +16,13 @@ from feeler.encoding import (
     locate_components,
     map_locations,
 )
-from feeler.paper.encoder import SIDE_RESTARTS, make_encoder, prepare
+from feeler.paper.context import Context
+from feeler.paper.data import list_profiles, load_tensors
+from feeler.paper.fig4 import prepare, spread
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.style import PALETTE
+from feeler.report.section import Section
+from feeler.scale import Scale
 
 PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
 DEFINITIONS = ("histogram of [0, 1]", "histogram of unit length", "probability mass")
@@ -40,16 +44,11 @@ class Fig5BasesData:
         """Mean over the bases of the best restart, by profile."""
         return {name: float(np.nanmean(values[0])) for name, values in self.entropy[definition].items()}
 
-    def lowest(self, definition: str = DEFINITIONS[0]) -> str:
-        """The profile with the lowest entropy; the paper: exponential."""
-        means = self.mean_entropy(definition)
-        return min(means, key=means.get)
-
 
 def compute(
     tensors: Mapping[str, Any],
     *,
-    scale: str = "quick",
+    effort: Scale,
     quantity: str = "angle",
     speed: float | None = None,
     fitted: Mapping[str, ConvolutiveNMF] | None = None,
@@ -70,7 +69,8 @@ def compute(
     for name, dataset in chosen.items():
         data = prepare(dataset, quantity)
         if name not in encoders:
-            encoders[name] = make_encoder(scale, n_restarts=SIDE_RESTARTS[scale], random_state=random_state).fit(data)
+            encoder = effort.make_encoder(n_restarts=effort.side_restarts, random_state=random_state)
+            encoders[name] = encoder.fit(data)
         code = encoders[name].transform(data, code="ridge")
         mapping[name] = map_locations(code, dataset["location"].values, locate_components(encoders[name].components_))
     entropy = {
@@ -115,3 +115,25 @@ def plot(data: Fig5BasesData, figure: Figure) -> None:
     left.suptitle("F", x=0.02, ha="left", weight="bold")
     plot_entropy(data, right.subplots())
     right.suptitle("G", x=0.02, ha="left", weight="bold")
+
+
+def show(context: Context, section: Section) -> None:
+    """The bases of each profile, and their entropies."""
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    data = compute(sets, effort=context.effort, random_state=context.seed)
+    section.heading("Bases by stiffness profile")
+    section.figure(
+        "fig5f_bases",
+        "Three bases of each profile's slow tensors, and their entropy by three definitions; whiskers span the restarts, "
+        "crosses are the paper's values. The paper does not say how its entropy was computed. (Fig. 5F–G)",
+        lambda figure: plot(data, figure),
+        height=4.2,
+    )
+    for name, values in data.entropy[DEFINITIONS[0]].items():
+        section.values[f"encoding.basis_entropy.{name}"] = spread(np.nanmean(values, axis=1))
+    section.table(
+        ["definition", *data.encoders],
+        [[d, *(float(np.nanmean(data.entropy[d][name][0])) for name in data.encoders)] for d in data.entropy],
+        "Mean entropy of the three bases [bits], best restart.",
+    )
+    section.numbers("fig5f_bases", entropy=data.entropy)

@@ -1,1 +1,0 @@
-"""The sections of the report, one module each; every one has ``make(context, section)``."""

@@ -1,0 +1,207 @@
+"""What smoke, quick and paper mean: every knob of a run, in one table. Nothing else asks which scale it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from feeler.registry import Registry
+from feeler.stimulus.ninety import LOCATIONS
+
+if TYPE_CHECKING:
+    from feeler.decoding.plan import Plan
+    from feeler.encoding.model import ConvolutiveNMF
+
+SCALES: Registry["Scale"] = Registry("scale")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """How much is computed. The defaults are paper scale; below it everything that is changed is said."""
+
+    name: str
+    vector: bool = True
+    """Whether figures are also drawn as PDF; without it a smoke run is a fifth faster."""
+    queue: tuple[str, ...] = (
+        "tensors", "calibration", "reading", "cnn", "encoding", "robot", "wall", "antenna", "tracking",
+    )  # fmt: skip
+    """Stages, longest first, so that no core waits at the end; but first tensors, for which most others wait."""
+
+    # what is touched
+    controls: tuple[str, ...] = ("linear", "constant", "matched")
+    """Profiles beside the exponential one."""
+    speeds: tuple[str, ...] = ("fast", "medium", "slow")
+    control_speeds: tuple[str, ...] = ("fast", "medium", "slow")
+    locations: tuple[float, ...] = LOCATIONS
+    shapes: tuple[str, ...] = ("ball", "box", "triangle")
+    movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
+    """Touches that Movie S2 shows."""
+    frames: Mapping[str, int] = field(
+        default_factory=lambda: MappingProxyType({"S1": 90, "S2": 48, "S3": 84, "S4": 100})
+    )
+    """Frames of each movie."""
+
+    # calibration
+    fit_starts: int = 3
+    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept comparison."""
+    control_starts: int = 2
+    """Starts of the linear and of the constant family."""
+    error_places: int = 9
+    """Places of each error profile (odd)."""
+    draws: int = 100
+    """Bootstrap draws."""
+    refits: int = 4
+    """Trust-region steps of the refit to each draw; 0 makes one linear step."""
+    impact_speeds: tuple[float, ...] = (0.1, 0.2, 0.4, 0.6)
+    """Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown."""
+
+    # wall
+    cases: str = "all"
+    """Set-ups of the sensitivity table: all, one change, or none."""
+    drives: int | None = None
+    """How many profiles a wall comes nearer to without stopping; None: all."""
+    far_slides: bool = True
+    """Whether a wall slides past every profile at every distance."""
+    follows: bool = True
+    """Whether a body follows a wall."""
+
+    # encoder
+    ranks: tuple[int, ...] = (2, 3, 4, 5)  # [P]
+    durations: tuple[int, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
+    restarts: int = 10  # [P] Fig. 4B
+    side_restarts: int = 2
+    """Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G) [C]."""
+    max_iter: int = 200
+    tol: float = 1e-4
+    warn: bool = True
+    """Whether a fit that stops early says so; below paper scale it does so on purpose."""
+
+    # reading
+    sweep: Mapping[str, Any] = field(
+        default_factory=lambda: MappingProxyType(
+            {
+                "ratios": (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3),
+                "n_repeats": 10,
+                "other_repeats": 3,
+                "before_copies": 3,
+                "before_all": True,
+            }
+        )
+    )
+    """What the noise sweeps change of ``feeler.decoding.plan.Plan``."""
+    jitters: bool = True
+    """Whether touches shifted in place and speed are simulated and tested."""
+    choices: bool = True
+    """Whether the orders are judged under every choice that the paper leaves open."""
+    network: Mapping[str, Any] = field(
+        default_factory=lambda: MappingProxyType(
+            {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10}
+        )
+    )
+    """Training of the network [C], which takes half a minute of one core each; empty leaves the network out."""
+
+    # robot
+    gaps: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
+    """Sizes of the reality gap."""
+    robots: int = 20
+    """Surrogate robots of each size."""
+    variants: tuple[int, ...] = (1, 2, 5, 10)
+    """Random models in training."""
+    shots: tuple[int, ...] = (0, 1, 2, 4)
+    """Touches of the robot itself in training."""
+    shot_robots: int = 10
+    robot_repeats: int = 10
+    """Repeats in which the eight-segment model is compared; 0 leaves it out."""
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+    @property
+    def plan(self) -> "Plan":
+        """Ratios, repeats and copies of the noise sweeps."""
+        from feeler.decoding.plan import Plan
+
+        return Plan(**self.sweep)
+
+    def make_encoder(self, **changes: Any) -> "ConvolutiveNMF":
+        """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8; ``changes`` override."""
+        from feeler.encoding import ConvolutiveNMF
+
+        settings = {"n_restarts": self.restarts, "max_iter": self.max_iter, "tol": self.tol, "warn": self.warn}
+        return ConvolutiveNMF(**(settings | {"random_state": 0} | changes))
+
+
+QUICK = Scale(
+    name="quick",
+    queue=("tensors", "robot", "reading", "encoding", "wall", "calibration", "antenna", "tracking", "cnn"),
+    control_speeds=("slow",),
+    frames={"S1": 40, "S2": 32, "S3": 24, "S4": 40},
+    fit_starts=0,
+    control_starts=0,
+    error_places=0,
+    draws=500,
+    refits=0,
+    impact_speeds=(0.2, 0.6),
+    cases="one change",
+    far_slides=False,
+    durations=(10, 20, 40, 60),
+    restarts=2,
+    side_restarts=1,
+    max_iter=20,
+    tol=1e-3,
+    warn=False,
+    sweep={
+        "ratios": (0.1, 0.3),
+        "n_repeats": 2,
+        "other_copies": (3,),
+        "other_kinds": ("joint", "raw"),
+        "before_copies": 2,
+        "n_restarts": 1,
+    },
+    jitters=False,
+    choices=False,
+    network={},
+    gaps=(0.0, 1.0, 2.0),
+    robots=3,
+    variants=(1,),
+    shots=(0, 1),
+    shot_robots=2,
+    robot_repeats=2,
+)
+SMOKE = replace(
+    QUICK,
+    name="smoke",
+    vector=False,
+    controls=("constant",),
+    speeds=("fast", "slow"),
+    locations=(LOCATIONS[0], LOCATIONS[-1]),
+    shapes=("ball", "box"),
+    movie_speeds=("fast",),
+    frames={"S1": 12, "S2": 12, "S3": 8, "S4": 10},
+    draws=50,
+    impact_speeds=(),
+    cases="none",
+    drives=1,
+    follows=False,
+    ranks=(2, 3),
+    durations=(),
+    restarts=1,
+    max_iter=5,
+    sweep={
+        "ratios": (0.2,),
+        "n_repeats": 1,
+        "n_copies": 3,
+        "other_copies": (),
+        "before_repeats": 0,
+        "n_restarts": 1,
+    },
+    gaps=(1.0,),
+    robots=1,
+    variants=(),
+    shots=(),
+    shot_robots=0,
+    robot_repeats=0,
+)
+SCALES.register("smoke", SMOKE)
+SCALES.register("quick", QUICK)
+SCALES.register("paper", Scale(name="paper"))
