@@ -9,7 +9,7 @@ import pytest
 from feeler.antenna import Antenna
 from feeler.errors import SimulationDiverged
 from feeler.physics.clock import Clock
-from feeler.physics.engine import run_scene
+from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial

@@ -1,7 +1,7 @@
 """Laws of the chain engine that need no other engine: closed forms, conservation, symmetry, lanes that do not mix."""
 
 from dataclasses import replace
-from itertools import pairwise
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,51 +10,28 @@ from numba.core.runtime import _nrt_python, rtsys
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.physics import chain
-from feeler.physics.chain.batch import Batch
-from feeler.physics.chain.fields import O_GRAVITY_X, O_PULL_X
-from feeler.physics.chain.model import compute_invweight, make_model
+from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.fields import B_PULL_X
+from feeler.physics.chain.model import compute_invweight
 from feeler.physics.clock import Clock
-from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
+from feeler.physics.contact import Contact, get_contact
+from feeler.physics.engine import ENGINES, get_engine
+from feeler.physics.run import advance, run_scene
+from feeler.physics.scene import Motion, Path, Scene, make_scene
+from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, Wall, make_feature
+from feeler.stimulus.clearance import compute_clearance
+from feeler.stimulus.object import Object
 
-
-def uniform(n: int, stiffness: float = 1e-3, damping: float = 0.0, **fields: object) -> Antenna:
-    """A chain of equal segments, 0.3 mm and 1 µg each."""
-    base = {"segment_length": np.full(n, 0.3), "segment_mass": 1e-6, "radius": 0.1}
-    return Antenna(**base, stiffness=stiffness, damping=damping, **fields)
-
-
-def touch(kind: str = "ball", size: float = 1.0, n: int = 30, **fields: object) -> Scene:
-    """A cockroach's last segments, touched from the left."""
-    whole = make_preset("cockroach")
-    names = ("segment_length", "segment_mass", "radius", "stiffness", "damping")
-    antenna = Antenna(**{name: getattr(whole, name)[-n:] for name in names})
-    options = {"location": 0.6123, "speed": 0.3, "lead": 0.5432} | fields
-    return make_scene(antenna, Trial(feature=make_feature(kind, size), **options))
-
-
-def compute_energy(antenna: Antenna, motion: Motion) -> np.ndarray:
-    """Kinetic plus elastic energy at each sample [N·mm]."""
-    heading, turn = np.cumsum(motion.angle, axis=1), np.cumsum(motion.velocity, axis=1)
-    length, mass = antenna.segment_length, antenna.segment_mass
-    along = np.stack([np.cos(heading), -np.sin(heading)], axis=-1) * (turn * length)[..., None]
-    centre = np.cumsum(along, axis=1) - along / 2
-    kinetic = 0.5 * (mass * (centre**2).sum(-1) + mass * length**2 / 12 * turn**2).sum(axis=1)
-    return kinetic + 0.5 * (antenna.stiffness * (motion.angle - antenna.rest_angle) ** 2).sum(axis=1)
-
-
-def densify(points: np.ndarray) -> np.ndarray:
-    """Many points along a polyline."""
-    return np.concatenate([np.linspace(a, b, 1000) for a, b in pairwise(points)])
+from .scenes import CHAINS, compute_energy, touch, uniform
 
 
 def test_one_segment_is_a_torsion_pendulum():
     antenna = uniform(1)
     omega = np.sqrt(antenna.stiffness[0] / (1e-6 * 0.3**2 / 3))
     clock = Clock(duration=1, sample_interval=0.01, timestep=1e-4)
-    found = chain.run(Scene(antenna=antenna, angle=np.array([0.4])), clock)
+    found = run_scene(Scene(antenna=antenna, angle=np.array([0.4])), clock, "chain")
     np.testing.assert_allclose(found.angle[:, 0], 0.4 * np.cos(omega * clock.time), atol=0.4 * omega * 1e-4)
 
 
@@ -66,7 +43,7 @@ def test_one_damped_segment_creeps_as_implicit_euler_says():
         expected.append(q)
         v += h * (-1e-3 * q - 2.0 * v) / (inertia + h * 2.0)
         q += h * v
-    found = chain.run(Scene(antenna=antenna, angle=np.array([0.4])), Clock(duration=5, sample_interval=h, timestep=h))
+    found = run_scene(Scene(antenna=antenna, angle=np.array([0.4])), Clock(duration=5, sample_interval=h, timestep=h), "chain")
     np.testing.assert_allclose(found.angle[:, 0], expected, rtol=1e-12)
 
 
@@ -74,7 +51,7 @@ def test_small_step_starts_with_the_dense_mass_matrix():
     antenna, rng = make_preset("cockroach"), np.random.default_rng(3)
     angle = antenna.rest_angle + 1e-9 * rng.normal(size=140)
     h = 1e-3
-    found = chain.run(Scene(antenna=antenna, angle=angle), Clock(duration=2 * h, sample_interval=h, timestep=h))
+    found = run_scene(Scene(antenna=antenna, angle=angle), Clock(duration=2 * h, sample_interval=h, timestep=h), "chain")
     mass = compute_mass_matrix(antenna) + h * np.diag(antenna.damping)
     expected = h * np.linalg.solve(mass, -antenna.stiffness * (angle - antenna.rest_angle))
     np.testing.assert_allclose(found.velocity[1], expected, atol=1e-8 * np.abs(expected).max())
@@ -85,17 +62,23 @@ def test_undamped_free_motion_keeps_its_energy_to_first_order():
     scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 6))
     drift = []
     for h in (5e-5, 2.5e-5):
-        energy = compute_energy(antenna, chain.run(scene, Clock(duration=4, sample_interval=0.1, timestep=h)))
+        energy = compute_energy(antenna, run_scene(scene, Clock(duration=4, sample_interval=0.1, timestep=h), "chain"))
         drift.append(np.abs(energy / energy[0] - 1).max())
     assert drift[0] < 0.05
     assert drift[1] < 0.6 * drift[0]
+
+
+def find_centre(scene: Scene, radius: float, time: np.ndarray) -> np.ndarray:
+    """Centre of the scene's ball at times."""
+    ball = scene.objects[0]
+    return np.asarray(ball.place) + time * np.asarray(ball.velocity) - radius * np.asarray(ball.forward)
 
 
 def hit(n: int) -> Scene:
     """A chain of hinges that are as good as free, hit at its last segment by a heavy ball without friction."""
     antenna = uniform(n, stiffness=1e-20)
     trial = Trial(feature=make_feature("ball", 0.3), location=1 - 0.4 / n, speed=0.3, lead=0.3, friction=0.0)
-    return make_scene(antenna, trial)
+    return make_scene(antenna, trial, "hard")
 
 
 def compute_momentum(antenna: Antenna, motion: Motion) -> np.ndarray:
@@ -110,16 +93,16 @@ def compute_momentum(antenna: Antenna, motion: Motion) -> np.ndarray:
     return (mass * orbit + mass * length**2 / 12 * turn).sum(axis=1)
 
 
-@pytest.mark.parametrize("scheme", chain.SCHEMES)
+@pytest.mark.parametrize("engine", CHAINS)
 @pytest.mark.parametrize("n", [2, 3])
-def test_a_free_collision_gives_its_impulse_to_the_chain(n, scheme):
+def test_a_free_collision_gives_its_impulse_to_the_chain(n, engine):
     """Change of angular momentum about the clamp = impulse × lever; without friction the force goes through the ball's
     centre. Hinges are free, so nothing else acts about the clamp. First order in the timestep."""
     scene, errors = hit(n), []
     for h in (2e-3, 1e-3):
-        motion = chain.run(scene, Clock(duration=1.5, sample_interval=h, timestep=h), scheme=scheme)
+        motion = run_scene(scene, Clock(duration=1.5, sample_interval=h, timestep=h), engine)
         steps = np.arange(len(motion.time) - 1)[:, None]
-        centre = np.asarray(scene.origin) + (0.3 * h * steps - 0.3) * np.asarray(scene.forward)
+        centre = find_centre(scene, 0.3, h * steps)
         torque = centre[:, 1] * motion.force[1:, 0] - centre[:, 0] * motion.force[1:, 1]
         momentum = compute_momentum(scene.antenna, motion)
         assert momentum[-1] > 1e-7
@@ -128,35 +111,36 @@ def test_a_free_collision_gives_its_impulse_to_the_chain(n, scheme):
     assert errors[1] < 0.7 * errors[0] or errors[1] < 1e-6
 
 
-@pytest.mark.parametrize("scheme", chain.SCHEMES)
-def test_a_collision_gives_no_more_energy_than_the_object_spends(scheme):
+@pytest.mark.parametrize("engine", CHAINS)
+def test_a_collision_gives_no_more_energy_than_the_object_spends(engine):
     scene, h = hit(3), 1e-3
-    motion = chain.run(scene, Clock(duration=1.5, sample_interval=h, timestep=h), scheme=scheme)
-    work = h * (motion.force @ (0.3 * np.asarray(scene.forward))).sum()
+    motion = run_scene(scene, Clock(duration=1.5, sample_interval=h, timestep=h), engine)
+    work = h * (motion.force @ np.asarray(scene.objects[0].velocity)).sum()
     energy = compute_energy(scene.antenna, motion)[-1]
     assert 0 < energy < 1.01 * work
 
 
+@pytest.mark.parametrize("contact", ["smooth", "hard"])
 @pytest.mark.parametrize("profile", ["exponential", "constant"])
-def test_consistent_scheme_is_stable_at_the_largest_timestep(profile):
+def test_consistent_scheme_is_stable_at_the_largest_timestep(profile, contact):
     """Half the contact's time constant, the fastest of the paper's touches, the stiffest damping."""
     trial = Trial(feature=make_feature("box", 1.5), location=0.5, speed=0.6)
-    scene = make_scene(make_preset(profile), trial)
-    coarse, fine = (chain.run(scene, Clock(duration=60, timestep=h), scheme="consistent").angle for h in (0.1, 0.0125))
+    scene = make_scene(make_preset(profile), trial, contact)
+    coarse, fine = (run_scene(scene, Clock(duration=60, timestep=h), "chain-consistent").angle for h in (0.1, 0.0125))
     assert np.abs(coarse - fine).max() < 0.15 * np.abs(fine).max()
 
 
+@pytest.mark.parametrize("damped", [False, True])
 @pytest.mark.parametrize("lanes", [1, 8])
-def test_a_step_allocates_nothing(lanes):
+def test_a_step_allocates_nothing(lanes, damped):
     _nrt_python.memsys_enable_stats()
-    scene = touch()
-    batch = Batch([scene] * lanes, [make_model(scene, 0.02)] * lanes, Clock(duration=1, timestep=0.02))
-    batch._step(0, 200)
-    assert batch.contacts[3].max() >= 0
+    stepper = ChainStepper([touch()] * lanes, 0.02, damped)
+    stepper.step(200)
+    assert stepper.tables.count.min() > 0
     counts = []
     for n_steps in (1, 1000):
         before = rtsys.get_allocation_stats().alloc
-        batch._step(200, n_steps)
+        stepper.step(n_steps)
         counts.append(rtsys.get_allocation_stats().alloc - before)
     assert counts[0] == counts[1]
 
@@ -164,7 +148,7 @@ def test_a_step_allocates_nothing(lanes):
 def test_damping_only_takes_energy():
     antenna, rng = uniform(12, damping=1e-3), np.random.default_rng(7)
     scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 12))
-    energy = compute_energy(antenna, chain.run(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4)))
+    energy = compute_energy(antenna, run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain"))
     assert np.all(np.diff(energy) < 1e-3 * energy[0])
     assert energy[-1] < 0.5 * energy[0]
 
@@ -172,38 +156,40 @@ def test_damping_only_takes_energy():
 def test_turning_the_base_turns_nothing_else():
     scene = Scene(antenna=make_preset("cockroach"), angle=np.random.default_rng(9).normal(0, 0.01, 140))
     clock = Clock(duration=5, timestep=0.02)
-    level, turned = chain.run(scene, clock), chain.run(replace(scene, base_angle=1.234), clock)
+    level, turned = run_scene(scene, clock, "chain"), run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain")
     np.testing.assert_allclose(turned.angle, level.angle, atol=1e-13)
 
 
 @pytest.mark.parametrize("kind", ["ball", "triangle"])
 def test_mirrored_touch_is_the_mirror_image(kind):
     clock = Clock(duration=10, timestep=0.02)
-    left, right = (chain.run(touch(kind, side=side), clock) for side in ("left", "right"))
+    left, right = (run_scene(touch(kind, side=side), clock, "chain") for side in ("left", "right"))
     assert np.abs(left.angle).max() > 0.01
     np.testing.assert_allclose(right.angle, -left.angle, atol=1e-12)
     np.testing.assert_allclose(right.force * [-1, 1], left.force, atol=1e-12)
 
 
 def test_nothing_moves_before_contact_and_the_object_pushes_forward():
-    motion = chain.run(touch(lead=2.5), Clock(duration=6, timestep=0.02))
+    motion = run_scene(touch(lead=2.5), Clock(duration=6, timestep=0.02), "chain")
     assert np.abs(motion.angle[motion.time < 2.5]).max() < 1e-15
     assert np.all(motion.force[motion.time < 2.5] == 0)
     assert motion.force[4:, 0].mean() > 0
 
 
-def test_frictionless_ball_pushes_through_its_centre():
+@pytest.mark.parametrize("engine", ENGINES)
+def test_frictionless_ball_pushes_through_its_centre(engine):
+    """Along the line from the centre to the nearest point of the one segment."""
     scene, h = touch(size=0.15, n=1, friction=0.0), 0.02
-    motion = chain.run(scene, Clock(duration=4, sample_interval=h, timestep=h), scheme="consistent")
+    motion = run_scene(scene, Clock(duration=1.5, sample_interval=h, timestep=h), engine)
     pushed = np.flatnonzero(motion.force[:, 0] > 1e-7)
     assert pushed.size > 5
     for k in pushed:  # the force belongs to the state before the sample
-        points = densify(scene.antenna.shape(motion.angle[k - 1]))
-        away = points - (np.asarray(scene.origin) + (0.3 * h * (k - 1) - 0.15) * np.asarray(scene.forward))
-        nearest = away[np.hypot(*away.T).argmin()]
-        force = motion.force[k]
-        turned = (nearest[0] * force[1] - nearest[1] * force[0]) / np.hypot(*nearest) / np.hypot(*force)
-        assert abs(turned) < 2e-3  # the chain is sampled every 0.4 µm
+        (start, end), centre = scene.antenna.shape(motion.angle[k - 1]), find_centre(scene, 0.15, h * (k - 1))
+        share = (centre - start) @ (end - start) / np.sum((end - start) ** 2)
+        away = start + share * (end - start) - centre
+        assert 0 < share < 1
+        turned = np.linalg.det([away, motion.force[k]]) / np.hypot(*away) / np.hypot(*motion.force[k])
+        assert abs(turned) < 1e-12
 
 
 def test_resting_on_a_wall_is_statics():
@@ -212,8 +198,9 @@ def test_resting_on_a_wall_is_statics():
     antenna = uniform(8, stiffness=np.linspace(2e-2, 1e-2, 8), damping=0.05)
     forward = np.array([np.cos(0.2), -np.sin(0.2)])
     path = Path(velocity=(tuple(0.05 * forward), (0.0, 0.0)), end=(6.0,))
-    scene = Scene(antenna=antenna, feature=Wall(), origin=(-0.1, 2.6), forward=tuple(forward), path=path, friction=0.01)
-    motion = chain.run(scene, Clock(duration=300, sample_interval=10, timestep=0.02), scheme="consistent")
+    wall = Object(feature=Wall(), place=(-0.1, 2.6), forward=tuple(forward), friction=0.01)
+    scene = Scene(antenna=antenna, objects=(wall,), paths=(path,), contact=get_contact("hard"))
+    motion = run_scene(scene, Clock(duration=300, sample_interval=10, timestep=0.02), "chain-consistent")
     torque = -antenna.stiffness[-1] * motion.angle[-1, -1]
     force, points = motion.force[-1], antenna.shape(motion.angle[-1])
     assert np.hypot(*force) > 1e-5
@@ -226,65 +213,94 @@ def test_softer_contact_sinks_deeper():
     deep, clock = [], Clock(duration=8, sample_interval=0.1, timestep=0.02)
     for softness in (0.1, 0.4):
         scene = replace(touch(), contact=Contact(solref=(softness, 1.0)))
-        motion = chain.run(scene, clock, scheme="consistent")
-        centre = np.asarray(scene.origin) + (0.3 * clock.time[:, None] - 1.0) * np.asarray(scene.forward)
-        gap = [
-            np.hypot(*(densify(scene.antenna.shape(q)) - c).T).min() for q, c in zip(motion.angle, centre, strict=True)
+        motion = run_scene(scene, clock, "chain-consistent")
+        ball = scene.objects[0]
+        places = ball.place + clock.time[:, None] * ball.velocity
+        gaps = [
+            compute_clearance(scene.antenna.shape(q), scene.antenna.radius, ball.feature, place, ball.forward)
+            for q, place in zip(motion.angle, places, strict=True)
         ]
-        deep.append(1.0 + scene.antenna.radius[0] - min(gap))
+        deep.append(-min(gaps))
     assert 0 < 1.5 * deep[0] < deep[1] < 0.1
 
 
-@pytest.mark.parametrize("scheme", chain.SCHEMES)
-def test_lanes_have_the_bits_of_single_runs(scheme):
+@pytest.mark.parametrize("engine", CHAINS)
+def test_lanes_have_the_bits_of_single_runs(engine):
     scenes = [touch(kind, 1.0, speed=speed) for kind in ("ball", "box", "triangle") for speed in (0.6, 0.3, 0.06)]
     scenes += [touch(n=20), Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)), scenes[0]]
     clock = Clock(duration=6, timestep=0.02)
-    alone = [chain.run(scene, clock, scheme=scheme) for scene in scenes]
+    alone = [run_scene(scene, clock, engine) for scene in scenes]
     for order in (range(len(scenes)), reversed(range(len(scenes)))):
         order = list(order)
-        together = chain.run_batch([scenes[i] for i in order], clock, workers=2, scheme=scheme)
+        together = simulate([scenes[i] for i in order], clock, engine=engine, workers=2)
         for i, found in zip(order, together, strict=True):
-            for name in ("angle", "velocity", "force"):
-                assert getattr(found, name).tobytes() == getattr(alone[i], name).tobytes()
+            for name in vars(found):
+                assert np.asarray(getattr(found, name)).tobytes() == np.asarray(getattr(alone[i], name)).tobytes(), name
 
 
 def test_a_diverging_trial_is_named_and_the_rest_survives():
     good = touch()
     bad = replace(good, velocity=np.full(30, 1e200), label="much too fast")
     clock = Clock(duration=3, timestep=0.02)
-    first, second, third = chain.run_batch([good, bad, good], clock)
+    first, second, third = simulate([good, bad, good], clock, engine="chain")
     assert isinstance(second, SimulationDiverged)
     assert "much too fast" in str(second)
     assert second.time == 1.0
     assert np.isfinite(second.angle).all()
     assert np.array_equal(first.angle, third.angle)
     with pytest.raises(SimulationDiverged, match="much too fast"):
-        chain.run(bad, clock)
+        run_scene(bad, clock, "chain")
 
 
 def test_samples_are_states_at_their_times():
     scene = touch()
-    fine = chain.run(scene, Clock(duration=5, sample_interval=0.1, timestep=0.02))
-    coarse = chain.run(scene, Clock(duration=5, sample_interval=1.0, timestep=0.02))
+    fine = run_scene(scene, Clock(duration=5, sample_interval=0.1, timestep=0.02), "chain")
+    coarse = run_scene(scene, Clock(duration=5, sample_interval=1.0, timestep=0.02), "chain")
     assert np.array_equal(coarse.angle, fine.angle[::10])
     assert np.array_equal(coarse.angle[0], scene.initial_angle)
 
 
-def test_a_leg_ends_at_its_step():
-    scene = replace(touch(), path=Path(velocity=((0.3, 0.0), (0.0, 0.0)), end=(0.4,)))  # stops before it touches
-    assert not np.any(chain.run(scene, Clock(duration=5, timestep=0.02)).force)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("ends", [(0.4,), (0.06, 0.4), (0.02, 0.04, 1.0)])
+def test_a_leg_ends_at_its_step(engine, ends):
+    """Where an object stands after each step is the sum of its legs' velocities times their times."""
+    rng, h = np.random.default_rng(1), 0.02
+    velocity = rng.normal(0, 0.1, (len(ends) + 1, 2))
+    scene = replace(touch(size=0.3, n=2), paths=(Path(velocity=tuple(map(tuple, velocity)), end=ends),))
+    stepper, spent = get_engine(engine).make([scene], h), 0
+    for step in (1, 3, 4, 19, 20, 21, 22, 50, 51, 70):
+        advance(stepper, [spent], step - spent, Event())
+        spent, edges = step, np.array([0.0, *ends, np.inf])
+        share = np.clip(h * step - edges[:-1], 0.0, np.diff(edges))
+        moved = stepper.read().place[0, 0] - scene.objects[0].place
+        np.testing.assert_allclose(moved, share @ velocity, atol=1e-13)
+
+
+def test_an_object_that_stops_short_touches_nothing():
+    scene = replace(touch(), paths=(Path(velocity=((0.3, 0.0), (0.0, 0.0)), end=(0.54,)),))
+    clock = Clock(duration=5, timestep=0.02)
+    assert not np.any(run_scene(scene, clock, "chain").force)
+    longer = replace(scene, paths=(Path(velocity=((0.3, 0.0), (0.0, 0.0)), end=(0.56,)),))
+    assert np.any(run_scene(longer, clock, "chain").force)
 
 
 def test_bad_input_says_what_to_do():
     scene, clock = touch(), Clock(duration=2, timestep=0.02)
     with pytest.raises(InvalidInput, match=r"at most 0\.1 ms"):
-        chain.run(scene, Clock(duration=2, timestep=0.2))
-    with pytest.raises(InvalidInput, match="valid: parity, consistent"):
-        chain.run(scene, clock, scheme="fast")
-    with pytest.raises(InvalidInput, match="workers must be at least 1"):
-        chain.run_batch([scene], clock, workers=0)
-    assert chain.run_batch([], clock) == []
+        run_scene(scene, Clock(duration=2, timestep=0.2), "chain")
+    with pytest.raises(InvalidInput, match="unknown engine 'fast'; valid: chain-consistent, chain, mujoco"):
+        run_scene(scene, clock, "fast")
+    with pytest.raises(InvalidInput, match="workers must be a whole number ≥ 1"):
+        simulate([scene], clock, engine="chain", workers=0)
+    assert simulate([], clock, engine="chain") == []
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_largest_timestep_is_half_the_contact_s_time_constant(engine):
+    scene = touch(size=0.3, n=2, contact=Contact(solref=(0.3, 1.0)))
+    get_engine(engine).make([scene], 0.15)
+    with pytest.raises(InvalidInput, match=r"use at most 0\.15 ms"):
+        get_engine(engine).make([scene], 0.15 * (1 + 1e-6))
 
 
 def test_invweight_is_the_dense_inverse():
@@ -295,19 +311,23 @@ def test_invweight_is_the_dense_inverse():
     np.testing.assert_allclose(compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8)
 
 
-def test_tip_force_and_gravity_find_their_balance():
-    """For callers of the sweeps: k q = (F + m g / 2) ℓ cos q for one segment pulled along +x."""
-    antenna, clock = uniform(1, stiffness=1e-3, damping=0.02), Clock(duration=900, sample_interval=100, timestep=0.02)
-    scene = Scene(antenna=antenna)
-    model = make_model(scene, clock.timestep)
-    model.object[O_PULL_X], model.object[O_GRAVITY_X] = 1e-3, 500.0
-    q = Batch([scene], [model], clock).run()[0].angle[-1, 0]
+@pytest.mark.parametrize("damped", [False, True])
+def test_tip_force_and_gravity_find_their_balance(damped):
+    """k q = (F + m g / 2) ℓ cos q for one segment pulled along +x; the base holds both and k q."""
+    antenna = uniform(1, stiffness=1e-3, damping=0.02)
+    stepper = ChainStepper([Scene(antenna=antenna, gravity=(500.0, 0.0))], 0.02, damped)
+    stepper.tables.base[0, B_PULL_X] = 1e-3  # for callers of the sweeps
+    stepper.step(45_000)
+    state = stepper.read()
+    q = state.angle[0, 0]
     assert q == pytest.approx((1e-3 + 1e-6 * 500.0 / 2) * 0.3 * np.cos(q) / 1e-3, rel=1e-9)
+    np.testing.assert_allclose(state.base_force[0], [-1e-3 - 1e-6 * 500.0, 0.0], atol=1e-12)
+    assert state.base_moment[0] == pytest.approx(-1e-3 * q, rel=1e-9)
 
 
 @pytest.mark.parametrize("n", [1, 2, 1000])
 def test_any_number_of_segments(n):
     rng = np.random.default_rng(n)
     scene = Scene(antenna=uniform(n, stiffness=1.0, damping=1.0), angle=rng.normal(0, 0.01, n))
-    motion = chain.run(scene, Clock(duration=3, timestep=0.02))
+    motion = run_scene(scene, Clock(duration=3, timestep=0.02), "chain")
     assert np.abs(motion.angle[-1]).max() < np.abs(motion.angle[0]).max()

@@ -10,27 +10,44 @@ import pytest
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.physics import chain
-from feeler.physics.chain.batch import Batch
-from feeler.physics.chain.model import make_model
 from feeler.physics.clock import Clock
-from feeler.physics.engine import ENGINES, run_scene
+from feeler.physics.engine import ENGINES
+from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.physics.simulate import simulate
 from feeler.stimulus import Trial, make_feature
 
+from .scenes import CHAINS
+
 ENDLESS = Clock(duration=1e8, sample_interval=1e6, timestep=0.02)  # 1e10 steps
+LONG = Clock(duration=4e4, sample_interval=2e4, timestep=0.02)  # seconds, which a thread left alone goes on
+PATIENCE = 60  # s, compiling included
 SHORT = Clock(duration=3, timestep=0.02)
 
 
 def stub(label: str = "") -> Scene:
     antenna = Antenna(segment_length=np.full(8, 0.3), segment_mass=1e-6, radius=0.2, stiffness=1e-3, damping=1e-2)
     trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432)
-    return replace(make_scene(antenna, trial), label=label)
+    return replace(make_scene(antenna, trial, "hard"), label=label)
 
 
 def press_ctrl_c() -> None:
     os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.fixture(autouse=True)
+def heard():
+    """Ctrl-C is heard also where the tests were started with it ignored (``nohup``, ``&``), and none hangs for ever."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler), signal.signal(signal.SIGALRM, _give_up)
+    signal.alarm(PATIENCE)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGINT, before[0])
+    signal.signal(signal.SIGALRM, before[1])
+
+
+def _give_up(*_: object) -> None:
+    raise TimeoutError(f"nothing has ended this test in {PATIENCE} s")
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -60,20 +77,32 @@ def test_the_first_ctrl_c_keeps_what_is_finished(engine):
     assert all(isinstance(outcome, Motion) for outcome in told.values())
 
 
-@pytest.mark.parametrize("run", [chain.run, lambda scene, clock: chain.run_batch([scene] * 20, clock, workers=2)])
-def test_ctrl_c_ends_a_run_between_samples(run):
-    run(stub(), SHORT)  # compiled by now
-    timer = Timer(0.2, press_ctrl_c)
-    timer.start()
+@pytest.mark.parametrize("engine", CHAINS)
+def test_the_second_ctrl_c_waits_for_nothing(engine):
+    """The first one lets what is running end; nobody is told of what the second one cut off."""
+    simulate([stub()] * 9, SHORT, engine=engine, workers=2)  # compiled by now
+    told = []
+    for delay in (0.2, 0.4):
+        Timer(delay, press_ctrl_c).start()
+    with pytest.raises(KeyboardInterrupt):
+        simulate([stub()] * 9, LONG, engine=engine, workers=2, finished=lambda *ended: told.append(ended))
+    assert not told
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_ctrl_c_ends_a_run_between_samples(engine):
+    run_scene(stub(), SHORT, engine)
+    Timer(0.2, press_ctrl_c).start()
     with pytest.raises(KeyboardInterrupt):  # or this test would never end
-        run(stub(), ENDLESS)
+        run_scene(stub(), ENDLESS, engine)
 
 
-def test_a_stop_event_ends_a_batch():
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_stop_event_ends_a_group(engine):
     stop = Event()
     stop.set()
     with pytest.raises(KeyboardInterrupt):
-        Batch([stub()], [make_model(stub(), 0.02)], ENDLESS).run(stop)
+        run_group([stub()], ENDLESS, engine, stop)
 
 
 def test_a_large_timestep_is_refused_in_the_same_words():

@@ -6,9 +6,11 @@ import pytest
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.engine import get_engine
+from feeler.physics.contact import get_contact
+from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.presets import cockroach
+from feeler.stimulus.object import Object
 from feeler.stimulus.wall import Wall
 from feeler.wall import Posture, approach
 
@@ -128,14 +130,12 @@ def _simulate(
     start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
     scene = Scene(
         antenna=sweep.antenna,
-        feature=Wall(),
-        origin=(12.0, 0.0),
-        forward=(-1.0, 0.0),
-        friction=friction,
-        base_angle=posture.base_angle,
+        objects=(Object(feature=Wall(), place=(12.0, 0.0), forward=(-1.0, 0.0), friction=friction),),
+        contact=get_contact("hard"),
+        base=(0.0, 0.0, posture.base_angle),
         angle=start,
     )
-    end = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=timestep))[0].angle[-1]
+    end = run_scene(scene, Clock(duration=duration, timestep=timestep), engine).angle[-1]
     first, last = (np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end))
     return float(first), float(last)
 
