@@ -42,7 +42,9 @@ def touch(
     return make_scene(antenna, Trial(feature=feature, **options), contact)
 
 
-def shake(duration: float, across: float = 0.3, along: float = 0.1, turn: float = 0.03, hertz: float = 50.0) -> BaseMotion:
+def shake(
+    duration: float, across: float = 0.3, along: float = 0.1, turn: float = 0.03, hertz: float = 50.0
+) -> BaseMotion:
     """A base that swings from its place and with its speed: amplitudes [mm, mm, rad], sampled every 0.5 ms."""
     time = np.linspace(0.0, duration + 2.0, round(2 * duration) + 5)
     phase = 2e-3 * np.pi * hertz * time

@@ -43,7 +43,9 @@ def test_one_damped_segment_creeps_as_implicit_euler_says():
         expected.append(q)
         v += h * (-1e-3 * q - 2.0 * v) / (inertia + h * 2.0)
         q += h * v
-    found = run_scene(Scene(antenna=antenna, angle=np.array([0.4])), Clock(duration=5, sample_interval=h, timestep=h), "chain")
+    found = run_scene(
+        Scene(antenna=antenna, angle=np.array([0.4])), Clock(duration=5, sample_interval=h, timestep=h), "chain"
+    )
     np.testing.assert_allclose(found.angle[:, 0], expected, rtol=1e-12)
 
 
@@ -51,7 +53,9 @@ def test_small_step_starts_with_the_dense_mass_matrix():
     antenna, rng = make_preset("cockroach"), np.random.default_rng(3)
     angle = antenna.rest_angle + 1e-9 * rng.normal(size=140)
     h = 1e-3
-    found = run_scene(Scene(antenna=antenna, angle=angle), Clock(duration=2 * h, sample_interval=h, timestep=h), "chain")
+    found = run_scene(
+        Scene(antenna=antenna, angle=angle), Clock(duration=2 * h, sample_interval=h, timestep=h), "chain"
+    )
     mass = compute_mass_matrix(antenna) + h * np.diag(antenna.damping)
     expected = h * np.linalg.solve(mass, -antenna.stiffness * (angle - antenna.rest_angle))
     np.testing.assert_allclose(found.velocity[1], expected, atol=1e-8 * np.abs(expected).max())

@@ -44,7 +44,10 @@ def test_free_motion_is_mujoco_to_rounding(profile):
     rng = np.random.default_rng(1)
     n = 140
     scene = Scene(
-        antenna=make_preset(profile), angle=rng.normal(0, 0.01, n), velocity=rng.normal(0, 0.002, n), base=(0.0, 0.0, 0.3)
+        antenna=make_preset(profile),
+        angle=rng.normal(0, 0.01, n),
+        velocity=rng.normal(0, 0.002, n),
+        base=(0.0, 0.0, 0.3),
     )
     assert difference(scene, Clock(duration=20.5, timestep=0.02)).max() < 1e-12
 
@@ -313,7 +316,11 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
     model.dof_armature[:n] = clock.timestep * scene.antenna.damping
     model.opt.disableflags |= engine.mjtDisableBit.mjDSBL_EULERDAMP
     data = engine.MjData(model)
-    data.qpos[:n], data.qvel[:n], data.qvel[n : n + 2] = scene.initial_angle, scene.initial_velocity, scene.objects[0].velocity
+    data.qpos[:n], data.qvel[:n], data.qvel[n : n + 2] = (
+        scene.initial_angle,
+        scene.initial_velocity,
+        scene.objects[0].velocity,
+    )
     angle = np.empty((clock.n_samples, n))
     for k in range(clock.n_samples):
         angle[k] = data.qpos[:n]
