@@ -1,4 +1,4 @@
-"""One undisturbed run, shared by the slow tests."""
+"""One undisturbed run, shared by all tests that look at one."""
 
 import pytest
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from feeler.errors import InvalidInput
 from feeler.paper.claims import Claim, judge, load_claims
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES
@@ -52,6 +53,25 @@ def test_there_are_enough_claims_and_each_names_a_section():
 )
 def test_rules(claim, values, verdict):
     assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(("scale", "verdict"), [("smoke", "not comparable"), ("quick", "not reproduced")])
+def test_effort_is_no_verdict_on_the_paper(scale, verdict):
+    judged = judge(make_claim(target=90.0, due="quick"), {"a": 16}, Context(scale=scale))
+    assert (judged.verdict, judged.ours) == (verdict, "16")
+    assert scale == "quick" or judged.why == "smoke scale computes too little to judge it; due at quick scale"
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"due": "huge"}, "unknown scale 'huge'; valid: smoke"),
+        ({"kind": "valeu"}, "unknown kind 'valeu'; valid: value"),
+    ],
+)
+def test_a_misspelt_rule_is_refused(fields, message):
+    with pytest.raises(InvalidInput, match=message):
+        make_claim(**fields)
 
 
 @pytest.mark.parametrize(

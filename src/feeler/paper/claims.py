@@ -6,8 +6,10 @@ from functools import cache
 from importlib.resources import files
 from itertools import pairwise
 
+from feeler.errors import InvalidInput
 from feeler.paper.context import Context
 from feeler.report.section import Section
+from feeler.scale import SCALES
 
 PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
 READ_BETTER = {
@@ -39,9 +41,18 @@ class Claim:
     keys: tuple[str, ...] = ()
     target: float = 0.0
     tolerance: float = 0.0
+    due: str = "smoke"
+    """Least scale that computes enough to judge it."""
     null: str = ""
     """Key of what the same pipeline reaches where there is nothing to find; a claim that it matches has no evidence."""
     why: str = ""
+
+    def __post_init__(self) -> None:
+        SCALES[self.due]  # refuses what is no scale
+        if self.kind not in (*RULES, "none"):
+            raise InvalidInput(
+                f"claim {self.id!r} has the unknown kind {self.kind!r}; valid: {', '.join(RULES)}, none."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,50 +80,51 @@ def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
 
 def judge(claim: Claim, values: dict[str, object], context: Context) -> Judged:
     """Hold one claim against our values."""
-    if claim.kind == "none" or not context.is_cockroach:
-        shown = "; ".join(_show(values[key]) for key in claim.keys if values.get(key) is not None)
-        why = claim.why if context.is_cockroach else "another antenna than the paper's"
-        return Judged(claim=claim, ours=shown or "–", verdict="not comparable", why=why)
-    missing = [key for key in claim.keys if values.get(key) is None]
-    if missing:
-        why = f"not computed in this run (scale {context.scale}): {', '.join(missing)}"
-        return Judged(claim=claim, ours="–", verdict="not comparable", why=why)
-    if undefined := [values[key] for key in claim.keys if isinstance(values[key], dict) and "undefined" in values[key]]:
+    found = [values[key] for key in claim.keys if values.get(key) is not None]
+    if why := _find_hindrance(claim, values, context):
+        return Judged(claim=claim, ours="; ".join(map(_show, found)) or "–", verdict="not comparable", why=why)
+    if undefined := [value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value]:
         verdict = "not reproduced" if claim.kind == "value" else "not comparable"
-        return Judged(claim=claim, ours="undefined", verdict=verdict, why=undefined[0]["undefined"])
-    numbers = [_number(values[key]) for key in claim.keys]
-    rule = {"value": _judge_value, "order": _judge_order, "above": _judge_above, "below": _judge_below}[claim.kind]
-    verdict, why = rule(claim, numbers)
+        return Judged(claim=claim, ours="undefined", verdict=verdict, why=undefined[0])
+    numbers = [_read(value) for value in found]
+    verdict, why = RULES[claim.kind](claim, numbers)
     if claim.null and values.get(claim.null) is not None and verdict != "not reproduced":
-        verdict, why = _judge_null(verdict, why, numbers, _number(values[claim.null]))
-    return Judged(claim=claim, ours="; ".join(_show(values[key]) for key in claim.keys), verdict=verdict, why=why)
+        verdict, why = _judge_null(verdict, why, numbers, _read(values[claim.null]))
+    return Judged(claim=claim, ours="; ".join(map(_show, found)), verdict=verdict, why=why)
 
 
-Interval = tuple[float, float, float]
+def _find_hindrance(claim: Claim, values: dict[str, object], context: Context) -> str:
+    """Why the claim cannot be judged in this run; empty if it can."""
+    if not context.is_cockroach:
+        return "another antenna than the paper's"
+    if claim.kind == "none":
+        return claim.why
+    if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
+        return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
+    missing = [key for key in claim.keys if values.get(key) is None]
+    return f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
 
 
-def _judge_null(verdict: str, why: str, numbers: list[Interval], null: Interval) -> tuple[str, str]:
+Spread = tuple[float, float, float]
+"""Value, low, high."""
+
+
+def _read(value: object) -> Spread:
+    """A plain number has no spread."""
+    if not isinstance(value, dict):
+        return (float(value),) * 3
+    ends = (value["value"] if value.get(end) is None else value[end] for end in ("low", "high"))
+    return (float(value["value"]), *map(float, ends))
+
+
+def _judge_null(verdict: str, why: str, numbers: list[Spread], null: Spread) -> tuple[str, str]:
     if null[0] < min(number[0] for number in numbers):
         return verdict, why
-    return (
-        "partly",
-        f"{why}, but the null reaches {null[0]:.2g}: such numbers arise where there is nothing to tell apart",
-    )
+    words = f"the null reaches {null[0]:.2g}: such numbers arise where there is nothing to tell apart"
+    return "partly", f"{why}, but {words}"
 
 
-def _number(value: object) -> Interval:
-    """(value, low, high); a plain number has no spread."""
-    if isinstance(value, dict):
-        low, high = value.get("low"), value.get("high")
-        return (
-            float(value["value"]),
-            float(value["value"] if low is None else low),
-            float(value["value"] if high is None else high),
-        )
-    return (float(value),) * 3
-
-
-def _judge_value(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
+def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     (value, low, high), margin = numbers[0], claim.tolerance * abs(claim.target)
     if abs(value - claim.target) <= margin:
         return "reproduced", f"within {claim.tolerance:.0%}"
@@ -121,41 +133,30 @@ def _judge_value(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
     return "not reproduced", f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
 
 
-def _judge_order(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
+def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     points = [number[0] for number in numbers]
-    rising = [b > a for a, b in pairwise(points)]
     apart = numbers[-1][1] > numbers[0][2] or numbers[0][1:] == numbers[0][:1] * 2
-    if all(rising):
-        return (
-            ("reproduced", "in the claimed order")
-            if apart
-            else ("partly", "in the claimed order, but the spreads of the ends overlap")
-        )
-    if points[-1] > points[0]:
+    if points[-1] <= points[0]:
+        return "not reproduced", "the ends are not in the claimed order"
+    if not all(b > a for a, b in pairwise(points)):
         return "partly", "the ends are in the claimed order, the middle is not"
-    return "not reproduced", "the ends are not in the claimed order"
+    if not apart:
+        return "partly", "in the claimed order, but the spreads of the ends overlap"
+    return "reproduced", "in the claimed order"
 
 
-def _judge_above(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
-    value, low, _ = numbers[0]
-    if low > claim.target:
-        return "reproduced", f"above {claim.target:g} with its whole spread"
-    return (
-        ("partly", f"above {claim.target:g}, its spread is not")
-        if value > claim.target
-        else ("not reproduced", f"not above {claim.target:g}")
-    )
+def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """Above or below the target."""
+    side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
+    sign = 1.0 if claim.kind == "above" else -1.0
+    if min(sign * low, sign * high) > sign * claim.target:
+        return "reproduced", f"{side} with its whole spread"
+    if sign * value > sign * claim.target:
+        return "partly", f"{side}, its spread is not"
+    return "not reproduced", f"not {side}"
 
 
-def _judge_below(claim: Claim, numbers: list[Interval]) -> tuple[str, str]:
-    value, _, high = numbers[0]
-    if high < claim.target:
-        return "reproduced", f"below {claim.target:g} with its whole spread"
-    return (
-        ("partly", f"below {claim.target:g}, its spread is not")
-        if value < claim.target
-        else ("not reproduced", f"not below {claim.target:g}")
-    )
+RULES = {"value": _judge_value, "order": _judge_order, "above": _judge_bound, "below": _judge_bound}
 
 
 def _show(value: object) -> str:

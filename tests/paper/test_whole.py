@@ -1,0 +1,90 @@
+"""One whole run at smoke scale: its claims, its page, its figures and its numbers."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from feeler.paper.claims import judge_claims, load_claims
+from feeler.paper.context import Context
+from feeler.paper.reproduce import STAGES, reproduce
+from feeler.scale import SCALES
+
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
+
+
+def list_keys(claim):
+    return {*claim.keys, *filter(None, [claim.null])}
+
+
+def is_due(claim, scale):
+    return list(SCALES).index(claim.due) <= list(SCALES).index(scale)
+
+
+@pytest.fixture(scope="module")
+def sections(whole):
+    """The sections of the run, read from its cache."""
+    return {section.name: section for section in reproduce(Context(scale="smoke", out=whole, workers=1))}
+
+
+@pytest.mark.parametrize("claim", [c for c in load_claims() if is_due(c, "smoke")], ids=lambda claim: claim.id)
+def test_the_section_writes_what_a_claim_asks_for(sections, claim):
+    assert list_keys(claim) <= set(sections[claim.section].values), f"no such value in section {claim.section}"
+
+
+@pytest.mark.parametrize("claim", load_claims(), ids=lambda claim: claim.id)
+def test_a_run_at_paper_scale_wrote_what_a_claim_asks_for(claim):
+    """From the values that ``benchmarks/reproduce.py paper`` kept, so that a misspelt key fails whatever scale it is due at."""
+    values = json.loads(RESULTS.read_text())["paper"]["values"]
+    assert list_keys(claim) <= set(values.get(claim.section, {})), f"no such value in section {claim.section}"
+
+
+def test_a_claim_that_is_due_is_judged(sections):
+    judged = judge_claims(list(sections.values()), Context(scale="smoke"))
+    assert not [j.claim.id for j in judged if j.why.startswith("not computed")]
+    assert {j.claim.id for j in judged if j.verdict == "not comparable"} == {
+        claim.id for claim in load_claims() if claim.kind == "none" or not is_due(claim, "smoke")
+    }
+
+
+def test_every_section_is_made_and_on_the_page(whole, sections):
+    page = (whole / "report.html").read_text()
+    assert [name for name in sections] == [stage.name for stage in STAGES]
+    assert "could not be made" not in page
+    for section in sections.values():
+        assert f'<section id="{section.name}">' in page
+    assert len(re.findall(r'<img [^>]*src="data:image/png;base64,', page)) == sum(
+        len(section.list_figures()) for section in sections.values()
+    )
+    assert (
+        page.count("<video ")
+        == page.count("data:video/mp4;base64,")
+        == len(list((whole / "figures").glob("*.mp4")))
+        >= 4
+    )
+
+
+def test_the_page_needs_nothing_from_elsewhere(whole):
+    page = (whole / "report.html").read_text()
+    assert not re.search(r"src=.http|<script|@import|url\(", page)
+    links = set(re.findall(r'href="#([^"]+)"', page))
+    assert links <= set(re.findall(r'id="([^"]+)"', page))
+
+
+def test_every_figure_has_its_numbers(whole):
+    pictures = list((whole / "figures").glob("*.png"))
+    assert len(pictures) >= 15
+    for picture in pictures:
+        assert picture.with_suffix(".json").exists() or picture.with_suffix(".nc").exists(), picture.name
+
+
+def test_the_numbers_are_those_of_the_sections(whole, sections):
+    values = json.loads((whole / "numbers.json").read_text())["values"]
+    assert values == {name: section.values for name, section in sections.items()}
+
+
+def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(sections):
+    assert all(section.cached for section in sections.values())
+    changed = {stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))}
+    assert changed == {stage.name for stage in STAGES if "seed" in stage.reads} != {stage.name for stage in STAGES}
