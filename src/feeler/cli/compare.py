@@ -25,7 +25,7 @@ def compare(
     from feeler.comparison import compare_antennas, write_page
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
-    from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+    from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import list_versions
     from feeler.scale import SCALES
     from feeler.stimulus.ninety import SPEEDS, trials
@@ -51,7 +51,7 @@ def compare(
     for title, *cells in data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {TIMESTEP:g} ms, {len(touches)} touches at "
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at "
         f"{SPEEDS['slow']:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
     typer.echo(f"page: {write_page(data, out, conditions)}")

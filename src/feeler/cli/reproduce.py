@@ -47,13 +47,12 @@ def reproduce(
     from feeler.paper.context import Context
     from feeler.paper.reproduce import STAGES
     from feeler.paper.reproduce import reproduce as run
-    from feeler.physics.engine import TIMESTEP, get_engine
+    from feeler.physics.engine import get_engine
 
     get_engine(engine)
     chosen = change_antenna(choose_antenna(antenna), change)
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     out.mkdir(parents=True, exist_ok=True)
-    timestep = TIMESTEP if timestep is None else timestep
     context = Context(
         scale=scale, seed=seed, engine=engine, timestep=timestep, workers=workers, antenna=chosen,
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),

@@ -62,7 +62,6 @@ def touch(
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
-    from feeler.physics.engine import TIMESTEP
     from feeler.stimulus.feature import parse_feature
 
     chosen = choose_antenna(antenna)
@@ -74,7 +73,7 @@ def touch(
         )
         for kind, width, place, pace in itertools.product(feature, size, location, speed)
     ]  # fmt: skip
-    options = {"timestep": TIMESTEP if timestep is None else timestep, "engine": engine}
+    options = {"timestep": timestep, "engine": engine}
     if store is not None:
         _fill(store, chosen, trials, {**options, "duration": duration, "seed": seed}, workers, processes, log_json)
     elif len(trials) > 1:

@@ -7,7 +7,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
@@ -53,8 +53,8 @@ def hit(
     friction: float = FRICTION,
     duration: float | None = None,
     sample_interval: float = 0.5,
-    timestep: float = TIMESTEP,
-    contact: Contact | None = None,
+    timestep: float | None = None,
+    contact: Contact | str | None = None,
     engine: str = DEFAULT_ENGINE,
 ) -> Impulse:
     """Hit an antenna with a cylinder and follow points along it.
@@ -87,7 +87,7 @@ def hit(
         antenna, location=location, speed=speed, radius=radius, lever=lever, friction=friction, contact=contact
     )
     duration = 0.6 * antenna.length / speed + 80.0 if duration is None else duration
-    clock = Clock(duration=duration + LEAD, sample_interval=sample_interval, timestep=timestep)
+    clock = Clock(duration=duration + LEAD, sample_interval=sample_interval, timestep=choose_timestep(timestep, engine))
     return measure_impulse(scene, run_scene(scene, clock, engine), points)
 
 
@@ -99,7 +99,7 @@ def make_impulse_scene(
     radius: float = RADIUS,
     lever: float | None = None,
     friction: float = FRICTION,
-    contact: Contact | None = None,
+    contact: Contact | str | None = None,
 ) -> Scene:
     """The scene of ``hit``; first contact after ``LEAD`` ms."""
     if lever is not None and not (np.isfinite(lever) and lever > 0):

@@ -6,7 +6,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.physics.statics import compute_point, solve_static
@@ -21,7 +21,7 @@ def release(
     *,
     duration: float = 200.0,
     sample_interval: float = 0.1,
-    timestep: float = TIMESTEP,
+    timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     angle: np.ndarray | None = None,
 ) -> xr.Dataset:
@@ -44,7 +44,7 @@ def release(
         One trial with ``angle``, ``curvature`` (trial, sensor, time) of every hinge and ``tip`` (trial, time, axis) [mm].
     """
     start = hold(antenna, at, deflection) if angle is None else _check_start(antenna, angle)
-    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
+    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=choose_timestep(timestep, engine))
     scene = Scene(antenna=antenna, angle=start, label=f"release of {antenna.name}")
     motion = run_scene(scene, clock, engine)
     trial = {"feature": ["release"], "size": [0.0], "location": [at / antenna.length], "speed": [0.0]}
@@ -58,7 +58,7 @@ def release(
             "configuration": make_plain(made_with),
             "engine": engine,
             "versions": list_versions(),
-            "timestep": timestep,
+            "timestep": clock.timestep,
             "timestep_units": "ms",
             "licence": LICENCE,
         },

@@ -9,8 +9,8 @@ from pathlib import Path
 from feeler.antenna.antenna import Antenna
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
-from feeler.physics.scene import Contact
+from feeler.physics.contact import get_contact
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.presets import cockroach
 from feeler.provenance import make_plain
 from feeler.scale import SCALES, Scale
@@ -27,7 +27,8 @@ class Context:
     scale: str = "quick"
     seed: int = 0
     engine: str = DEFAULT_ENGINE
-    timestep: float = TIMESTEP
+    timestep: float = None  # type: ignore[assignment]
+    """[ms]; default: the engine's own."""
     workers: int | None = None
     antenna: Antenna = field(default_factory=cockroach)
     is_cockroach: bool = True
@@ -41,8 +42,9 @@ class Context:
     def __post_init__(self) -> None:
         SCALES[self.scale]  # refuses what is no scale
         spawn_seeds(self.seed, 0)  # refuses what is no seed
+        object.__setattr__(self, "timestep", choose_timestep(self.timestep, self.engine))
         Clock(duration=1.0, timestep=self.timestep)
-        Contact().check_timestep(self.timestep)
+        get_contact().check_timestep(self.timestep)
 
     @property
     def effort(self) -> Scale:

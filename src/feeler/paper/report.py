@@ -12,7 +12,7 @@ from pypdf import PdfReader, PdfWriter
 
 from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
-from feeler.physics.scene import Contact
+from feeler.physics.contact import get_contact
 from feeler.provenance import list_versions
 from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
@@ -63,7 +63,7 @@ def _describe(context: Context) -> str:
 
 
 def _describe_methods(context: Context) -> str:
-    antenna, contact = context.antenna, Contact()
+    antenna, contact = context.antenna, get_contact()
     end = ", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the tests."
     return (
         f"The antenna '{antenna.name}' is a chain of {antenna.n_segments} rigid segments, {antenna.length:.4g} mm long, "

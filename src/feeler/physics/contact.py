@@ -49,7 +49,7 @@ CONTACTS: Registry[Contact] = Registry("contact")
 """Contacts by name: ``smooth`` (the default) and ``hard`` (that of version 0.1)."""
 CONTACTS.register("smooth", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))
 CONTACTS.register("hard", Contact())
-DEFAULT_CONTACT = "hard"
+DEFAULT_CONTACT = "smooth"
 
 
 def get_contact(contact: Contact | str | None = None) -> Contact:

@@ -28,7 +28,6 @@ ENGINES: Registry[Engine] = Registry(
 )
 """Every engine by its name."""
 DEFAULT_ENGINE = "chain-consistent"
-TIMESTEP = 0.02  # ms, see docs/convergence.md [C]
 
 
 def get_engine(name: str) -> Engine:

@@ -3,16 +3,16 @@
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.physics.engine import TIMESTEP
+from feeler.physics.engine import choose_timestep
 from feeler.physics.mujoco import make_spec
 from feeler.physics.scene import make_scene
 from feeler.stimulus.trial import Trial
 
 
-def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float = TIMESTEP) -> Path:
+def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float | None = None) -> Path:
     """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object moving."""
     scene = make_scene(antenna, trial)
-    spec = make_spec(scene, timestep)
+    spec = make_spec(scene, choose_timestep(timestep, "mujoco"))
     spec.comment = "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one millisecond."
     spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
     spec.compile()

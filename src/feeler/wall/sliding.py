@@ -9,7 +9,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.scene import Motion, Scene
 from feeler.physics.simulate import simulate
 from feeler.stimulus.object import Object
@@ -95,7 +95,7 @@ def slide(
     *,
     speed: float = SPEED,
     duration: float = SLIDE_DURATION,
-    timestep: float = TIMESTEP,
+    timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
 ) -> WallTouch:
     """Let a wall slide backward past the body at constant distances, as when the body runs along it (Fig. 3C).
@@ -109,7 +109,7 @@ def slide(
         _scene(sweep.antenna, posture, distance, (0.0, -speed), angle)
         for distance, angle in zip(sweep.distance, sweep.angle, strict=True)
     ]
-    clock = Clock(duration=duration, timestep=timestep)
+    clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
     distance = np.repeat(sweep.distance[:, None], clock.n_samples, axis=1)
     return _run(sweep.antenna, posture, scenes, clock, distance, speed, engine)
 
@@ -121,7 +121,7 @@ def drive(
     far: float = DISTANCES[0],
     near: float = DISTANCES[-1],
     speed: float = 0.06,
-    timestep: float = TIMESTEP,
+    timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
 ) -> WallTouch:
     """Let a wall come from ``far`` to ``near`` [mm] without stopping (Fig. 3D), one motion.
@@ -137,7 +137,7 @@ def drive(
     _check(speed, duration)
     sweep = approach(antenna, posture, [far])
     scene = _scene(sweep.antenna, posture, far, (-posture.sign * speed, 0.0), sweep.angle[0])
-    clock = Clock(duration=duration, timestep=timestep)
+    clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
     return _run(sweep.antenna, posture, [scene], clock, far - speed * clock.time[None, :], speed, engine)
 
 

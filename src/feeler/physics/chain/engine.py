@@ -6,4 +6,4 @@ from feeler.physics.chain.batch import LANES, ChainStepper
 from feeler.physics.engine import Engine
 
 PARITY = Engine(make=partial(ChainStepper, damped=False), timestep=0.02, lanes=LANES)
-CONSISTENT = Engine(make=partial(ChainStepper, damped=True), timestep=0.02, lanes=LANES)
+CONSISTENT = Engine(make=partial(ChainStepper, damped=True), timestep=0.05, lanes=LANES)
