@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from feeler.stimulus.shapes import Ball, Box, Triangle
     from feeler.stimulus.trial import Trial
     from feeler.stimulus.wall import Wall
-    from feeler.tensors.export import save
-    from feeler.tensors.load import load
+    from feeler.tensors.formats import load, save
 
 # Where each name lives. Nothing is loaded before it is used: the command line answers at once, and who only encodes
 # need not wait for the physics.
@@ -44,10 +43,10 @@ _HOMES = {
     "Wall": "stimulus.wall",
     "bend": "experiment.bend",
     "hit": "experiment.impulse",
-    "load": "tensors.load",
+    "load": "tensors.formats",
     "load_antenna": "antenna.file",
     "release": "experiment.release",
-    "save": "tensors.export",
+    "save": "tensors.formats",
     "save_antenna": "antenna.file",
     "touch": "experiment.touch",
 }

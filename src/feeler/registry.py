@@ -58,7 +58,9 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def get(self, name: str, default: T | None = None) -> T | None:  # type: ignore[override]
         """The entry called ``name``, or ``default`` where there is none."""
-        return self[name] if name in self else default
+        if name in self:
+            return self[name]
+        return default
 
     def __contains__(self, name: object) -> bool:
         return name in self._entries

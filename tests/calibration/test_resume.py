@@ -13,7 +13,7 @@ import pytest
 
 from feeler.calibration import METHODS, Problem, Protocol, fit, make_hinges, make_starts, make_targets, search
 from feeler.calibration.journal import Journal
-from feeler.errors import InvalidInput
+from feeler.errors import InvalidInput, StoreError
 
 from .small_antenna import make_small
 
@@ -106,6 +106,8 @@ def test_a_foreign_file_is_refused_and_left_alone(tmp_path):
         b"[1]\n",
         before.splitlines()[0] + b'\n{"x": [1], "residuals": [NaN], "seconds": 0}\n',
         b"a" * 300,
+        b"my precious notes, no newline",
+        b'{"key": 3',
     ):
         file.write_bytes(text)
         with pytest.raises(InvalidInput, match="no checkpoint"):
@@ -115,7 +117,7 @@ def test_a_foreign_file_is_refused_and_left_alone(tmp_path):
 
 def test_one_checkpoint_has_one_writer(tmp_path):
     file = tmp_path / "fit.jsonl"
-    with Journal(file, "k"), pytest.raises(InvalidInput, match="another fit"):
+    with Journal(file, "k"), pytest.raises(StoreError, match="already open for writing in this process"):
         Journal(file, "k")
 
 

@@ -13,8 +13,8 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import ConvolutiveNMF, save_encoder
 from feeler.robot.sensor import load_calibration_table, save_calibration
 from feeler.tensors import make_tensors
-from feeler.tensors.export import save
-from feeler.tensors.model import Model, save_model
+from feeler.tensors.formats import save
+from feeler.tensors.models import Model, save_model
 
 RECORDING = b"""# robot: one
 # source: robot
@@ -85,14 +85,7 @@ def _write(path: Path) -> None:
         more = {"sensors": [1, 3], "rest_angle": [0.1, 0.0, -0.1]} if "sensors" in path.name else {}
         save_antenna(feeler.Antenna(**SMALL, **more), path)
     elif path.suffix == ".safetensors":
-        _write_network(path) if "network" in path.name else save_model(
-            Model(kind="lda", version=1, arrays={"a": np.ones((2, 3))}, settings={"x": [1, "y"], "z": {"w": 1.5}}), path
-        )
-    elif path.suffix == ".npz":
-        encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=3, random_state=0)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            save_encoder(encoder.fit(np.random.default_rng(0).random((2, 4, 12))), path)
+        _write_model(path)
     elif path.suffix == ".json":
         path.with_name("t.csv").write_bytes(TABLE)
         save_calibration(load_calibration_table(path.with_name("t.csv")), path)
@@ -104,6 +97,19 @@ def _write(path: Path) -> None:
         _leave_out(whole, path, "specifications")  # 90 % of the file, and nothing that is read
     else:
         save(make_set(), path)
+
+
+def _write_model(path: Path) -> None:
+    if "network" in path.name:
+        _write_network(path)
+    elif "encoder" in path.name:
+        encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=3, random_state=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            save_encoder(encoder.fit(np.random.default_rng(0).random((2, 4, 12))), path)
+    else:
+        arrays, settings = {"a": np.ones((2, 3))}, {"x": [1, "y"], "z": {"w": 1.5}}
+        save_model(Model(kind="lda", version=1, arrays=arrays, settings=settings), path)
 
 
 def _leave_out(source: Path, target: Path, name: str) -> None:

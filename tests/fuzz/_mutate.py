@@ -2,7 +2,6 @@
 
 import io
 import json
-import zipfile
 
 import numpy as np
 
@@ -168,27 +167,6 @@ def shape_safetensors(rng: np.random.Generator, seed: bytes) -> bytes:
         header = mutate_json(rng, header)
     text = write_json(header)
     return len(text).to_bytes(8, "little") + text + seed[8 + size :]
-
-
-def shape_npz(rng: np.random.Generator, seed: bytes) -> bytes:
-    """An archive with one changed member and right checksums."""
-    with zipfile.ZipFile(io.BytesIO(seed)) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
-    name = list(members)[rng.integers(len(members))]
-    if name == "header.npy" and rng.random() < 0.8:
-        header = json.loads(bytes(np.load(io.BytesIO(members[name]))))
-        file = io.BytesIO()
-        np.save(file, np.frombuffer(write_json(mutate_json(rng, header)), np.uint8))
-        members[name] = file.getvalue()
-    else:
-        members[name] = mutate(rng, [members[name]])
-    if rng.random() < 0.1:
-        members[("../" if rng.random() < 0.5 else "") + name] = members.pop(name)
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED if rng.random() < 0.3 else zipfile.ZIP_STORED) as archive:
-        for name, data in members.items():
-            archive.writestr(name, data)
-    return file.getvalue()
 
 
 def shape_table(rng: np.random.Generator, seed: bytes) -> bytes:

@@ -10,21 +10,23 @@ import numpy as np
 import pytest
 
 from feeler.errors import FeelerError
+from feeler.limits import Limits
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.export import save
-from feeler.tensors.finished import read_store
-from feeler.tensors.limits import Limits
-from feeler.tensors.load import load_zarr
+from feeler.tensors.formats import FORMATS, save
 from feeler.tensors.store import open_store
+from feeler.tensors.stored import read_store
 
 from ._files import make_set
 from ._mutate import mutate, shape_json
 from ._survive import Log, survives, watched
 
-N_QUICK, N_LONG = 150, 100_000
-LIMITS = Limits(max_bytes=2**22, max_text=2**20, max_chunks=1000)
-FOLDERS = {"store": read_store, "zarr": load_zarr}
-pytestmark = pytest.mark.filterwarnings("ignore:The data type", "ignore:trial .* will be computed again")
+N_QUICK, N_LONG = 100, 20_000
+LIMITS = Limits(max_bytes=2**22)
+FOLDERS = {
+    "store": lambda path: read_store(path).load(),
+    "zarr": lambda path: FORMATS["zarr"].load(path, LIMITS, False),
+}
+pytestmark = pytest.mark.filterwarnings("ignore:The data type", "ignore:trials .* will be computed again")
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +74,8 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
                 (path / name).write_bytes(damage(rng, files[name]))
             if rng.random() < 0.1:
                 (path / names[0]).unlink()
-            with survives(f"{kind}, number {number}", log):
-                find_breaches(FOLDERS[kind](path, LIMITS))
+            with survives(f"{kind}, number {number}", log, library=True):
+                find_breaches(FOLDERS[kind](path))
             for name in names:
                 (path / name).write_bytes(files[name])
     return log
@@ -82,12 +84,12 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
 @pytest.mark.parametrize("kind", FOLDERS)
 def test_folders_survive(kind, folder):
     log = attack(kind, range(N_QUICK), folder)
-    assert log.ends["refused"] > 0.2 * N_QUICK and log.ends["read"] > 0
+    assert log.ends["refused"] > 0.05 * N_QUICK and log.ends["read"] > 0  # most files of a store are copies
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", FOLDERS)
-def test_folders_survive_a_hundred_thousand_inputs(kind, folder):
+def test_folders_survive_a_thousands_of_inputs(kind, folder):
     log = attack(kind, range(N_QUICK, N_LONG + N_QUICK), folder)
     print(f"\n{kind}: {log}")
     assert sum(log.ends.values()) == N_LONG
@@ -100,7 +102,7 @@ def open_damaged(number: int, folder: Path) -> str:
     name = rng.choice(list(files))
     (path / name).write_bytes(damage(rng, files[name]))
     try:
-        with open_store(path, {"configuration": whole.attrs["configuration"]}, 2, LIMITS) as store:
+        with open_store(path, {"configuration": whole.attrs.get("configuration", "")}, 2) as store:
             missing = {0, 1} - store.finished
             for index in missing:
                 store.append(index, whole.isel(trial=[index]))
@@ -113,12 +115,12 @@ def open_damaged(number: int, folder: Path) -> str:
         shutil.rmtree(path)
 
 
-@pytest.mark.parametrize("n", [40, pytest.param(20_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [30, pytest.param(20_000, marks=pytest.mark.slow)])
 def test_a_damaged_store_can_be_opened_and_healed_or_is_refused(n, folder):
     log, ends = Log(), []
     with watched():
         for number in range(n):
-            with survives(f"damaged store, number {number}", log):
+            with survives(f"damaged store, number {number}", log, library=True):
                 ends.append(open_damaged(number, folder))
     counts = {end: ends.count(end) for end in sorted(set(ends))}
     print(f"\n{n} damaged stores opened for writing: {counts}; slowest {log.slowest:.3f} s")

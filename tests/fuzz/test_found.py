@@ -8,12 +8,11 @@ import pytest
 from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.export import save
-from feeler.tensors.finished import read_store
-from feeler.tensors.limits import Limits, read_bytes
+from feeler.tensors.formats import save
 from feeler.tensors.plain import restore
-from feeler.tensors.zarr3 import parse_array_metadata
-from feeler.tracking.table import parse_table
+from feeler.tensors.reading import read_bytes
+from feeler.tensors.stored import read_store
+from feeler.tensors.table import parse_table
 
 from ._files import make_decoder, make_set
 
@@ -27,17 +26,6 @@ def test_a_high_limit_takes_no_memory(tmp_path):
 def test_numbers_whose_products_overflow_are_refused(number):
     with pytest.raises(InvalidInput, match=r"line 2, column 'b': .* larger than anything measured"):
         parse_table(f"a,b\n1,{number}\n")
-
-
-def test_a_codec_is_configured_by_an_object():
-    metadata = {
-        **{"zarr_format": 3, "node_type": "array", "shape": [2], "data_type": "float64", "fill_value": 0},
-        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [2]}},
-        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
-        "codecs": [{"name": "bytes", "configuration": "little"}],
-    }
-    with pytest.raises(InvalidInput, match="configuration is no object"):
-        parse_array_metadata("a", metadata, Limits())
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -81,7 +69,7 @@ def test_a_line_without_end_is_refused_before_it_is_read():
 
 
 @pytest.mark.parametrize("depth", [400, 100_000])
-@pytest.mark.parametrize("file", ["schema.json", "000000.json"])
+@pytest.mark.parametrize("file", ["store.json", "000000.json"])
 def test_deep_nesting_in_a_store_is_damage(tmp_path, depth, file):
     save(make_set(), tmp_path / "set.zarr")
     path = tmp_path / "set.zarr" / "progress" / file
@@ -93,10 +81,8 @@ def test_deep_nesting_in_a_store_is_damage(tmp_path, depth, file):
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [
-        ("progress/schema.json", '"long_name": "hinge angle', '"long_name": "hinge angel'),
-        ("progress/000001.json", '"location": 0.7', '"location": 0.8'),
-        ("position/zarr.json", '"sensor"', '"axis"'),
-        ("angle/zarr.json", '"sensor"', '"axis"'),
+        ("progress/store.json", '"long_name": "hinge angle', '"long_name": "hinge angel'),
+        ("progress/000000.json", "0.7", "0.8"),
     ],
 )
 def test_a_change_that_is_good_json_is_noticed(tmp_path, file, old, new):

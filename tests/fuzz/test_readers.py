@@ -22,23 +22,22 @@ from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.samples import parse_sample, read_samples
 from feeler.encoding import load_encoder
+from feeler.limits import Limits
 from feeler.robot.recording import load_recording
 from feeler.robot.repair import repair
 from feeler.robot.sensor import load_calibration, load_calibration_table
 from feeler.tensors.contract import find_breaches
+from feeler.tensors.csvfile import load_csv
 from feeler.tensors.inspect import describe_file, find_problems
-from feeler.tensors.limits import Limits
-from feeler.tensors.mat import load_mat
-from feeler.tensors.model import read_model
-from feeler.tensors.table import load_csv
+from feeler.tensors.models import read_model
 from feeler.tracking.tracks import load_tracks
 
 from . import _files as files
-from ._mutate import mutate, shape_json, shape_mat, shape_npz, shape_safetensors, shape_table
+from ._mutate import mutate, shape_json, shape_safetensors, shape_table
 from ._survive import Log, survives, watched
 
-N_QUICK, N_LONG = 250, 100_000
-LIMITS = Limits(max_bytes=2**22, max_text=2**20, max_chunks=1000)
+N_QUICK, N_LONG = 200, 20_000
+LIMITS = Limits(max_bytes=2**22)
 Shape = Callable[[np.random.Generator, bytes], bytes]
 
 
@@ -87,13 +86,12 @@ READERS = {
     "sample": Reader(read=lambda path: parse_sample(path.read_bytes(), 3), seeds=tuple(files.SAMPLES)),
     "stream": Reader(read=read_stream, seeds=(files.LINES,)),
     "csv": Reader(read=lambda path: find_breaches(load_csv(path, LIMITS)), seeds=("one.csv",), shape=shape_table),
-    "mat": Reader(read=lambda path: find_breaches(load_mat(path, LIMITS)), seeds=("set.mat",), shape=shape_mat),
     "model": Reader(read=lambda path: read_model(path, LIMITS), seeds=("m.safetensors",), shape=shape_safetensors),
-    "encoder": Reader(read=load_encoder, seeds=("e.npz",), shape=shape_npz),
+    "encoder": Reader(read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors),
     "network": Reader(
         read=lambda path: TouchNetwork.load(path, device="cpu"), seeds=("network.safetensors",), shape=shape_safetensors
     ),
-    "look": Reader(read=look, seeds=("one.csv", "set.mat", "m.safetensors", "small.toml")),
+    "look": Reader(read=look, seeds=("one.csv", "m.safetensors", "small.toml")),
 }
 MODELS = {"network"}  # need PyTorch
 
@@ -126,7 +124,7 @@ def attack(reader: Reader, numbers: range, folder: Path) -> Log:
         for number in numbers:
             data = make_input(reader, seeds, number)
             path.write_bytes(data)
-            with survives(data, log):
+            with survives(data, log, library=True):
                 reader.read(path)
     return log
 
@@ -153,7 +151,7 @@ def test_readers_survive_anything(reader, folder, data):
 
 
 @pytest.mark.slow
-def test_readers_survive_a_hundred_thousand_inputs(reader, folder, request):
+def test_readers_survive_a_thousands_of_inputs(reader, folder, request):
     log = attack(reader, range(N_QUICK, N_LONG + N_QUICK), folder)
     print(f"\n{request.node.callspec.id}: {log}")
     assert sum(log.ends.values()) == N_LONG

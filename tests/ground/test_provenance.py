@@ -119,7 +119,7 @@ def test_what_is_done_counts(tmp_path, old, new):
         ("feeler", "presets", "feeler.presets"),
         ("feeler.physics", "clock", "feeler.physics.clock"),
         ("feeler.errors", "InvalidInput", "feeler.errors"),
-        ("feeler.tensors.load", None, "feeler.tensors.load"),
+        ("feeler.tensors.formats", None, "feeler.tensors.formats"),
         ("math", "pi", "math"),
     ],
 )

@@ -1,6 +1,7 @@
 """Small sets of trials that any process computes alike."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -49,11 +50,17 @@ def make_set(n_trials: int = N_TRIALS) -> xr.Dataset:
     )
 
 
-def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1) -> None:
-    """Compute and store what is missing."""
+def find_finished(path) -> list[int]:
+    """Numbers of the trials that a store has records of."""
+    records = Path(path, "progress").glob("[0-9]*.json")
+    return sorted(trial for file in records for trial in json.loads(file.read_text())["trials"])
+
+
+def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **options) -> None:
+    """Compute and store what is missing, one by one."""
     from feeler.tensors.store import open_store
 
-    with open_store(path, configuration, n_trials) as store:
+    with open_store(path, configuration, n_trials, **options) as store:
         for index in range(n_trials)[::order]:
             if index not in store.finished:
                 store.append(index, make_trial(index))

@@ -5,6 +5,7 @@
 simulates it into a store, with so many threads (or 0: in two processes) and one line per finished trial.
 """
 
+import json
 import sys
 
 import numpy as np
@@ -13,7 +14,7 @@ import feeler
 from feeler.execute import ProcessExecutor
 from feeler.stimulus.feature import make_feature
 
-N_TRIALS = 14
+N_TRIALS = 24
 N = 12
 antenna = feeler.Antenna(
     segment_length=np.full(N, 2.0),
@@ -24,7 +25,7 @@ antenna = feeler.Antenna(
     name="small",
 )
 trials = [
-    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.02 * i, speed=0.3)
+    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.01 * i, speed=0.3)
     for i in range(N_TRIALS)
 ]
 options = {"duration": 60.0, "timestep": 0.02, "seed": 3}
@@ -33,6 +34,12 @@ options = {"duration": 60.0, "timestep": 0.02, "seed": 3}
 def run(**changes):
     """The tensors of the set."""
     return feeler.touch(antenna, trials, **{**options, **changes})
+
+
+def pick(tensors, indices):
+    """Some of the trials, as a run of these alone gives them."""
+    made = json.loads(tensors.attrs["trials"])
+    return tensors.isel(trial=indices).assign_attrs(trials=json.dumps([made[n] for n in indices], sort_keys=True))
 
 
 def main(store: str, workers: int) -> None:

@@ -15,9 +15,8 @@ from feeler.cli import antenna, convert, info, validate
 from feeler.cli.progress import Progress
 from feeler.errors import InvalidInput
 from feeler.tensors import make_tensors
-from feeler.tensors.export import save
-from feeler.tensors.load import load
-from feeler.tensors.model import Model, save_model
+from feeler.tensors.formats import load, save
+from feeler.tensors.models import Model, save_model
 
 app = typer.Typer()
 for module in (antenna, convert, info, validate):
@@ -76,13 +75,13 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     save(tensors.assign_coords(source=("trial", ["simulation", "guess"])), tmp_path / "bad.nc")
     save(tensors, tmp_path / "set.zarr")
     assert call("validate", tmp_path / "good.nc", tmp_path / "set.zarr").exit_code == 0
-    chunk = tmp_path / "set.zarr" / "angle" / "c.1.0.0"
+    chunk = tmp_path / "set.zarr" / "angle" / "c.0.0.0"
     chunk.write_bytes(bytes([chunk.read_bytes()[0] ^ 1]) + chunk.read_bytes()[1:])
     result = call("validate", tmp_path / "good.nc", tmp_path / "bad.nc", tmp_path / "set.zarr", tmp_path / "absent")
     assert result.exit_code == 1
     assert "good.nc: valid" in result.output
     assert "'source' must be one of simulation, robot, surrogate" in result.output
-    assert "trial 1: " in result.output and "c.1.0.0" in result.output
+    assert "c.0.0.0 (trials 0 to 1) is missing or damaged" in result.output
     assert "no such file" in result.output
 
 

@@ -8,7 +8,7 @@ import feeler
 from feeler.dispersion import compute_dispersion
 from feeler.errors import InvalidInput
 from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
-from feeler.tensors.load import load
+from feeler.tensors.formats import load
 from tensors._touches import antenna, options, trials
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
-from feeler.tracking.table import parse_table, read_table
+from feeler.tensors.table import parse_table, read_table
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])

@@ -14,6 +14,7 @@ from feeler.antenna.antenna import MAX_SEGMENTS, Antenna
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.antenna.profile import PROFILES
 from feeler.errors import InvalidInput
+from feeler.toml import parse_toml
 
 SCHEMA = "feeler.antenna/1"
 MAX_NAME = 200  # [C]
@@ -61,10 +62,12 @@ def parse_antenna(text: str, source: str = "text") -> AntennaFile:
         Not TOML of this schema; the message names the line and the key.
     """
     try:
-        content = tomllib.loads(text)
+        content = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise InvalidInput(f"{source} is not valid TOML: {str(error)[:200]}.") from error
     except (ValueError, RecursionError) as error:
+        if isinstance(error, InvalidInput):  # the guard's, about a long text
+            raise InvalidInput(f"{source} is not valid TOML: {str(error)[:300]}") from error
         raise InvalidInput(f"{source} is not usable TOML: {str(error)[:200]}.") from error
     return _Reader(text, source).read(content)
 

@@ -1,6 +1,5 @@
 """Journal: every simulated antenna of a search on disk, so that an interrupted search replays it and goes on."""
 
-import fcntl
 import json
 from pathlib import Path
 
@@ -11,9 +10,11 @@ from feeler.calibration.protocol import Protocol
 from feeler.calibration.targets import Targets
 from feeler.errors import InvalidInput
 from feeler.provenance import make_key
-from feeler.tensors.limits import parse_json, read_bytes
+from feeler.tensors.lock import Lock
+from feeler.tensors.reading import parse_json, read_bytes
 
 MAX_BYTES = 256 * 2**20  # [C] a million antennas
+BEGINNING = b'{"key": "'
 Entry = tuple[np.ndarray, float]
 """Residuals (target,) and the processor time [s] that they took."""
 
@@ -27,20 +28,20 @@ class Journal:
     Raises
     ------
     InvalidInput
-        The file is something else, belongs to another problem (``key``), or another process writes to it.
+        The file is something else (it is left alone), or belongs to another problem (``key``).
+    StoreError
+        Another process writes to it.
     """
 
     def __init__(self, path: str | Path, key: str) -> None:
         path = Path(path)
-        self._entries, whole = read_journal(path, key) if path.exists() else ({}, 0)
-        self._file = path.open("ab")
+        self._lock = Lock(path.with_name(f".{path.name}.lock"), f"the checkpoint {path}")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            self._file.close()
-            raise InvalidInput(
-                f"{path} is being written by another fit. Wait until it has finished, or name another checkpoint."
-            ) from error
+            self._entries, whole = read_journal(path, key) if path.exists() else ({}, 0)
+            self._file = path.open("ab")
+        except BaseException:
+            self._lock.release()
+            raise
         self._file.truncate(whole)
         if not whole:
             self._write({"key": key})
@@ -64,6 +65,7 @@ class Journal:
     def close(self) -> None:
         """Let go of the file."""
         self._file.close()
+        self._lock.release()
 
     def __enter__(self) -> "Journal":
         return self
@@ -76,8 +78,8 @@ def read_journal(path: Path, key: str) -> tuple[dict[bytes, Entry], int]:
     """Entries of a journal by vector, and how many bytes of the file are whole lines."""
     raw = read_bytes(path, MAX_BYTES)
     whole = raw.rfind(b"\n") + 1
-    if not whole and len(raw) > 200:
-        raise InvalidInput(f"{path} is no checkpoint of a fit. Remove it or name another.")
+    if not whole and raw and not BEGINNING.startswith(raw[: len(BEGINNING)]):  # not even the torn first line of one
+        raise InvalidInput(f"{path} is no checkpoint of a fit. Name another; this file is left as it is.")
     lines = raw[:whole].splitlines()
     try:
         if lines and parse_json(lines[0], "its first line")["key"] != key:

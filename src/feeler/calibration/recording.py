@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.response import check_trace
-from feeler.tracking.table import parse_table, read_table
+from feeler.tensors.table import parse_table, read_table
 
 TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 EXAMPLE = "synthetic_step"

@@ -1,6 +1,5 @@
 """Targets: measured quantities that a model should reproduce, as data with spread and source."""
 
-import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -9,7 +8,8 @@ import numpy as np
 
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.errors import InvalidInput
-from feeler.tensors.limits import read_bytes
+from feeler.tensors.reading import read_bytes
+from feeler.toml import parse_toml
 
 QUANTITIES = ("frequency", "damping_ratio", "ratio_71", "ratio_86")
 SHIPPED = ("cockroach",)
@@ -103,7 +103,7 @@ def load_targets(source: str | Path = "cockroach") -> Targets:
             raise InvalidInput(f"no targets named {str(source)!r}; shipped: {', '.join(SHIPPED)}; or give a TOML file.")
         text = read_bytes(path, MAX_BYTES).decode("utf-8", errors="replace")
     try:
-        table = tomllib.loads(text)
+        table = parse_toml(text)
         targets = tuple(Target(name=name, **entry) for name, entry in table["targets"].items())
         return Targets(
             name=table["name"], status=table["status"], targets=targets, reference=table.get("reference", "")

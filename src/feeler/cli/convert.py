@@ -27,17 +27,16 @@ def convert(
 ) -> None:
     """Write tensors in another format; configuration, units, versions, seeds and licence travel along."""
     from feeler.errors import InvalidInput
-    from feeler.tensors.export import save
-    from feeler.tensors.limits import Limits
-    from feeler.tensors.load import load
+    from feeler.limits import Limits
+    from feeler.tensors.formats import list_options, load, save
 
     if target.exists():
         raise InvalidInput(f"{target} exists already. Choose another name.")
-    options: dict[str, object] = {}
-    if target.suffix == ".csv":
-        options = {"variable": variable, "trial": trial}
-    elif target.suffix == ".nwb":
-        options = {"session_start": _parse_start(session_start), "identifier": identifier}
+    wanted = list_options(target.suffix.lower())
+    given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier}
+    if "session_start" in wanted:
+        given["session_start"] = _parse_start(session_start)
+    options = {name: value for name, value in given.items() if name in wanted}
     save(load(source, Limits(max_bytes=int(max_gib * 2**30))), target, **options)
     typer.echo(f"wrote {target}")
 

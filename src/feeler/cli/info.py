@@ -18,8 +18,8 @@ def info(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in them is executed."""
+    from feeler.limits import Limits
     from feeler.tensors.inspect import describe_file
-    from feeler.tensors.limits import Limits
 
     for file in files:
         typer.echo("\n".join(describe_file(file, Limits(max_bytes=int(max_gib * 2**30)))))

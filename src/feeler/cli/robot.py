@@ -76,7 +76,7 @@ def convert(
 ) -> None:
     """Write recordings as one set of tactile tensors, in the same form as simulations."""
     from feeler.robot import make_dataset
-    from feeler.tensors.export import save
+    from feeler.tensors.formats import save
 
     dataset = make_dataset(_read(recordings, calibration, outside, gaps), lengths=lengths)
     save(dataset, out)

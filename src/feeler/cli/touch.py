@@ -113,7 +113,7 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
 
     from feeler.experiment.touch import touch as simulate
     from feeler.plotting import plot_touch, style, write_touch_movie
-    from feeler.tensors.export import save
+    from feeler.tensors.formats import save
 
     everything = simulate(antenna, trial, duration=duration, all_hinges=True, **options)
     tensors = everything.isel(sensor=antenna.sensors - 1)

@@ -18,8 +18,8 @@ def validate(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
     """Check files against the data contract, checksums included; exit code 1 if anything is wrong."""
+    from feeler.limits import Limits
     from feeler.tensors.inspect import find_problems
-    from feeler.tensors.limits import Limits
 
     wrong = 0
     for file in files:

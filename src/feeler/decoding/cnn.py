@@ -9,7 +9,7 @@ from sklearn.model_selection import train_test_split
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.tensors.model import Model, load_model, save_model
+from feeler.tensors.models import Model, load_model, save_model
 
 MODEL_KIND, MODEL_VERSION = "TouchNetwork", 1
 INSTALL = "pip install 'feeler[cnn]'"

@@ -1,6 +1,5 @@
-"""An encoder on disk: arrays and a JSON header in one .npz file, no pickle, with a version."""
+"""An encoder on disk: a model file, arrays beside a JSON header, no pickle."""
 
-import json
 import os
 from pathlib import Path
 
@@ -9,10 +8,9 @@ import numpy as np
 from feeler.encoding.inputs import check_settings
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.tensors.limits import parse_json
-from feeler.tensors.npz import read_npz
+from feeler.tensors.models import Model, load_model, save_model
 
-FORMAT, VERSION = "feeler.ConvolutiveNMF", 1
+KIND, VERSION = "ConvolutiveNMF", 1
 _ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_components_")
 _NUMBERS = ("reconstruction_err_", "relative_residual_", "n_iter_", "stability_", "n_sensors_in_")
 
@@ -29,26 +27,13 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
     parameters = encoder.get_params()
     if not isinstance(parameters["random_state"], int | None):
         parameters["random_state"] = None  # a generator has no lasting name
-    header = {
-        "format": FORMAT,
-        "version": VERSION,
-        "parameters": {name: _plain(value) for name, value in parameters.items()},
-        "numbers": {name: _plain(getattr(encoder, name)) for name in _NUMBERS if hasattr(encoder, name)},
-    }
-    arrays = {name: getattr(encoder, name) for name in _ARRAYS if hasattr(encoder, name)}
-    path = Path(path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with draft.open("wb") as file:
-            np.savez(file, header=np.frombuffer(json.dumps(header).encode(), dtype=np.uint8), **arrays)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
-    return path
+    arrays = {name: np.asarray(getattr(encoder, name)) for name in _ARRAYS + _NUMBERS if hasattr(encoder, name)}
+    save_model(Model(kind=KIND, version=VERSION, arrays=arrays, settings={"parameters": parameters}), path)
+    return Path(path)
 
 
-def load_encoder(path: str | os.PathLike) -> ConvolutiveNMF:
-    """Read an encoder that `save_encoder` wrote.
+def load_encoder(path: str | os.PathLike, *, trusted: bool = False) -> ConvolutiveNMF:
+    """Read an encoder that `save_encoder` wrote; ``trusted=True`` skips the guard, for a file of your own.
 
     Raises
     ------
@@ -57,37 +42,24 @@ def load_encoder(path: str | os.PathLike) -> ConvolutiveNMF:
     if not Path(path).exists():
         raise StoreError(f"There is no file {path}.")
     try:
-        stored = read_npz(path)
-        header = parse_json(stored["header"].tobytes(), "its header")
-        arrays = {name: values for name, values in stored.items() if name in _ARRAYS}
-    except (InvalidInput, KeyError, OSError, ValueError) as error:
+        model = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
+    except InvalidInput as error:
         raise StoreError(f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again.") from error
-    if header.get("format") != FORMAT:
-        raise StoreError(f"{path} holds something else than a {FORMAT}.")
-    if header.get("version") != VERSION:
-        raise StoreError(
-            f"{path} is of format version {header.get('version')}, this feeler reads version {VERSION}. Use "
-            "the feeler that wrote it, or fit and save again."
-        )
-    return _rebuild(path, header, arrays)
+    return _rebuild(path, model)
 
 
-def _rebuild(path, header: dict, arrays: dict[str, np.ndarray]) -> ConvolutiveNMF:
-    """The estimator from header and arrays, or a word on what does not fit."""
+def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
+    """The estimator from a model, or a word on what does not fit."""
     try:
-        encoder = ConvolutiveNMF(**header["parameters"])
+        encoder = ConvolutiveNMF(**model.settings["parameters"])
         check_settings(encoder)
-        components = arrays["components_"]
-        shape = (encoder.n_components, header["numbers"]["n_sensors_in_"], encoder.n_lags)
+        numbers = {name: model.arrays[name].item() for name in _NUMBERS if name in model.arrays}
+        components = model.arrays["components_"]
+        shape = (encoder.n_components, numbers["n_sensors_in_"], encoder.n_lags)
     except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:
         raise StoreError(f"{path} lacks parts of an encoder ({error}). Save it again.") from error
     if components.shape != shape or not np.isfinite(components).all() or (components < 0).any():
         raise StoreError(f"The bases in {path} should be {shape}, finite and non-negative; got {components.shape}.")
-    for name, value in (arrays | header["numbers"]).items():
-        if name in _ARRAYS + _NUMBERS:
-            setattr(encoder, name, value)
+    for name, value in ({name: model.arrays[name] for name in _ARRAYS if name in model.arrays} | numbers).items():
+        setattr(encoder, name, value)
     return encoder
-
-
-def _plain(value):
-    return value.item() if isinstance(value, np.generic) else value

@@ -2,8 +2,9 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -11,21 +12,23 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import Executor
+from feeler.experiment.gather import Gathering, Plan, Progress
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, TIMESTEP, get_engine
-from feeler.physics.scene import Contact, Motion, make_scene
+from feeler.physics.scene import Contact, make_scene
 from feeler.physics.simulate import simulate
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.trial import Trial
-from feeler.tensors.dataset import make_motion_tensors
+from feeler.tensors.dataset import choose_quantities
+from feeler.tensors.disk import sweep_old
 from feeler.tensors.store import Store, open_store
+from feeler.tensors.stored import read_store
 
 DURATION = 380.0  # ms, the size of the slow tensors [P]
 
-LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
-
-Progress = Callable[[int, int], None]
+DTYPES = ("float64", "float32")
+KEEP = 5  # [C] files with the state of diverged simulations; older ones go
 
 
 def touch(
@@ -39,6 +42,9 @@ def touch(
     contact: Contact | None = None,
     all_hinges: bool = False,
     store: str | os.PathLike | None = None,
+    load: bool = True,
+    save: Sequence[str] | None = None,
+    dtype: str = "float64",
     workers: int | None = None,
     executor: Executor | None = None,
     seed: int = 0,
@@ -60,8 +66,15 @@ def touch(
     all_hinges
         Record every hinge instead of the antenna's sensors.
     store
-        Folder of a Zarr store that receives each trial as it finishes; whatever ends the process, the same call resumes
-        it and gives the same numbers.
+        Folder of a Zarr store that receives trials as they finish, group by group; whatever ends the process, the same
+        call resumes it and gives the same numbers, and with more trials at the end of the list it goes on.
+    load
+        ``False`` leaves the numbers of a store on disk until they are used, so that memory stays small.
+    save
+        Names of the quantities to record (``feeler.tensors.QUANTITIES``); ``angle`` always is, and ``curvature`` is
+        derived from it. Default: all that the engine gives, but the optional ones.
+    dtype
+        ``float64``, or ``float32`` for half the room.
     workers
         Threads; default one per core. The numbers do not depend on it.
     executor
@@ -69,7 +82,7 @@ def touch(
     seed
         Root of one child seed per trial, stored with it.
     progress
-        Called with (trials done, trials in all).
+        Called with (trials done, trials in all); with a store, done is on disk.
 
     Returns
     -------
@@ -94,44 +107,35 @@ def touch(
     contact.check_timestep(timestep)
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
     get_engine(engine)
+    if dtype not in DTYPES:
+        raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(DTYPES)}.")
+    choose_quantities(save)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
-    seeds = spawn_seeds(seed, len(trials))
-    attrs = describe_attributes(antenna, trials, clock, contact, engine, seed)
+    attrs = describe_attributes(antenna, clock, contact, engine, seed)
+    plan = Plan(antenna, trials, spawn_seeds(seed, len(trials)), clock, attrs, save, dtype)
     scenes = [make_scene(antenna, trial, contact) for trial in trials]
     with ExitStack() as stack:
-        kept = stack.enter_context(_open(store, attrs, trials)) if store else None
-        pending = [index for index in range(len(trials)) if kept is None or index not in kept.finished]
-        done = len(trials) - len(pending)
-
-        def finished(place: int, outcome: object) -> None:
-            nonlocal done
-            index = pending[place]
-            if kept is not None and isinstance(outcome, Motion):
-                one = make_touch_tensors(antenna, [trials[index]], [outcome], [seeds[index]], attrs)
-                kept.append(index, one.assign_coords(trial=[index]))
-            done += 1
-            if progress:
-                progress(done, len(trials))
-
-        todo = [scenes[index] for index in pending]
-        options = {"engine": engine, "workers": workers, "executor": executor, "finished": finished}
-        outcomes = simulate(todo, clock, keep=kept is None, **options)
-        return _collect_stored(kept, outcomes) if kept else _collect(antenna, trials, outcomes, seeds, attrs)
+        kept = stack.enter_context(_open(store, plan)) if store else None
+        gathering = stack.enter_context(Gathering(plan, kept, progress))
+        options = {"engine": engine, "workers": workers, "executor": executor, "finished": gathering.add}
+        todo = [scenes[index] for index in gathering.pending]
+        outcomes = simulate(todo, clock, keep=False, **options)
+    tensors = gathering.make_tensors() if kept is None else read_store(store) if kept.finished else None
+    return _hand_over(tensors.load() if load and tensors is not None else tensors, outcomes)
 
 
-def _open(store: str | os.PathLike, attrs: dict[str, object], trials: list[Trial]) -> Store:
+def _open(store: str | os.PathLike, plan: Plan) -> Store:
     """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
-    modules = {type(trial.feature).__module__ for trial in trials}
-    origin = {"versions": attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
-    return open_store(store, attrs["configuration"] | origin, len(trials))
+    modules = {type(trial.feature).__module__ for trial in plan.trials}
+    origin = {"versions": plan.attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
+    origin |= {"save": plan.save, "dtype": plan.dtype}
+    return open_store(store, plan.attrs["configuration"] | origin, len(plan.trials), made=plan.list_made())
 
 
-def describe_attributes(
-    antenna: Antenna, trials: list[Trial], clock: Clock, contact: Contact, engine: str, seed: int
-) -> dict[str, object]:
-    """The Dataset's attributes: configuration, engine, versions, timestep, licence."""
-    made_with = {"antenna": antenna, "trials": trials, "clock": clock, "contact": contact, "engine": engine}
+def describe_attributes(antenna: Antenna, clock: Clock, contact: Contact, engine: str, seed: int) -> dict[str, object]:
+    """The attributes of each Dataset of such touches: configuration, engine, versions, timestep, licence."""
+    made_with = {"antenna": antenna, "clock": clock, "contact": contact, "engine": engine}  # the trials: coordinates
     return {
         "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
         "engine": engine,
@@ -140,30 +144,6 @@ def describe_attributes(
         "timestep_units": "ms",
         "licence": LICENCE,
     }
-
-
-def make_touch_tensors(
-    antenna: Antenna, trials: Sequence[Trial], motions: Sequence[Motion], seeds: Sequence[int], attrs: dict
-) -> xr.Dataset:
-    """Motions of the trials as one Dataset."""
-    return make_motion_tensors(antenna, motions, trials=describe_labels(antenna, trials, seeds), attrs=attrs)
-
-
-def describe_labels(antenna: Antenna, trials: Sequence[Trial], seeds: Sequence[int]) -> dict[str, list]:
-    """The trials' coordinates: every parameter of each."""
-    return {
-        "feature": [trial.feature.name for trial in trials],
-        "kind": [trial.feature.kind for trial in trials],
-        "size": [trial.feature.size for trial in trials],
-        **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
-        "antenna": [antenna.name] * len(trials),
-        "source": ["simulation"] * len(trials),
-        "seed": list(seeds),
-    }
-
-
-def _collect_stored(store: Store, outcomes: list) -> xr.Dataset:
-    return _hand_over(store.read() if store.finished else None, outcomes)
 
 
 def _hand_over(tensors: xr.Dataset | None, outcomes: list) -> xr.Dataset:
@@ -179,17 +159,8 @@ def _hand_over(tensors: xr.Dataset | None, outcomes: list) -> xr.Dataset:
 
 def _dump_state(error: SimulationDiverged) -> None:
     """Write the last finite state to the system's temporary folder and name the file in the message."""
+    sweep_old(Path(tempfile.gettempdir()), "feeler-diverged-*.npz", keep=KEEP - 1)
     with tempfile.NamedTemporaryFile(prefix="feeler-diverged-", suffix=".npz", delete=False) as file:
         np.savez(file, angle=error.angle, velocity=error.velocity, time=error.time)
     error.state_file = file.name
     error.args = (f"{error} The last finite state (angle, velocity) is in {file.name}.",)
-
-
-def _collect(antenna: Antenna, trials: list[Trial], outcomes: list, seeds: list[int], attrs: dict) -> xr.Dataset:
-    good = [i for i, outcome in enumerate(outcomes) if isinstance(outcome, Motion)]
-    tensors = None
-    if good:
-        tensors = make_touch_tensors(
-            antenna, [trials[i] for i in good], [outcomes[i] for i in good], [seeds[i] for i in good], attrs
-        ).assign_coords(trial=good)
-    return _hand_over(tensors, outcomes)

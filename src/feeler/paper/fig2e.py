@@ -10,7 +10,7 @@ from feeler.paper.data import list_profiles, load_tensors, select_speed
 from feeler.plotting.tensor import plot_tensor_grid
 from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
-from feeler.tensors.export import save
+from feeler.tensors.formats import save
 
 
 def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:

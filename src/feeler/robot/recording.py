@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
-from feeler.tracking.table import Table, read_table
+from feeler.tensors.table import Table, read_table
 
 N_CHANNELS = 8  # [P]
 QUANTITIES = ("angle", "capacitance")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.tracking.table import MAX_BYTES, Table, read_table
+from feeler.tensors.table import MAX_BYTES, Table, read_table
 
 FORMAT = "feeler sensor calibration"
 VERSION = 1

@@ -1,7 +1,7 @@
 """Tactile tensors: the one Dataset that every producer makes and every analysis reads."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,7 @@ def make_tensors(
         raise InvalidInput("the tensors need angle= (trial, sensor, time) [rad].")
     given = {name: np.asarray(values, dtype=dtype) for name, values in quantities.items() if values is not None}
     length = np.asarray(segment_length, dtype=float)
-    given.setdefault("curvature", derive_curvature(np.asarray(quantities["angle"]), length[:, None]).astype(dtype))
+    given.setdefault("curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype))
     variables = {name: (QUANTITIES[name].dims, values) for name, values in given.items()}
     coordinates = {
         "time": ("time", np.asarray(time, dtype=float)),
@@ -91,20 +91,43 @@ def make_motion_tensors(
     given
         Quantities made otherwise, which take the place of those made from the motions.
     """
-    values = given | {name: _make(name, antenna, motions) for name in choose_quantities(save) if name not in given}
-    absent = [name for name in save or () if values.get(name) is None and name != "curvature"]
+    readings = [reduce_motion(antenna, motion, save, dtype, without=given) for motion in motions]
+    return stack_readings(antenna, motions[0].time, readings, trials=trials, attrs=attrs, **given)
+
+
+def reduce_motion(
+    antenna: Any, motion: Any, save: Sequence[str] | None = None, dtype: str = "float64", without: Iterable[str] = ()
+) -> dict[str, np.ndarray]:
+    """What is kept of one motion: values by name, dims as in the contract without ``trial``.
+
+    Raises
+    ------
+    InvalidInput
+        ``save`` names a quantity that the motion does not have.
+    """
+    wanted = {name: QUANTITIES[name].make for name in choose_quantities(save) if name not in without}
+    values = {name: make(antenna, motion) for name, make in wanted.items()}  # type: ignore[misc]
+    absent = [name for name in save or () if name in values and values[name] is None]
     if absent:
-        raise InvalidInput(f"these motions have no {', '.join(absent)}; leave it out of save=.")
+        raise InvalidInput(f"this engine's motions have no {', '.join(absent)}; leave it out of save=.")
+    return {name: np.array(value, dtype=dtype) for name, value in values.items() if value is not None}
+
+
+def stack_readings(
+    antenna: Any, time: np.ndarray, readings: Sequence[Mapping[str, np.ndarray]], **fields: Any
+) -> xr.Dataset:
+    """The Dataset of what :func:`reduce_motion` kept of several motions; ``fields`` go to :func:`make_tensors`."""
     index = antenna.sensors - 1
+    stacked = {name: np.stack([reading[name] for reading in readings]) for name in readings[0]}
+    kinds = [values.dtype.name for values in stacked.values()]
     return make_tensors(
-        time=motions[0].time,
+        time=time,
         segment=antenna.sensors,
         position=antenna.hinge_position[index] / antenna.length,
         segment_length=antenna.segment_length[index],
-        trials=trials,
-        attrs=attrs,
-        dtype=dtype,
-        **values,
+        dtype=kinds[0] if kinds else "float64",
+        **stacked,
+        **fields,
     )
 
 
@@ -118,11 +141,6 @@ def choose_quantities(save: Sequence[str] | None) -> list[str]:
         if QUANTITIES[name].coordinate:
             raise InvalidInput(f"{name!r} is a coordinate and always saved; save= names variables.")
     return [name for name in dict.fromkeys(("angle", *save)) if QUANTITIES[name].make]
-
-
-def _make(name: str, antenna: Any, motions: Sequence[Any]) -> np.ndarray | None:
-    parts = [QUANTITIES[name].make(antenna, motion) for motion in motions]  # type: ignore[misc]
-    return None if any(part is None for part in parts) else np.stack(parts)
 
 
 def label_units(dataset: xr.Dataset) -> xr.Dataset:
@@ -143,4 +161,13 @@ def _plain(attrs: Mapping[str, object]) -> dict[str, object]:
     }
 
 
-__all__ = ["DIMS", "SOURCES", "choose_quantities", "label_units", "make_motion_tensors", "make_tensors"]
+__all__ = [
+    "DIMS",
+    "SOURCES",
+    "choose_quantities",
+    "label_units",
+    "make_motion_tensors",
+    "make_tensors",
+    "reduce_motion",
+    "stack_readings",
+]

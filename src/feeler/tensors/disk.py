@@ -1,5 +1,6 @@
 """Writing so that it lasts: a file is complete under its name or absent, and a finished one survives a power cut."""
 
+import contextlib
 import os
 import secrets
 from pathlib import Path
@@ -42,3 +43,17 @@ def sync_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def sweep_old(folder: Path, pattern: str, keep: int = 0) -> None:
+    """Remove what matches in a folder, but the ``keep`` newest; what cannot be removed stays."""
+    for path in sorted(folder.glob(pattern), key=_find_age)[keep:]:
+        with contextlib.suppress(OSError):
+            path.unlink()
+
+
+def _find_age(path: Path) -> float:
+    try:
+        return -path.stat().st_mtime
+    except OSError:  # somebody else removed it
+        return 0.0

@@ -2,62 +2,46 @@
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.file import read_antenna_file
+from feeler.antenna.parse import AntennaFile
 from feeler.errors import FeelerError
+from feeler.limits import Limits, find_limits
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.finished import find_damage, find_records, read_label
-from feeler.tensors.layout import read_layout
-from feeler.tensors.limits import Limits, find_limits
-from feeler.tensors.load import detect, load
-from feeler.tensors.model import read_model
+from feeler.tensors.formats import FORMATS, detect
+from feeler.tensors.models import Model
 
-NAMES = {
-    "store": "store of trials (Zarr v3)",
-    "zarr": "Zarr v3 group",
-    "hdf5": "HDF5 file (NetCDF-4 or NWB)",
-    "mat": "MATLAB 5 file",
-    "csv": "one tensor as CSV",
-    "antenna": "antenna (TOML)",
-    "model": "model (safetensors)",
-}
 MAX_VALUES = 6
+LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
 
 
 def describe_file(path: str | os.PathLike, limits: Limits | None = None) -> list[str]:
     """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration, versions, licence."""
-    limits, kind = find_limits(limits), detect(path)
-    lines = [f"{path}: {NAMES[kind]}"]
-    if kind == "antenna":
-        return lines + _describe_antenna(path)
-    if kind == "model":
-        model = read_model(path, limits)
-        arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
-        return [*lines, f"kind {model.kind}, version {model.version}", *arrays, f"settings {_short(model.settings)}"]
-    if kind == "store":
-        label = read_label(Path(path), limits)
-        lines.append(f"{len(find_records(Path(path)))} of {label['n_trials']} trials finished")
-    return lines + _describe_dataset(load(path, limits))
+    path, form = Path(path), FORMATS[detect(path)]
+    lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
+    return lines + DESCRIBE[form.kind](form.load(path, find_limits(limits), False))
 
 
 def _describe_dataset(dataset: xr.Dataset) -> list[str]:
     lines = ["sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())]
     for name, item in dataset.data_vars.items():
         unit = item.attrs.get("units", "no unit")
-        spread = (
-            f"{np.nanmin(item.values):.3g} … {np.nanmax(item.values):.3g}"
-            if item.size and item.dtype.kind in "fiu"
-            else ""
-        )
-        lines.append(f"{name:12}({', '.join(map(str, item.dims))}) [{unit}] {spread}".rstrip())
+        lines.append(f"{name:12}({', '.join(map(str, item.dims))}) [{unit}] {_find_spread(item)}".rstrip())
     for name, item in dataset.coords.items():
         unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
         lines.append(f"{name:12}{_summarise(item.values)}{unit}")
     return lines + [f"{name:12}{_short(value)}" for name, value in dataset.attrs.items()]
+
+
+def _find_spread(item: xr.DataArray) -> str:
+    if not item.size or item.nbytes > LARGE or item.dtype.kind not in "fiu" or np.isnan(item.values).all():
+        return ""
+    return f"{np.nanmin(item.values):.3g} … {np.nanmax(item.values):.3g}"
 
 
 def _summarise(values: np.ndarray) -> str:
@@ -67,8 +51,7 @@ def _summarise(values: np.ndarray) -> str:
     return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
 
 
-def _describe_antenna(path: str | os.PathLike) -> list[str]:
-    file = read_antenna_file(path)
+def _describe_antenna(file: AntennaFile) -> list[str]:
     antenna = file.antenna
     lines = [
         f"name        {antenna.name}",
@@ -82,6 +65,19 @@ def _describe_antenna(path: str | os.PathLike) -> list[str]:
     ]
 
 
+def _describe_model(model: Model) -> list[str]:
+    arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
+    made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
+    return [f"kind {model.kind}, version {model.version}, by {made}", *arrays, f"settings {_short(model.settings)}"]
+
+
+DESCRIBE: dict[str, Callable[[Any], list[str]]] = {
+    "tensors": _describe_dataset,
+    "antenna": _describe_antenna,
+    "model": _describe_model,
+}
+
+
 def _short(value: object) -> str:
     text = value if isinstance(value, str) else json.dumps(value, default=str)
     return text if len(text) <= 160 else f"{text[:150]}… ({len(text):,} characters)"
@@ -90,23 +86,10 @@ def _short(value: object) -> str:
 def find_problems(path: str | os.PathLike, limits: Limits | None = None) -> list[str]:
     """What is wrong with a file, one line each; empty where nothing is."""
     try:
-        limits, kind = find_limits(limits), detect(path)
-        if kind == "antenna":
-            read_antenna_file(path)
-            return []
-        if kind == "model":
-            read_model(path, limits)
-            return []
-        problems = _find_store_problems(Path(path), limits) if kind == "store" else []
-        return problems or find_breaches(load(path, limits))
+        form = FORMATS[detect(path)]
+        if form.find_damage and (damage := form.find_damage(Path(path))):
+            return damage
+        content = form.load(Path(path), find_limits(limits), False)
+        return find_breaches(content) if form.kind == "tensors" else []
     except FeelerError as error:
         return [str(error)]
-
-
-def _find_store_problems(path: Path, limits: Limits) -> list[str]:
-    label, layout = read_label(path, limits), read_layout(path, limits)
-    if layout is None:
-        return []
-    damage = find_damage(path, layout, label["n_trials"])
-    hint = " The command that made the store computes it again."
-    return [f"trial {index}: {reason}{hint}" for index, reason in damage.items()]

@@ -10,8 +10,8 @@ import xarray as xr
 
 from feeler.errors import InvalidInput
 from feeler.provenance import make_plain
-from feeler.tensors.hdf5_child import DESCRIPTION
 from feeler.tensors.plain import complete, describe
+from feeler.tensors.readers import DESCRIPTION
 
 
 def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.tensors.csvfile import exact_numbers
 from feeler.tensors.plain import complete, describe
-from feeler.tensors.table import exact_numbers
 
 
 def save_nwb(dataset: xr.Dataset, path: str | os.PathLike, *, session_start: datetime, identifier: str) -> None:

@@ -1,16 +1,18 @@
 """The store: finished trials on disk as they come, safe against whatever ends the process.
 
-A trial is finished when its record ``progress/000012.json`` exists. The record is renamed into place only after the
-disk has the trial's chunks, and it holds their checksums: killed at any moment, a store holds each finished trial
-whole, and every other trial is computed again. The arrays are plain Zarr v3, one chunk per trial.
+Trials are kept in groups: one shard for each variable and one record. A trial is finished when the record
+``progress/000012.json`` of its group names it. The record is renamed into place only after the disk has the group's
+shards, and it holds their digests: killed at any moment, a store holds each finished trial whole, and every other one is
+computed again. For other readers a store is one consolidated Zarr v3 group.
 """
 
 import errno
 import os
 import shutil
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,33 +20,44 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import FeelerError, InvalidInput, StoreError
-from feeler.provenance import compute_digest, make_plain
+from feeler.provenance import make_plain
 from feeler.tensors.configuration import find_differences
-from feeler.tensors.disk import TEMPORARY, sync_folder, write_atomic, write_synced
-from feeler.tensors.finished import FORMAT, find_damage, find_records, read_label
-from feeler.tensors.layout import (
+from feeler.tensors.disk import TEMPORARY, sync_folder, write_atomic
+from feeler.tensors.lock import Lock
+from feeler.tensors.reading import list_folder
+from feeler.tensors.records import (
+    FORMAT,
+    LABEL,
     PROGRESS,
-    SCHEMA,
-    Layout,
-    assemble,
+    Label,
+    Record,
     check_same,
+    check_shards,
+    compute_sum,
+    find_groups,
+    find_shard,
     make_layout,
-    make_record,
-    read_layout,
+    read_label,
     read_record,
     record_path,
-    write_schema,
+    seal,
 )
-from feeler.tensors.limits import Limits, find_limits, list_folder
-from feeler.tensors.lock import Lock
-from feeler.tensors.zarr3 import ArrayInfo, describe_array, encode_chunk, write_array_metadata, write_group_metadata
+from feeler.tensors.shards import empty, encode_shard, make_array, make_group, make_labels, open_array
+from feeler.tensors.stored import read_store, to_array
 
-MAX_TRIALS = 1_000_000  # [C] one record each
+MAX_TRIALS = 100_000_000  # [C]
+SMALL, GREAT = 8, 256  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
+GROWTH = 1.25  # [C] labels are copied for other readers whenever there are so many times more of them
 
 
 def open_store(
-    path: str | os.PathLike, configuration: dict[str, Any], n_trials: int, limits: Limits | None = None
+    path: str | os.PathLike,
+    configuration: dict[str, Any],
+    n_trials: int,
+    *,
+    made: Sequence[Any] = (),
+    group_size: int | None = None,
 ) -> "Store":
     """Open a store for writing: a new one, or one that the same configuration began.
 
@@ -53,9 +66,13 @@ def open_store(
     path
         Folder, made if absent; by habit it ends in ``.zarr``.
     configuration
-        Everything that the numbers depend on; numbers, texts, lists, dictionaries and arrays.
+        Everything that the numbers of all trials depend on; numbers, texts, lists, dictionaries and arrays.
     n_trials
-        How many trials the full set has.
+        How many trials the full set has; a store of fewer grows.
+    made
+        What else each trial depends on, one entry a trial; kept with it, and compared when the store is opened again.
+    group_size
+        Trials in one shard and record, 1 to 4096; default 8 in small sets to 256 in those of 10,000 and more.
 
     Returns
     -------
@@ -68,22 +85,29 @@ def open_store(
         Another process writes it, another configuration made it (the message names what differs), the disk is full, or
         the folder holds something else.
     """
-    if isinstance(n_trials, bool) or not isinstance(n_trials, int | np.integer) or not 1 <= n_trials <= MAX_TRIALS:
-        raise InvalidInput(f"n_trials must be a whole number from 1 to {MAX_TRIALS:,}, got {n_trials!r}.")
-    return Store(Path(path), configuration, int(n_trials), find_limits(limits))
+    for name, value, most in (("n_trials", n_trials, MAX_TRIALS), ("group_size", group_size, 4096)):
+        if value is not None and (
+            isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most
+        ):
+            raise InvalidInput(f"{name} must be a whole number from 1 to {most:,}, got {value!r}.")
+    if made and len(made) != n_trials:
+        raise InvalidInput(f"made must hold one entry for each of the {n_trials} trials, got {len(made)}.")
+    size = group_size or int(np.clip(n_trials // 40, SMALL, GREAT))
+    label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
+    return Store(Path(path), label, [make_plain(item) for item in made])
 
 
 class Store:
-    """A store that is open for writing; use :func:`open_store`, and ``read_store`` to read one."""
+    """A store that is open for writing; use :func:`open_store`, and ``feeler.load`` to read one."""
 
-    def __init__(self, path: Path, configuration: dict[str, Any], n_trials: int, limits: Limits) -> None:
-        self.path, self.n_trials, self._limits = path, n_trials, limits
-        self._configuration = make_plain(configuration)
-        self._layout: Layout | None = None
+    def __init__(self, path: Path, label: Label, made: list[Any]) -> None:
+        self.path, self.label, self._made = path, label, made
         self.finished: set[int] = set()
+        self._copied = 0
+        self._files: dict[str, bytes] = {}
         with explain(path):
             _make_folder(path)
-            self._lock = Lock(path / PROGRESS / "lock")
+            self._lock = Lock(path / PROGRESS / "lock", f"the store {path}")
             try:
                 self._begin()
             except BaseException:
@@ -92,98 +116,159 @@ class Store:
 
     def _begin(self) -> None:
         _sweep(self.path)
-        if (self.path / "zarr.json").exists():
-            _check_configuration(self.path, self._configuration, self.n_trials, self._limits)
+        if (self.path / PROGRESS / LABEL).exists():
+            stored = read_label(self.path)
+            _check_configuration(self.path, stored, self.label)
+            self._records = _find_intact(self.path, stored)
+            self._check_made()
+            grown = replace(stored, n_trials=self.label.n_trials)
+            self.label = grown
+            if grown != stored:
+                self._write_label()
         else:
-            write_atomic(self.path / "zarr.json", write_group_metadata({"feeler_store": self._label()}))
-        self._layout = read_layout(self.path, self._limits)
-        if self._layout is not None:
-            self.finished = _find_intact(self.path, self._layout, self.n_trials)
+            self._records = {}
+            self._write_label()
+        self.finished = {trial for record in self._records.values() for trial in record.trials}
+        if self.label.layout is not None:
+            self._copy()
 
-    def _label(self) -> dict[str, Any]:
-        digest = compute_digest(self._configuration)
-        return {"format": FORMAT, "n_trials": self.n_trials, "digest": digest, "configuration": self._configuration}
+    def _write_label(self) -> None:
+        write_atomic(self.path / PROGRESS / LABEL, seal(self.label, format=FORMAT))
 
-    def append(self, index: int, trial: xr.Dataset) -> None:
-        """Store trial ``index`` (from 0), a Dataset of one trial; when this returns, the trial survives a power cut.
+    def _check_made(self) -> None:
+        """Raise where a finished trial was made with other parameters than are asked for now."""
+        for record in self._records.values() if self._made else ():
+            for trial, made in zip(record.trials, record.made, strict=False):
+                if made != self._made[trial]:
+                    raise _differ(self.path, find_differences(made, self._made[trial], f"trial {trial}"))
+
+    def append(self, indices: int | Iterable[int], trials: xr.Dataset) -> None:
+        """Store trials, a Dataset in the order of ``indices`` (from 0); when this returns they survive a power cut.
 
         Raises
         ------
         StoreError
-            The trial is already stored or does not fit the others, or the disk is full (finished trials are safe).
+            A trial is already stored or does not fit the others, or the disk is full (finished trials are safe).
         """
-        if not 0 <= index < self.n_trials:
-            raise InvalidInput(f"this store holds trials 0 to {self.n_trials - 1}, got trial {index}.")
-        if index in self.finished:
-            raise StoreError(f"trial {index} is already stored in {self.path}; compute only those not in `finished`.")
-        if trial.sizes.get("trial") != 1:
-            raise InvalidInput(f"append takes a Dataset of one trial, got the sizes {dict(trial.sizes)}.")
-        with explain(self.path, f"trial {index} is not stored; the {len(self.finished)} finished ones are safe"):
-            if self._layout is None:
-                self._layout = self._write_layout(trial)
-            check_same(self._layout, trial, self.n_trials, f"trial {index}")
-            self._write_trial(index, trial)
-        self.finished.add(int(index))
+        wanted = [int(indices)] if np.ndim(indices) == 0 else [int(index) for index in indices]  # type: ignore[arg-type, union-attr]
+        outside = [index for index in wanted if not 0 <= index < self.label.n_trials]
+        if outside or trials.sizes.get("trial") != len(wanted) or len({*wanted}) < len(wanted):
+            raise InvalidInput(
+                f"append takes one trial for each of its indices within 0 to {self.label.n_trials - 1}, "
+                f"got the indices {str(wanted)[:60]} and the sizes {dict(trials.sizes)}."
+            )
+        if stored := self.finished.intersection(wanted):
+            raise StoreError(
+                f"trial {min(stored)} is already stored in {self.path}; compute only those not in `finished`."
+            )
+        state = f"trials {min(wanted)} to {max(wanted)} are not stored; the {len(self.finished)} finished ones are safe"
+        with explain(self.path, state):
+            self._check_layout(trials)
+            for group in sorted({index // self.label.group for index in wanted}):
+                rows = [row for row, index in enumerate(wanted) if index // self.label.group == group]
+                self._write_group(group, [wanted[row] for row in rows], trials.isel(trial=rows))
+            if len(self.finished) > GROWTH * self._copied + SMALL * self.label.group:
+                self._copy()
 
-    def _write_layout(self, trial: xr.Dataset) -> Layout:
-        """Write all that the trials share; the schema last, since its presence says that the rest is there."""
-        layout = make_layout(trial, self.n_trials)
-        shared = sum(variable.nbytes for variable in layout.fixed.values())
-        self._limits.check_bytes(sum(info.n_bytes for info in layout.chunked.values()) + shared, "this set of trials")
-        files: dict[str, bytes] = {}
-        for info in layout.chunked.values():
-            files |= _write_array(self.path, info, None)
-        for name, variable in layout.fixed.items():
-            attributes = layout.attributes[name]
-            info = describe_array(name, variable.values, variable.dims, attributes=attributes)
-            files |= _write_array(self.path, info, variable.values)
+    def _check_layout(self, trials: xr.Dataset) -> None:
+        if self.label.layout is not None:
+            check_same(self.label.layout, trials)
+            return
+        self.label = replace(self.label, layout=make_layout(trials))
+        for name in self.label.layout.variables:  # type: ignore[union-attr]
+            (self.path / name).mkdir(exist_ok=True)
         sync_folder(self.path)
-        write_atomic(self.path / PROGRESS / SCHEMA, write_schema(layout, files))
-        return layout
+        self._write_label()
+        self._copy()
 
-    def _write_trial(self, index: int, trial: xr.Dataset) -> None:
-        chunks = {}
-        for name, info in self._layout.chunked.items():
-            chunks[name] = encode_chunk(trial.variables[name].values)
-            write_synced(self.path / name / info.key((index, *(0 for _ in info.shape[1:]))), chunks[name])
-        for name in chunks:
-            sync_folder(self.path / name)
-        write_atomic(record_path(self.path, index), make_record(self._layout, trial, index, chunks))
+    def _write_group(self, group: int, indices: list[int], trials: xr.Dataset) -> None:
+        old, layout = self._records.get(group), self.label.layout
+        assert layout is not None
+        order = np.argsort(indices)
+        labels = {name: make_plain(trials.variables[name].values[order]) for name in layout.labels}
+        new = Record(
+            group=group,
+            trials=sorted(indices),
+            labels=labels,
+            shards={},
+            made=[self._made[index] for index in sorted(indices)] if self._made else [],
+        )
+        shards = {name: self._encode(name, group, indices, trials, old) for name in layout.variables}
+        sums = {name: [compute_sum(raw)] for name, raw in shards.items()}
+        new = replace(new if old is None else _merge(old, new), shards=sums)
+        if old is not None:  # from here on each shard may be the old or the new one; the old trials are in both
+            both = {name: old.shards[name] + sums[name] for name in sums}
+            write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
+        for name, raw in shards.items():
+            write_atomic(find_shard(self.path, name, new, self.label), raw)
+        write_atomic(record_path(self.path, group), seal(new))
+        self._records[group] = new
+        self.finished.update(indices)
+
+    def _encode(self, name: str, group: int, indices: list[int], trials: xr.Dataset, old: Record | None) -> bytes:
+        """The bytes of a group's shard: these trials, and those it holds already."""
+        item, size = self.label.layout.variables[name], self.label.group  # type: ignore[union-attr]
+        values = empty(item, size)
+        if old is not None:
+            kept = open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
+            rows = [index - group * size for index in old.trials]
+            values[rows] = kept[rows]
+        values[[index - group * size for index in indices]] = trials.variables[name].values
+        return encode_shard(item, values, size)
+
+    def _copy(self) -> None:
+        """Write what makes the store a Zarr group for other readers; it need not survive a power cut."""
+        files: dict[str, Any] = {}
+        layout, n = self.label.layout, self.label.n_trials
+        assert layout is not None
+        shared = layout.make_shared()
+        for name, item in layout.variables.items():
+            make_array(files, name, item, n, self.label.group)
+        for name, variable in shared.variables.items():
+            make_labels(files, str(name), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
+        for name, values in self._collect_labels().items():
+            make_labels(files, name, values, ("trial",), layout.attributes.get(name, {}))
+        attributes = {
+            "feeler_store": {"format": FORMAT, "n_trials": n, "n_finished": len(self.finished)},
+            **shared.attrs,
+        }
+        attributes["coordinates"] = " ".join(sorted(layout.coordinates))
+        for name, raw in make_group(files, attributes, PROGRESS).items():
+            if self._files.get(name) != raw:
+                (self.path / name).parent.mkdir(exist_ok=True)
+                write_atomic(self.path / name, raw, durable=False)
+                self._files[name] = raw
+        self._copied = len(self.finished)
+
+    def _collect_labels(self) -> dict[str, np.ndarray]:
+        """Each label of all trials, and whether a trial is finished."""
+        n = self.label.n_trials
+        trials = [trial for record in self._records.values() for trial in record.trials]
+        found = {"finished": np.zeros(n, bool)}
+        found["finished"][trials] = True
+        for name, kind in self.label.layout.labels.items():  # type: ignore[union-attr]
+            values = to_array([value for record in self._records.values() for value in record.labels[name]], kind)
+            blank = "" if kind == "str" else np.nan if values.dtype.kind == "f" else 0
+            found[name] = np.full(
+                n, blank, dtype=values.dtype if values.size else np.dtype("U1" if kind == "str" else kind)
+            )
+            found[name][trials] = values
+        return found
 
     def read(self) -> xr.Dataset:
-        """The finished trials in trial order."""
+        """The finished trials in trial order, lazily."""
         if not self.finished:
             raise StoreError(f"the store {self.path} holds no finished trial yet.")
-        return assemble(self.path, self._layout, sorted(self.finished), self._limits)
+        return read_store(self.path)
 
     def close(self) -> None:
-        """Add the trials' labels as arrays, for readers that know Zarr but not the records, and let go of the lock.
-
-        The labels are only a copy of what the records hold, so they need not survive a power cut.
-        """
+        """Copy the labels for other readers, and let go of the lock."""
         try:
-            if self.finished:
+            if len(self.finished) != self._copied:
                 with explain(self.path, "labels are not written; the finished trials are safe"):
-                    self._write_labels()
+                    self._copy()
         finally:
             self._lock.release()
-
-    def _write_labels(self) -> None:
-        layout = self._layout
-        records = {
-            index: read_record(record_path(self.path, index), index, layout)["values"] for index in self.finished
-        }
-        for name, kind in layout.recorded.items():
-            empty = "" if kind == "str" else np.nan if np.dtype(kind).kind == "f" else 0
-            values = [records[n][name] if n in records else empty for n in range(self.n_trials)]
-            array = np.array(values, dtype=object if kind == "str" else kind)
-            info = describe_array(name, array, ("trial",), attributes=layout.attributes[name])
-            (self.path / name).mkdir(exist_ok=True)
-            write_atomic(self.path / name / info.key((0,)), encode_chunk(array), durable=False)
-            write_atomic(self.path / name / "zarr.json", write_array_metadata(info), durable=False)
-        attributes = {**layout.attributes[""], "coordinates": " ".join(sorted(layout.coordinates))}
-        attributes |= {"n_finished": len(self.finished), "feeler_store": self._label()}
-        write_atomic(self.path / "zarr.json", write_group_metadata(attributes))
 
     def __enter__(self) -> "Store":
         return self
@@ -196,27 +281,53 @@ class Store:
                 raise
 
 
-def _find_intact(path: Path, layout: Layout, n_trials: int) -> set[int]:
-    """Finished trials that can be read; a damaged one is announced and its record removed, so it is computed again."""
-    damage = find_damage(path, layout, n_trials)
-    for index, reason in damage.items():
-        warnings.warn(f"trial {index} will be computed again: {reason}", stacklevel=5)
-        record_path(path, index).unlink()
-    return set(find_records(path))
+def save_store(dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None) -> None:
+    """Write a Dataset as a store, group by group; the folder must be new or empty."""
+    n_trials = dataset.sizes.get("trial", 0)
+    if n_trials < 1:
+        raise InvalidInput(f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}.")
+    configuration = {"configuration": dataset.attrs.get("configuration", "")}
+    with open_store(path, configuration, n_trials, group_size=group_size) as store:
+        if store.finished:
+            raise InvalidInput(f"{path} already holds trials. Choose a new folder.")
+        size = store.label.group
+        for start in range(0, n_trials, size):
+            part = dataset.isel(trial=slice(start, start + size))
+            store.append(range(start, start + part.sizes["trial"]), part)
+
+
+def _merge(old: Record, new: Record) -> Record:
+    """Both records' trials, in order."""
+    trials = old.trials + new.trials
+    order = np.argsort(trials)
+    labels = {name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels}
+    made = old.made + new.made
+    return replace(new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else [])
+
+
+def _find_intact(path: Path, label: Label) -> dict[int, Record]:
+    """Records of groups that can be read; a damaged group is announced and its record removed: it is computed again."""
+    records = {}
+    for group in find_groups(path):
+        try:
+            records[group] = read_record(path, group, label)
+            check_shards(path, records[group], label)
+        except InvalidInput as error:
+            records.pop(group, None)
+            first, last = group * label.group, min((group + 1) * label.group, label.n_trials) - 1
+            warnings.warn(f"trials {first} to {last} will be computed again: {error}", stacklevel=6)
+            record_path(path, group).unlink()
+    return records
 
 
 def _make_folder(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
-    if path.exists() and not (path / "zarr.json").exists():
-        foreign = [
-            entry.name for entry in list_folder(path) if entry.name != PROGRESS and not _is_temporary(entry.name)
-        ]
+    if path.exists() and not (path / PROGRESS).is_dir():
+        foreign = [entry.name for entry in list_folder(path) if not _is_temporary(entry.name)]
         if foreign:
             raise StoreError(f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new folder.")
     (path / PROGRESS).mkdir(parents=True, exist_ok=True)
-    if not (path / PROGRESS / "zarr.json").exists():
-        write_atomic(path / PROGRESS / "zarr.json", write_group_metadata({}))
     sync_folder(path)
     sync_folder(path.absolute().parent)
 
@@ -233,36 +344,24 @@ def _is_temporary(name: str) -> bool:
     return name.startswith(".") and name.endswith(TEMPORARY)
 
 
-def _check_configuration(path: Path, configuration: dict[str, Any], n_trials: int, limits: Limits) -> None:
-    label = read_label(path, limits)
-    differences = find_differences(label.get("configuration"), configuration)
-    if label["n_trials"] != n_trials:
-        differences.insert(0, f"number of trials: {label['n_trials']} → {n_trials}")
+def _check_configuration(path: Path, stored: Label, asked: Label) -> None:
+    differences = find_differences(stored.configuration, asked.configuration)
+    if stored.n_trials > asked.n_trials:
+        differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
     if differences and all(words.startswith(ORIGIN) for words in differences):
         raise StoreError(
             f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old and new trials "
             "might not fit together. Finish it with the code that began it, or use a new store; feeler.load reads it."
         )
-    if differences or label.get("digest") != compute_digest(configuration):
-        raise StoreError(
-            f"the store {path} was made by another configuration (stored → asked): "
-            f"{'; '.join(differences) or 'its digest differs'}. Use a new store, or the stored configuration."
-        )
+    if differences:
+        raise _differ(path, differences)
 
 
-def _write_array(path: Path, info: ArrayInfo, values: np.ndarray | None) -> dict[str, bytes]:
-    """An array's folder, before the schema makes it count: its metadata, and its one chunk if values are given.
-
-    Returns what the files now hold.
-    """
-    (path / info.name).mkdir(exist_ok=True)
-    files = {f"{info.name}/zarr.json": write_array_metadata(info)}
-    if values is not None and values.size:
-        files[f"{info.name}/{info.key((0,) * len(info.shape))}"] = encode_chunk(values)
-    for name, raw in files.items():
-        write_synced(path / name, raw)
-    sync_folder(path / info.name)
-    return files
+def _differ(path: Path, differences: list[str]) -> StoreError:
+    return StoreError(
+        f"the store {path} was made by another configuration (stored → asked): {'; '.join(differences)}. "
+        "Use a new store, or the stored configuration."
+    )
 
 
 @contextmanager

@@ -1,123 +1,193 @@
-"""One tensor as CSV: notes above, then time and one column per sensor; every number to its last digit."""
+"""Tables of numbers from delimited text: the one door for tracks, recordings and calibration tables."""
 
-import csv
 import io
-import json
 import os
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from feeler.errors import InvalidInput
-from feeler.provenance import make_plain
-from feeler.tensors.disk import write_atomic
-from feeler.tensors.limits import Limits, find_limits, parse_json, read_bytes
-from feeler.tensors.plain import complete, describe, restore
 
-MAGIC = "# feeler tensor"
-DESCRIPTION = "# description: "
-COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
+MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
+MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
+MAX_COLUMNS = 1024  # [C]
+MAX_COMMENTS = 200  # [C]
+MAX_LINE = 65_536  # [C] characters
+MAX_NUMBER = 1e30  # [C] no measured quantity is larger, and the products of larger ones overflow
+MISSING = ("", "nan", "na", "null", "none", "-")
 
 
-def save_csv(dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0) -> None:
-    """Write one variable (trial, sensor, time) of one trial.
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Named columns of numbers with the comments above them.
 
-    Line 1 says what the file is; the notes below it are the trial's labels, one ``# name: value`` each, and one line of
-    JSON that restores the Dataset; then a header row ``time_ms, sensor1_rad, …`` and one row per sample.
+    ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``# key: value``,
+    ``line`` (row,) the line number of each row in the file, ``source`` the file's name.
     """
-    if variable not in dataset or dataset[variable].dims != ("trial", "sensor", "time"):
-        valid = [str(name) for name, item in dataset.items() if item.dims == ("trial", "sensor", "time")]
-        raise InvalidInput(
-            f"no tensor {variable!r} of dims (trial, sensor, time); valid: {', '.join(valid) or 'none'}."
-        )
-    if not 0 <= trial < dataset.sizes["trial"]:
-        raise InvalidInput(f"trial must lie in 0 … {dataset.sizes['trial'] - 1}, got {trial}.")
-    one = complete(dataset)[[variable]].isel(trial=[trial])
-    if "time" not in one.coords:
-        raise InvalidInput("the Dataset has no coordinate time [ms].")
-    text = io.StringIO()
-    text.write(f"{MAGIC}\n# variable: {variable}\n# unit: {one[variable].attrs.get('units', '')}\n")
-    for name, label in one.coords.items():
-        if label.dims == ("trial",):
-            text.write(f"# {name}: {str(label.values[0])[:200]!s}\n".replace("\r", " "))
-    rest = one.drop_vars([variable, "time"])
-    roles = {"variable": variable, "attributes": make_plain(dict(one[variable].attrs))}
-    content = {
-        "rest": json.loads(describe(rest)),
-        "numbers": exact_numbers(rest),
-        "time": make_plain(dict(one.time.attrs)),
-        **roles,
-    }
-    text.write(f"{DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
-    unit = COLUMN_UNITS.get(one[variable].attrs.get("units"), "value")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
-    for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):
-        writer.writerow([repr(float(time)), *(repr(float(value)) for value in row)])
-    write_atomic(Path(path), text.getvalue().encode())
+
+    columns: tuple[str, ...]
+    values: np.ndarray
+    notes: dict[str, str]
+    line: np.ndarray
+    source: str
+
+    def column(self, name: str) -> np.ndarray:
+        """Values (row,) of the column called ``name``; the error lists the columns there are."""
+        if name not in self.columns:
+            raise InvalidInput(f"{self.source}: no column {name!r}; its columns are {_list(self.columns)}.")
+        return self.values[:, self.columns.index(name)]
 
 
-def exact_numbers(dataset: xr.Dataset) -> dict[str, list]:
-    """Every number of a Dataset's variables in JSON's types, flat; see :func:`restore_numbers`."""
-    numbers = {str(name): item for name, item in dataset.variables.items() if item.dtype.kind not in "UOT"}
-    return {name: make_plain(item.values.ravel()) for name, item in numbers.items()}
+def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS) -> Table:
+    """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is ever executed.
+
+    Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``, ``NA``, ``null``,
+    ``none`` and ``-`` are missing values. Everything else must be a number of at most 1e30 with a decimal point.
+
+    Raises
+    ------
+    InvalidInput
+        Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong width, or a cell that
+        is no number (named by line and column).
+    """
+    return parse_table(_read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
 
 
-def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by feeler.robot instead."""
-    limits = find_limits(limits)
-    return parse_csv(read_bytes(path, limits.max_text), Path(path).name, limits)
+def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) -> Table:
+    """As :func:`read_table`, from text that has already been read."""
+    notes, start, header = _read_notes(text)
+    if not header:
+        raise InvalidInput(f"{source}: no header row. The first line names the columns, separated by commas.")
+    delimiter = _find_delimiter(header)
+    columns = _read_header(header, delimiter, source)
+    values, numbers = _read_rows(text, start, delimiter, columns, source, max_cells)
+    return Table(columns=columns, values=values, notes=notes, line=numbers, source=source)
 
 
-def parse_csv(raw: bytes, source: str, limits: Limits) -> xr.Dataset:
-    """As :func:`load_csv`, from bytes."""
+def _read_text(path: str | os.PathLike, max_bytes: int) -> str:
     try:
-        lines = raw.decode("utf-8-sig").replace("\r\n", "\n").split("\n")
+        info = os.stat(path)
+        if not stat.S_ISREG(info.st_mode):
+            raise InvalidInput(f"{path} is not a regular file. Give the path of a CSV file.")
+        if info.st_size > max_bytes:
+            raise InvalidInput(
+                f"{path} has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it, or raise max_bytes."
+            )
+        with open(path, "rb") as file:
+            raw = file.read(max_bytes + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot read {path!s}: {reason}. Check the path.") from error
+    try:
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidInput(f"{source} is not UTF-8 text (byte {error.start}).") from error
-    if lines[0].strip() != MAGIC:
-        raise InvalidInput(
-            f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with load_recording."
-        )
-    notes = [line for line in lines if line.startswith(DESCRIPTION)]
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    if len(notes) != 1 or len(rows) < 2:
-        raise InvalidInput(f"{source} is damaged: it needs one line {DESCRIPTION.strip()!r}, a header and samples.")
-    content = parse_json(notes[0][len(DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}")
-    values = _numbers(rows, source, limits)
-    try:
-        return _assemble(content, values, source)
-    except InvalidInput:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InvalidInput(f"{source} is damaged: its description does not fit ({str(error)[:100]}).") from error
+        raise InvalidInput(f"{path} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8.") from error
+    if "\0" in text:
+        raise InvalidInput(f"{path} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _numbers(rows: list[tuple[int, str]], source: str, limits: Limits) -> np.ndarray:
-    """(sample, column) numbers below the header."""
-    width = rows[0][1].count(",") + 1
-    limits.check_shape((len(rows), width), 8, source)
-    values = np.empty((len(rows) - 1, width))
-    for row, (number, line) in enumerate(rows[1:]):
-        cells = line.split(",")
+def _list_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines with their numbers, one at a time: a list of them would take many times the text's memory."""
+    return enumerate(io.StringIO(text), 1)
+
+
+def _read_notes(text: str) -> tuple[dict[str, str], int, str]:
+    """Notes, and number and text of the header line."""
+    notes: dict[str, str] = {}
+    for number, line in _list_lines(text):
+        stripped = line.strip()
+        if stripped.startswith("#"):
+            key, colon, value = stripped.lstrip("# ").partition(":")
+            if colon and len(notes) < MAX_COMMENTS:
+                notes[key.strip().lower()[:200]] = value.strip()[:1000]
+        elif stripped:
+            return notes, number, line.rstrip("\n")
+    return notes, 0, ""
+
+
+def _find_delimiter(header: str) -> str:
+    return max(",;\t", key=header.count)
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def _read_header(line: str, delimiter: str, source: str) -> tuple[str, ...]:
+    if len(line) > MAX_LINE:
+        raise InvalidInput(f"{source}: the header has {len(line):,} characters, more than {MAX_LINE:,}. Is it a table?")
+    columns = tuple(_split(line, delimiter))
+    if len(columns) > 1 and columns[-1] == "":  # a trailing delimiter
+        columns = columns[:-1]
+    if len(columns) > MAX_COLUMNS:
+        raise InvalidInput(f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}.")
+    if any(not name for name in columns) or all(_is_number(name) for name in columns):
+        raise InvalidInput(f"{source}: the first row must name every column, got {_list(columns)}. Add a header row.")
+    if len(set(columns)) < len(columns):
+        double = next(name for name in columns if columns.count(name) > 1)
+        raise InvalidInput(f"{source}: two columns are called {double!r}. Give each its own name.")
+    return columns
+
+
+def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
+    """Numbered lines after line ``start`` that are neither empty nor notes."""
+    for number, line in _list_lines(text):
+        if number > start and not line.isspace() and not line.lstrip().startswith("#"):
+            yield number, line.rstrip("\n")
+
+
+def _read_rows(text, start, delimiter, columns, source, max_cells) -> tuple[np.ndarray, np.ndarray]:
+    width, count = len(columns), sum(1 for _ in _list_rows(text, start))
+    if count * width > max_cells:
+        raise InvalidInput(f"{source}: {count:,} rows × {width} columns exceed {max_cells:,} cells. Split it.")
+    values, numbers = np.empty((count, width)), np.empty(count, dtype=int)
+    for row, (number, line) in enumerate(_list_rows(text, start)):
+        numbers[row] = number
+        cells = _split(line, delimiter) if len(line) <= MAX_LINE else []
+        if len(cells) == width + 1 and cells[-1] == "":
+            cells = cells[:-1]
         if len(cells) != width:
-            raise InvalidInput(f"{source} line {number}: {len(cells)} cells where the header has {width}.")
+            raise InvalidInput(f"{source} line {number}: {len(cells)} cells where the header has {width} columns.")
         try:
             values[row] = [float(cell) for cell in cells]
-        except ValueError as error:
-            raise InvalidInput(f"{source} line {number}: {str(error)[:80]}.") from error
-    return values
+        except ValueError:
+            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+        if not np.all(np.abs(values[row]) <= MAX_NUMBER) or "_" in line:  # also where NaN stands
+            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+    return values, numbers
 
 
-def restore_numbers(numbers: dict[str, list]) -> dict[str, np.ndarray]:
-    """Arrays from what :func:`exact_numbers` gave; whole numbers stay whole, since above 2^53 no float is exact."""
-    whole = {name: all(isinstance(x, int) for x in item) for name, item in numbers.items()}
-    return {name: np.array(item if whole[name] else [float(x) for x in item]) for name, item in numbers.items()}
+def _read_cell(cell: str, source: str, number: int, column: str) -> float:
+    if cell.lower() in MISSING:
+        return np.nan
+    value = np.inf
+    if _is_number(cell):
+        value = float(cell)
+    if not np.isfinite(value):
+        hint = " Use a decimal point." if "," in cell else ""
+        raise InvalidInput(f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}")
+    if abs(value) > MAX_NUMBER:
+        raise InvalidInput(
+            f"{source} line {number}, column {column!r}: {cell[:40]!r} is larger than anything measured "
+            f"({MAX_NUMBER:g}). Mark a missing value by an empty cell."
+        )
+    return value
 
 
-def _assemble(content: dict, values: np.ndarray, source: str) -> xr.Dataset:
-    rest = restore(content["rest"], restore_numbers(content["numbers"]), source)
-    tensor = xr.Variable(("trial", "sensor", "time"), values[:, 1:].T[None], dict(content["attributes"]))
-    time = xr.Variable("time", values[:, 0], dict(content["time"]))
-    return rest.assign({str(content["variable"]): tensor}).assign_coords(time=time)
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def _list(names: tuple[str, ...]) -> str:
+    shown = ", ".join(name[:40] for name in names[:20])
+    return shown + (f", … ({len(names)} in all)" if len(names) > 20 else "")

@@ -1,10 +1,10 @@
 """Antennal kinematics from tracked landmarks: how fast an animal moves its antennae while it explores."""
 
+from feeler.tensors.table import Table, parse_table, read_table
 from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.exploration import Exploration, measure_exploration
 from feeler.tracking.speed import Sweeps, find_sweeps
 from feeler.tracking.synthetic import make_synthetic_tracks, save_dltdv
-from feeler.tracking.table import Table, parse_table, read_table
 from feeler.tracking.tracks import LANDMARKS, Tracks, load_tracks
 
 __all__ = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.tracking.table import Table, read_table
+from feeler.tensors.table import Table, read_table
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""

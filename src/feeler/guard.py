@@ -1,0 +1,162 @@
+"""The guard: a file from outside is opened by its library in a process of its own, with limits on memory and time.
+
+``function(path)`` runs there and gives JSON and arrays (anything with shape, dtype and slices). They come back through a
+pipe in frames: ``j`` the JSON and the arrays' types, ``d`` a block of numbers, ``e`` what is wrong. Whatever a hostile
+file does to its library happens in that process, which can write no file and is ended at the limits.
+"""
+
+import contextlib
+import json
+import math
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
+
+from feeler.errors import InvalidInput
+from feeler.limits import MAX_TEXT, Limits, find_limits
+
+try:
+    import resource
+except ImportError:  # not every system limits its processes: there, only the time on the clock ends one
+    resource = None  # type: ignore[assignment]
+
+BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
+BLOCK = 16 * 2**20  # bytes sent together
+TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PRELOAD": "::", "HDF5_USE_FILE_LOCKING": "FALSE"}
+_FRAME = struct.Struct(">cQ")
+Frames = Iterator[tuple[bytes, bytes]]
+Answer = tuple[Any, dict[str, Any]]
+
+
+def open_guarded(
+    function: str, path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
+) -> Answer:
+    """What ``function`` (``"module:name"``) makes of a file or folder: JSON, and arrays by name.
+
+    ``trusted=True`` calls it here, without limits: for files that you made yourself.
+
+    Raises
+    ------
+    InvalidInput
+        Damaged, of another kind, over the limits, or its library crashed or hung over it.
+    """
+    if trusted:
+        content, arrays = resolve_name(function)(os.fspath(path))
+        return content, {key: item[...] for key, item in arrays.items()}
+    limits, name = find_limits(limits), Path(path).name
+    return collect(_ask(function, os.fspath(path), limits, name), limits, name)
+
+
+def collect(frames: Frames, limits: Limits, name: str) -> Answer:
+    """JSON and arrays from frames; memory is taken once the sizes have passed."""
+    content, plan = json.loads(_take(frames, b"j", name))
+    limits.check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name)
+    return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
+
+
+def _fill(frames: Frames, kind: str, shape: list[int], name: str) -> Any:
+    import numpy as np  # whoever reads TOML does without
+
+    values, place = np.empty(math.prod(shape) * int(kind[-1]), np.uint8), 0
+    while place < values.size:
+        part = np.frombuffer(_take(frames, b"d", name), np.uint8)
+        values[place : place + part.size] = part
+        place += part.size
+    return values.view(kind).reshape(shape)
+
+
+def _take(frames: Frames, wanted: bytes, name: str) -> bytes:
+    kind, part = next(frames, (b"e", b"is damaged: its reader ended early."))
+    if kind != wanted or (wanted == b"d" and not part):
+        raise InvalidInput(f"{name}: {part[:1000].decode('utf-8', 'replace')}")
+    return part
+
+
+def _ask(function: str, path: str, limits: Limits, name: str) -> Frames:
+    """Frames from a process that runs :func:`main`."""
+    files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
+    size = sum(
+        os.lstat(file).st_size for file in [path, *(file for file, _ in zip(files, range(10_000), strict=False))]
+    )
+    seconds = limits.max_seconds + 30 * size / 2**30
+    command = [sys.executable, "-P", "-m", "feeler.guard", function, path, str(limits.max_bytes), str(seconds)]
+    environment = {**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]
+        clock = threading.Timer(seconds if resource is None else 6 * seconds + 30, process.kill)  # others want the CPU
+        clock.start()
+        try:
+            while len(head := process.stdout.read(_FRAME.size)) == _FRAME.size:
+                kind, length = _FRAME.unpack(head)
+                yield kind, process.stdout.read(min(length, MAX_TEXT))
+            if code := process.wait():
+                slow = code in (-signal.SIGKILL, -getattr(signal, "SIGXCPU", 0))
+                fate = f"took longer than {seconds:.3g} s (Limits.max_seconds)" if slow else f"broke down (code {code})"
+                raise InvalidInput(f"{name} is damaged or hostile: its reader {fate} over it.")
+        finally:
+            clock.cancel()
+            process.kill()
+
+
+def answer(function: str, path: str, max_bytes: int) -> Frames:
+    """The frames of one file; any failure becomes the last of them."""
+    try:
+        content, arrays = resolve_name(function)(path)
+        plan = [[name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()]
+        for name, kind, _ in plan:
+            if not TYPE.fullmatch(kind):
+                raise InvalidInput(f"{name[:60]!r} has the type {kind}; readable are numbers and texts.")
+        text = json.dumps([content, plan], default=str).encode()
+        if len(text) > MAX_TEXT:
+            raise InvalidInput(f"it holds {len(text) >> 20} MiB of text, over the limit of {MAX_TEXT >> 20} MiB.")
+        Limits(max_bytes=max_bytes).check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), "it")
+        yield b"j", text
+        for item in arrays.values():
+            yield from ((b"d", block) for block in _cut(item))
+    except InvalidInput as error:
+        yield b"e", str(error).encode("utf-8", "replace")
+    except MemoryError:
+        yield b"e", f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB).".encode()
+    except Exception as error:  # whatever a library says of a damaged file is news about the file, not about us
+        words = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        yield b"e", f"is damaged or of another kind ({words}).".encode("utf-8", "replace")
+
+
+def _cut(item: Any) -> Iterator[bytes]:
+    """An array's bytes in blocks; read by whole rows, and by whole chunks of the file."""
+    n_bytes = math.prod(item.shape) * item.dtype.itemsize
+    chunk = (getattr(item, "chunks", None) or (1,))[0] if item.shape else 1
+    rows = chunk * max(1, BLOCK * item.shape[0] // (chunk * n_bytes)) if item.shape and n_bytes else 1
+    for start in range(0, item.shape[0] if item.shape and n_bytes else 1, rows):
+        raw = (item[start : start + rows] if item.shape and n_bytes else item[()]).tobytes()
+        yield from (raw[place : place + BLOCK] for place in range(0, len(raw), BLOCK))
+
+
+def main() -> None:
+    """Answer on standard output; what libraries print goes elsewhere."""
+    function, path, max_bytes, seconds = sys.argv[1:]
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    limits = {"DATA": int(max_bytes) + BASE, "CPU": math.ceil(float(seconds)), "CORE": 0, "FSIZE": 0}
+    for name, wanted in limits.items():
+        with contextlib.suppress(AttributeError, ValueError, OSError):  # what this system has
+            kind = getattr(resource, f"RLIMIT_{name}")
+            wanted = min(wanted, resource.getrlimit(kind)[1] % (1 << 64))  # "without limit" is -1
+            resource.setrlimit(kind, (wanted, wanted))
+    for kind, part in answer(function, path, int(max_bytes)):
+        out.write(_FRAME.pack(kind, len(part)))
+        out.write(part)
+    out.flush()
+
+
+if __name__ == "__main__":
+    main()

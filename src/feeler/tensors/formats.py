@@ -1,0 +1,149 @@
+"""Formats: every kind of file that feeler knows, one record each; ``load``, ``save`` and ``info`` go through them.
+
+A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the package.
+"""
+
+import inspect
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from feeler.errors import InvalidInput
+from feeler.limits import Limits, find_limits
+from feeler.registry import Registry
+from feeler.tensors.contract import find_breaches, refuse
+
+START = 512  # bytes by which a file is recognised
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """One kind of file."""
+
+    words: str
+    """What ``feeler info`` calls it."""
+    kind: str = "tensors"
+    """What is in it: ``tensors``, ``model`` or ``antenna``."""
+    suffix: str = ""
+    """The ending by which ``save`` chooses it; empty where ``save`` does not write it."""
+    detect: Callable[[Path, bytes], bool]
+    """Whether the file, or folder, at the path is one; the second argument is how a file begins."""
+    load: Callable[..., Any]
+    """``load(path, limits, trusted)`` gives the content; feeler's own readers go through the guard unless trusted."""
+    save: Callable[..., None] | None = None
+    """``save(dataset, path, **options)``."""
+    describe: Callable[[Path], list[str]] | None = None
+    """More lines for ``feeler info`` that need not read the whole file."""
+    find_damage: Callable[[Path], list[str]] | None = None
+    """What is damaged, for ``feeler validate``; loading must be safe where nothing is."""
+
+
+FORMATS: Registry[Format] = Registry(
+    "format",
+    {
+        "store": "feeler.tensors.kinds:STORE",
+        "zarr": "feeler.tensors.kinds:ZARR",
+        "netcdf": "feeler.tensors.kinds:NETCDF",
+        "nwb": "feeler.tensors.kinds:NWB",
+        "mat": "feeler.tensors.kinds:MAT",
+        "csv": "feeler.tensors.kinds:CSV",
+        "antenna": "feeler.tensors.kinds:ANTENNA",
+        "model": "feeler.tensors.kinds:MODEL",
+    },
+)
+_HINTS = {
+    b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
+    b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",
+    b"\x80": "a Python pickle, which can run programs when opened: it is never read",
+    b"MATLAB 7.3": "MATLAB -v7.3: save it with '-v7', or as NetCDF",
+}
+
+
+def detect(path: str | os.PathLike) -> str:
+    """Name of a file's format, by its content; InvalidInput says what it is if none of them."""
+    path = Path(path)
+    start = b"" if path.is_dir() else _read_start(path)
+    for name, form in FORMATS.items():
+        if form.detect(path, start):
+            return name
+    hint = next((words for magic, words in _HINTS.items() if start.startswith(magic)), "")
+    known = ", ".join(form.words for form in FORMATS.values())
+    raise InvalidInput(f"{path.name} is {hint}." if hint else f"{path.name} is no file of feeler ({known}).")
+
+
+def _read_start(path: Path) -> bytes:
+    try:
+        if not path.is_file():  # also false for pipes and devices, which could keep us waiting
+            reason = "not a regular file" if path.exists() else "no such file"
+            raise InvalidInput(f"cannot read {path}: {reason}. Check the path.")
+        with open(path, "rb") as file:
+            return file.read(START)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}.") from error
+
+
+def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False) -> xr.Dataset:
+    """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB or CSV file.
+
+    A store is opened lazily; every other file is read by its library in a process of its own, with limits on memory and
+    time, and what comes back must keep the data contract in all that the contract knows.
+
+    Parameters
+    ----------
+    limits
+        What may be read at most; default 4 GiB and 10 s, or FEELER_MAX_GIB and FEELER_MAX_SECONDS.
+    trusted
+        Read in this process and without limits: for files that you made yourself.
+
+    Raises
+    ------
+    InvalidInput
+        Unreadable, of another kind, damaged, or over the limits.
+    """
+    form = FORMATS[detect(path)]
+    if form.kind != "tensors":
+        other = {"antenna": "an antenna: use load_antenna", "model": "a model: use load_encoder or TouchNetwork.load"}
+        raise InvalidInput(f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}.")
+    dataset = form.load(Path(path), find_limits(limits), trusted)
+    lazy = form.find_damage is not None
+    return dataset if lazy else refuse(find_breaches(dataset, whole=False), dataset)
+
+
+def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> None:
+    """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a registered one.
+
+    CSV holds one tensor (``variable=``, ``trial=``), NWB asks for ``session_start=`` and ``identifier=``. Every
+    kind carries configuration, units, versions and licence.
+
+    Raises
+    ------
+    InvalidInput
+        Another ending, options that the kind lacks or does not know, or a Dataset that it cannot hold.
+    """
+    suffix = Path(path).suffix.lower()
+    write = find_writer(suffix)
+    try:
+        inspect.signature(write).bind(dataset, path, **options)
+    except TypeError as error:
+        wanted = ", ".join(f"{name}=" for name in list_options(suffix)) or "no options"
+        raise InvalidInput(f"cannot write {suffix} with these options ({error}); it takes {wanted}.") from None
+    write(dataset, path, **options)
+
+
+def find_writer(suffix: str) -> Callable[..., None]:
+    """What writes files with this ending."""
+    writers = {form.suffix: form.save for form in FORMATS.values() if form.suffix and form.save}
+    if suffix not in writers:
+        raise InvalidInput(f"unknown ending {suffix!r}; valid: {', '.join(writers)}.")
+    return writers[suffix]
+
+
+def list_options(suffix: str) -> list[str]:
+    """Names of the options that the writer of an ending takes."""
+    return list(inspect.signature(find_writer(suffix)).parameters)[2:]

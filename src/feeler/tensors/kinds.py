@@ -1,0 +1,91 @@
+"""The formats that feeler ships, as records for the registry."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import xarray as xr
+
+from feeler.antenna.file import read_antenna_file
+from feeler.guard import open_guarded
+from feeler.limits import Limits
+from feeler.tensors import records, store, stored
+from feeler.tensors.csvfile import MAGIC, load_csv, save_csv
+from feeler.tensors.formats import Format
+from feeler.tensors.mat import save_mat
+from feeler.tensors.models import read_model
+from feeler.tensors.netcdf import save_netcdf
+from feeler.tensors.nwb import save_nwb
+from feeler.tensors.plain import restore
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def guarded(function: str) -> Callable[[Path, Limits, bool], xr.Dataset]:
+    """A loader that lets the guard call ``function`` (``"module:name"``), which gives what ``plain.describe`` gives."""
+
+    def load(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
+        return restore(*open_guarded(function, path, limits, trusted=trusted), path.name)
+
+    return load
+
+
+def _starts(*magic: bytes) -> Callable[[Path, bytes], bool]:
+    return lambda path, start: start.startswith(magic)
+
+
+def _ending(suffix: str, form: Callable[[Path, bytes], bool]) -> Callable[[Path, bytes], bool]:
+    return lambda path, start: path.suffix.lower() == suffix and form(path, start)
+
+
+STORE = Format(
+    words="store of trials (Zarr v3)",
+    suffix=".zarr",
+    detect=lambda path, start: records.is_store(path),
+    load=lambda path, limits, trusted: stored.read_store(path),
+    save=store.save_store,
+    describe=stored.describe_store,
+    find_damage=stored.find_damage,
+)
+ZARR = Format(
+    words="Zarr v3 group", detect=lambda path, start: path.is_dir(), load=guarded("feeler.tensors.readers:read_zarr")
+)
+NWB = Format(
+    words="NWB file (HDF5)",
+    suffix=".nwb",
+    detect=_ending(".nwb", _starts(HDF5)),
+    load=guarded("feeler.tensors.readers:read_hdf5"),
+    save=save_nwb,
+)
+NETCDF = Format(
+    words="NetCDF-4 file (HDF5)",
+    suffix=".nc",
+    detect=lambda path, start: start.startswith(HDF5) and path.suffix.lower() != ".nwb",
+    load=guarded("feeler.tensors.readers:read_hdf5"),
+    save=save_netcdf,
+)
+MAT = Format(
+    words="MATLAB 5 file",
+    suffix=".mat",
+    detect=_starts(b"MATLAB 5.0 MAT-file"),
+    load=guarded("feeler.tensors.readers:read_mat"),
+    save=save_mat,
+)
+CSV = Format(
+    words="one tensor as CSV",
+    suffix=".csv",
+    detect=_starts(MAGIC.encode(), b"\xef\xbb\xbf" + MAGIC.encode()),
+    load=lambda path, limits, trusted: load_csv(path, limits),
+    save=save_csv,
+)
+ANTENNA = Format(
+    words="antenna (TOML)",
+    kind="antenna",
+    detect=lambda path, start: path.suffix.lower() == ".toml" or b"feeler.antenna/" in start,
+    load=lambda path, limits, trusted: read_antenna_file(path),
+)
+MODEL = Format(
+    words="model (safetensors)",
+    kind="model",
+    detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
+    load=lambda path, limits, trusted: read_model(path, limits, trusted=trusted),
+)

@@ -1,0 +1,180 @@
+"""Stored trials as a Dataset that reads its numbers when they are used."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from feeler.errors import InvalidInput
+from feeler.tensors.quantities import QUANTITIES, derive_curvature
+from feeler.tensors.records import Label, check_shards, find_groups, read_label, read_record
+from feeler.tensors.shards import find_key, open_array
+
+MAX_LISTED = 1000  # trials, above which what each was made with stays in the records
+MANY = 64  # groups, above which the labels come from their arrays instead of the records
+
+
+class _Lazy(BackendArray):
+    """Trials of one array of a store; divided by ``length`` (sensor,) where curvature is derived from angle."""
+
+    def __init__(self, array: Any, path: Path, length: np.ndarray | None = None) -> None:
+        self.array, self.path, self.length = array, path, length
+        self.shape, self.dtype = array.shape, array.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple) -> np.ndarray:
+        try:
+            values = np.asarray(self.array.oindex[key])
+        except Exception as error:  # whatever zarr says of a damaged shard is news about the shard
+            raise InvalidInput(
+                f"{self.path}: {self.array.name or 'a variable'} is damaged ({str(error)[:150]}). feeler validate names the "
+                "trials, and the command that made the store computes them again."
+            ) from error
+        if self.length is None:
+            return values
+        length = np.broadcast_to(self.length[:, None], self.shape)
+        for axis in reversed(range(len(key))):
+            length = length[(slice(None),) * axis + (key[axis],)]
+        return derive_curvature(values, length).astype(self.dtype)
+
+
+def read_store(path: str | os.PathLike) -> xr.Dataset:
+    """The finished trials of a store, in trial order, lazily and without locking it.
+
+    Labels are in memory; numbers are read when they are used. Curvature is derived from angle where it is not stored.
+
+    Raises
+    ------
+    InvalidInput
+        No store, no finished trial, or damaged.
+    """
+    path = Path(path)
+    label = read_label(path)
+    groups = find_groups(path) if label.layout is not None else []
+    if not groups:
+        raise InvalidInput(f"the store {path} holds no finished trial yet. Let the simulation go on.")
+    _check_files(path, label, groups)
+    try:
+        return _assemble(path, label, *_read_labels(path, label, groups))
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(f"{path} is damaged: {str(error)[:200]}.") from error
+
+
+def _check_files(path: Path, label: Label, groups: list[int]) -> None:
+    """Raise where a shard is missing, which Zarr would read as NaN, or is a link, which may lead anywhere."""
+    for name, item in label.layout.variables.items():  # type: ignore[union-attr]
+        try:
+            found = {entry.name: entry.is_symlink() for entry in os.scandir(path / name)}
+        except OSError as error:
+            raise InvalidInput(f"{path / name} cannot be read: {error.strerror}.") from error
+        for group in groups:
+            if found.get(key := find_key(group, item), True):
+                raise InvalidInput(
+                    f"{path / name / key} is {'a link' if key in found else 'missing'}. The command that made the store "
+                    "computes its trials again."
+                )
+
+
+def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarray, dict[str, np.ndarray], list]:
+    """Finished trials, their labels, and what they were made with where they are few."""
+    whole, copies = _read_copies(path, label) if len(groups) > MANY else (set(), {})
+    kinds = label.layout.labels  # type: ignore[union-attr]
+    trials: list[np.ndarray] = []
+    made: list[Any] = []
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in kinds}
+    for group in groups:
+        if group in whole:
+            rows = np.arange(group * label.group, min((group + 1) * label.group, label.n_trials))
+            values = {name: copies[name][rows] for name in kinds}
+        else:
+            record = read_record(path, group, label)
+            rows, values = np.array(record.trials), record.labels
+            made += record.made
+        trials.append(rows)
+        for name, kind in kinds.items():
+            parts[name].append(to_array(values[name], kind))
+    return np.concatenate(trials), {name: np.concatenate(part) for name, part in parts.items()}, made
+
+
+def to_array(values: Any, kind: str) -> np.ndarray:
+    """Labels as an array; infinite and NaN ones are words in JSON."""
+    if kind == "str":
+        return np.array([str(value) for value in values], dtype=str)
+    if isinstance(values, np.ndarray):
+        return values.astype(kind)
+    return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(kind)
+
+
+def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, np.ndarray]]:
+    """Whole groups whose labels are in the labels' arrays, and these arrays; none where they cannot be read."""
+    import zarr
+
+    try:
+        group = zarr.open_group(path, mode="r", zarr_format=3)
+        finished = group["finished"][...]
+        copies = {name: np.asarray(group[name][...]) for name in label.layout.labels}  # type: ignore[union-attr]
+    except Exception:  # they are copies, and the records have it all
+        return set(), {}
+    ends = range(0, min(finished.size, label.n_trials), label.group)
+    return {start // label.group for start in ends if finished[start : start + label.group].all()}, copies
+
+
+def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, np.ndarray], made: list) -> xr.Dataset:
+    layout = label.layout
+    dataset = layout.make_shared()  # type: ignore[union-attr]
+    size = (int(trials[-1]) // label.group + 1) * label.group
+    found: dict[str, xr.Variable] = {}
+    for name, item in layout.variables.items():  # type: ignore[union-attr]
+        found[name] = _open(path, name, item, size, label, trials)
+        if name == "angle" and "curvature" not in layout.variables and "segment_length" in dataset:  # type: ignore[union-attr]
+            length = dataset["segment_length"].values
+            quantity = QUANTITIES["curvature"]
+            attrs = {"units": quantity.unit, "long_name": quantity.meaning}
+            found["curvature"] = _open(path, name, item, size, label, trials, length, attrs)
+    for name, values in labels.items():
+        found[name] = xr.Variable("trial", values, layout.attributes.get(name))  # type: ignore[union-attr]
+    coordinates = {n: found.pop(n) for n in layout.coordinates if n in found}  # type: ignore[union-attr]
+    if trials.size == len(made) <= MAX_LISTED:
+        dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
+    return dataset.assign(found).assign_coords(coordinates)
+
+
+def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.Variable:
+    array = _Lazy(open_array(path, name, item, size, label.group), path, length)
+    variable = xr.Variable(item.dims, indexing.LazilyIndexedArray(array), item.attributes if attrs is None else attrs)
+    first, last = int(trials[0]), int(trials[-1])
+    whole = trials.size == last - first + 1
+    return variable.isel(trial=slice(first, last + 1) if whole else trials)
+
+
+def describe_store(path: Path) -> list[str]:
+    """How much of a store is finished, without reading its numbers."""
+    label = read_label(path)
+    groups = find_groups(path)
+    count = sum(len(read_record(path, group, label).trials) for group in groups) if len(groups) <= MANY else None
+    words = (
+        f"{count} of {label.n_trials} trials"
+        if count is not None
+        else f"{len(groups):,} groups of {label.group} trials"
+    )
+    return [f"{words} finished"]
+
+
+def find_damage(path: Path) -> list[str]:
+    """What is wrong with the shards and records of a store, one line for each group."""
+    label, problems = read_label(path), []
+    for group in find_groups(path):
+        try:
+            check_shards(path, read_record(path, group, label), label)
+        except InvalidInput as error:
+            problems.append(f"{error} The command that made the store computes them again.")
+    return problems
