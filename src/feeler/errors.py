@@ -26,6 +26,10 @@ class SimulationDiverged(FeelerError, RuntimeError):
         return type(self), (self.label, self.time, self.angle, self.velocity)
 
 
+class Inaccurate(UserWarning):
+    """Some touches did not reach the accuracy that was asked for."""
+
+
 class StoreError(FeelerError, OSError):
     """A store that is locked, damaged, or made by another configuration."""
 

@@ -12,7 +12,8 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Motion
-from feeler.provenance import make_plain
+from feeler.provenance import compute_digest, make_plain
+from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import reduce_motion, stack_readings
 from feeler.tensors.store import Store
@@ -42,16 +43,26 @@ class Plan:
         """The Dataset of these trials from their readings."""
         trials = [self.trials[index] for index in indices]
         labels = {
-            "feature": [trial.feature.name for trial in trials],
+            "feature": [trial.name for trial in trials],
             "kind": [trial.feature.kind for trial in trials],
             "size": [trial.feature.size for trial in trials],
             **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
+            "base": [describe_base(trial.base) for trial in trials],
             "antenna": [self.antenna.name] * len(trials),
             "source": ["simulation"] * len(trials),
             "seed": [self.seeds[index] for index in indices],
         }
         tensors = stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
         return tensors.assign_coords(trial=list(indices))
+
+
+def describe_base(base: BaseMotion | None) -> str:
+    """A base motion in one line: nothing where it is clamped, a recorded path by its fingerprint."""
+    if base is None:
+        return ""
+    if base.time is not None:
+        return f"path {compute_digest(base)[:8]}"
+    return f"velocity {base.velocity[0]:g} {base.velocity[1]:g} mm/ms, turn {base.turn:g} rad/ms"
 
 
 class Gathering:

@@ -8,6 +8,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
+from feeler.physics.contact import Contact
 from feeler.physics.run import Result, run_group
 from feeler.physics.scene import Motion, Scene
 
@@ -39,7 +40,7 @@ def run_accurately(
     the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
     scenes that are not accurate enough go on to h/4, and so on.
     """
-    timestep = _find_coarsest(scenes, sample_interval)
+    timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
     results: list[Result] = list(_run(scenes, range(len(scenes)), duration, sample_interval, timestep, engine, stop))
     todo = list(range(len(scenes)))
     for _ in range(HALVINGS):
@@ -58,10 +59,9 @@ def _run(scenes, chosen, duration, sample_interval, timestep, engine, stop) -> l
     return run_group([scenes[i] for i in chosen], clock, engine, stop)
 
 
-def _find_coarsest(scenes: Sequence[Scene], sample_interval: float) -> float:
-    """The largest whole part of a sample that every scene's contact allows [ms]."""
-    limit = min(scene.contact.solref[0] / 2 for scene in scenes)
-    return sample_interval / np.ceil(sample_interval / limit * (1 - 1e-9))
+def find_coarsest(contact: Contact, sample_interval: float) -> float:
+    """The largest whole part of a sample that the contact allows [ms]."""
+    return float(sample_interval / np.ceil(2 * sample_interval / contact.solref[0] * (1 - 1e-9)))
 
 
 def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:

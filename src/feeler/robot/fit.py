@@ -111,12 +111,12 @@ def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
 
 def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> np.ndarray:
     """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at rest."""
-    from feeler.physics.run import run_scene
     from feeler.physics.clock import Clock
+    from feeler.physics.run import run_scene
     from feeler.physics.scene import Scene
 
     clock = Clock(duration=duration, sample_interval=INTERVAL, timestep=TIMESTEP)
-    return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock, "chain").angle.T
+    return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock).angle.T
 
 
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.stimulus import Ball, Box, Trial
 
 SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
@@ -16,7 +17,6 @@ SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slip
 TIMESTEP = 0.05  # [C] ms; 0.025 changes aligned tensors less than the touches' own spread
 INTERVAL = 1.0  # [P] ms
 ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
-ENGINE = "chain"
 WORKERS = 2  # threads; the numbers do not depend on it
 
 Label = tuple[str, float, float]
@@ -63,7 +63,7 @@ def simulate_pairs(
     *,
     duration: float | None = None,
     timestep: float = TIMESTEP,
-    engine: str = ENGINE,
+    engine: str = DEFAULT_ENGINE,
     workers: int = WORKERS,
 ) -> list[np.ndarray]:
     """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations run together.

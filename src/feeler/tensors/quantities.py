@@ -84,6 +84,22 @@ for _name, _quantity in {
         make=_take("contact_place"),
         gaps=True,
     ),
+    "base_pose": Quantity(
+        meaning="x, y [mm] and heading [rad] of the base",
+        dims=("trial", "time", "pose"),
+        make=_take("base"),
+        optional=True,
+    ),
+    "timestep": Quantity(
+        unit="ms", meaning="integration step that reached the accuracy", dims=("trial",), make=_take("timestep"), optional=True
+    ),
+    "error": Quantity(
+        unit="1",
+        meaning="greatest error over the peak, estimated by step doubling",
+        dims=("trial",),
+        make=_take("error"),
+        optional=True,
+    ),
     "time": _label("ms", "", "time", required=True),
     "position": _label("1", "arc length of the sensor's hinge over antenna length", "sensor", required=True),
     "segment": _label("", "number of the sensor's hinge, 1 at the base", "sensor", required=True),
@@ -97,6 +113,7 @@ for _name, _quantity in {
     "side": _label("", "the side the object comes from"),
     "lead": _label("ms", "time before contact"),
     "friction": _label("1", "coefficient of sliding friction"),
+    "base": _label("", "how the base moves; empty where it is clamped"),
     "antenna": _label("", "name of the antenna", required=True),
     "source": _label("", "simulation, robot or surrogate", required=True),
     "seed": _label("", "the trial's own seed", required=True),
