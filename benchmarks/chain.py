@@ -21,15 +21,16 @@ import mujoco as mj
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.physics import chain, mujoco
-from feeler.physics.chain.batch import LANES, Batch, step_many
-from feeler.physics.chain.model import make_model
+from feeler.physics import mujoco
+from feeler.physics.chain.batch import LANES, ChainStepper
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene, make_scene
+from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, make_feature, make_grid
 
 TIMESTEP = 0.02  # ms
+ENGINES = {"parity": "chain", "consistent": "chain-consistent"}
 TURNS, STEPS = 12, 100
 
 
@@ -52,20 +53,12 @@ class Chain:
     """Steps of one scene in each of ``lanes`` lanes."""
 
     def __init__(self, scene: Scene, lanes: int, scheme: str, warm_up: int) -> None:
-        clock = Clock(duration=1.0, sample_interval=1.0, timestep=TIMESTEP)
-        models = [make_model(scene, TIMESTEP)] * lanes
-        self.batch, self.lanes, self.done = Batch([scene] * lanes, models, clock, scheme == "consistent"), lanes, 0
-        self.batch.stop = None
+        self.stepper, self.lanes = ChainStepper([scene] * lanes, TIMESTEP, scheme == "consistent"), lanes
         self.step(warm_up)
 
     def step(self, n_steps: int) -> None:
         """Advance every lane."""
-        b = self.batch
-        step_many(
-            self.done, n_steps, TIMESTEP, b.constants, b.work, b.wides, b.obj, b.shapes, b.legs, b.place, b.contacts,
-            b.loaded, b.force, b.damped, b.width,
-        )  # fmt: skip
-        self.done += n_steps
+        self.stepper.step(n_steps)
 
 
 class Mujoco:
@@ -79,8 +72,7 @@ class Mujoco:
         self.data = mj.MjData(self.model)
         n = scene.antenna.n_segments
         self.data.qpos[:n], self.data.qvel[:n] = scene.initial_angle, scene.initial_velocity
-        if scene.feature is not None:
-            self.data.qvel[n:] = scene.path.velocity[0]
+        self.data.qvel[n:] = np.ravel([[*item.velocity, item.turn] for item in scene.objects])
         self.step(warm_up)
 
     def step(self, n_steps: int) -> None:
@@ -105,7 +97,7 @@ def compare(name: str, scene: Scene, warm_up: int) -> dict[str, dict[str, float]
         "MuJoCo, converged": Mujoco(scene, warm_up, 0.0, 25),
         "MuJoCo, quick": Mujoco(scene, warm_up, 1e-8, 100),
     }
-    for scheme in chain.SCHEMES:
+    for scheme in ENGINES:
         for lanes in (1, LANES):
             runners[f"chain, {scheme}, {lanes}"] = Chain(scene, lanes, scheme, warm_up)
     times, found = measure(runners), {}
@@ -138,7 +130,7 @@ def run_paper(scheme: str) -> tuple[float, float]:
     trials = make_grid(features, [0.5, 0.6, 0.7, 0.8, 0.9], [0.6, 0.3, 0.06])
     scenes = [make_scene(antenna, trial) for trial in trials]
     start, used = time.perf_counter(), time.process_time()
-    chain.run_batch(scenes, Clock(duration=380.0, timestep=TIMESTEP), workers=2, scheme=scheme)
+    simulate(scenes, Clock(duration=380.0, timestep=TIMESTEP), workers=2, engine=ENGINES[scheme])
     return time.perf_counter() - start, time.process_time() - used
 
 
@@ -146,10 +138,10 @@ def time_cold_start() -> dict[str, list[float]]:
     """Processor seconds of a first and a second process that simulate one step, with an empty compile cache."""
     code = (
         "import time; t = time.process_time(); from feeler.presets import make_preset; "
-        "from feeler.physics import chain; from feeler.physics.clock import Clock; "
+        "from feeler.physics.simulate import simulate; from feeler.physics.clock import Clock; "
         "from feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); "
-        "t1 = time.process_time(); c = Clock(duration=2, timestep=0.02); chain.run(s, c); t2 = time.process_time(); "
-        "chain.run_batch([s, s], c); print(t1 - t, t2 - t1, time.process_time() - t2)"
+        "t1 = time.process_time(); c = Clock(duration=2, timestep=0.02); simulate([s], c); t2 = time.process_time(); "
+        "simulate([s, s], c); print(t1 - t, t2 - t1, time.process_time() - t2)"
     )
     found = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -172,7 +164,7 @@ def main() -> None:
         trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.3, lead=0.5432)
         results[kind] = compare(f"{kind} in contact", make_scene(antenna, trial), 400)
     results["growth"] = grow()
-    results["paper"] = {scheme: run_paper(scheme) for scheme in chain.SCHEMES}
+    results["paper"] = {scheme: run_paper(scheme) for scheme in ENGINES}
     for scheme, (wall, used) in results["paper"].items():
         print(f"90 touches of 380 ms at {TIMESTEP} ms, 2 threads, {scheme}: {wall:.1f} s, {used:.1f} s of processor")
     results["start"] = time_cold_start()

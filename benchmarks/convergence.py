@@ -16,17 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
-from feeler.physics import chain
 from feeler.physics.clock import Clock
-from feeler.physics.scene import Contact, Motion, Scene, make_scene
+from feeler.physics.contact import Contact, get_contact
+from feeler.physics.scene import Motion, Scene, make_scene
+from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, make_feature, make_grid
 
 DURATION = 380.0  # ms [P]
 NUDGE = 1e-6  # mm
 TIMESTEPS = (0.1, 0.05, 0.04, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025)
-FINEST = {"parity": 0.00125, "consistent": 0.0025}  # ms; the parity scheme needs more to be converged
+FINEST = {"chain": 0.00125, "chain-consistent": 0.0025}  # ms; MuJoCo's scheme needs more to be converged
+NAMES = {"chain": "parity", "chain-consistent": "consistent"}  # of the files in results/
 CONTACTS = {
+    "smooth": get_contact("smooth"),
     "solref 0.1": Contact(solref=(0.1, 1.0)),
     "solref 0.2": Contact(solref=(0.2, 1.0)),
     "solref 0.5": Contact(solref=(0.5, 1.0)),
@@ -44,8 +47,9 @@ def make_trials() -> list[Trial]:
 
 def nudge(scene: Scene) -> Scene:
     """The same scene, its object NUDGE further back."""
-    back = np.asarray(scene.origin) - NUDGE * np.asarray(scene.forward)
-    return replace(scene, origin=tuple(back))
+    item = scene.objects[0]
+    back = np.asarray(item.place) - NUDGE * np.asarray(item.forward)
+    return replace(scene, objects=(item.replace(place=tuple(back)),))
 
 
 def angles(motions: list[Motion]) -> np.ndarray:
@@ -64,13 +68,13 @@ def study(name: str, contact: Contact, how: dict, reference: dict) -> dict:
     antenna = make_preset("cockroach")
     scenes = [make_scene(antenna, trial, contact) for trial in make_trials()]
     result: dict = {"timestep": {}}
-    finest = FINEST[how["scheme"]]
+    finest = FINEST[how["engine"]]
     for h in sorted(t for t in {*TIMESTEPS, finest} if t <= contact.solref[0] / 2 * (1 + 1e-9)):
         start = time.perf_counter()
-        found = angles(chain.run_batch(scenes, Clock(duration=DURATION, timestep=h), **how))
+        found = angles(simulate(scenes, Clock(duration=DURATION, timestep=h), **how))
         if h == finest:
             reference[name] = found
-            nudged = chain.run_batch([nudge(s) for s in scenes], Clock(duration=DURATION, timestep=h), **how)
+            nudged = simulate([nudge(s) for s in scenes], Clock(duration=DURATION, timestep=h), **how)
             result["nudge"] = compute_error(angles(nudged), found).tolist()
             continue
         error = compute_error(found, reference[name])
@@ -86,10 +90,10 @@ def study(name: str, contact: Contact, how: dict, reference: dict) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--scheme", default="parity", choices=chain.SCHEMES)
+    parser.add_argument("--engine", default="chain", choices=FINEST)
     parser.add_argument("--contacts", nargs="*", default=list(CONTACTS))
     arguments = parser.parse_args()
-    how = {"workers": arguments.workers, "scheme": arguments.scheme}
+    how = {"workers": arguments.workers, "engine": arguments.engine}
     reference: dict[str, np.ndarray] = {}
     results = {}
     for name in arguments.contacts:
@@ -97,20 +101,20 @@ def main() -> None:
         nudged = np.array(results[name]["nudge"])
         labels = [t.label for t in make_trials()]
         print(f"{name}: 1 nm moves the worst touch by {nudged.max():.2%} ({labels[int(nudged.argmax())]})", flush=True)
-        write(arguments.scheme, results)
+        write(arguments.engine, results)
     base = reference.get("solref 0.2")
     if base is not None:
         for name, found in reference.items():
             error = compute_error(found, base)
             results[name]["from_default"] = error.tolist()
             print(f"{name:24s} against solref 0.2: median {np.median(error):.2%}, worst {error.max():.2%}")
-    write(arguments.scheme, results)
+    write(arguments.engine, results)
 
 
-def write(scheme: str, results: dict) -> None:
+def write(engine: str, results: dict) -> None:
     """Errors per touch, as far as they are known, into results/."""
     labels = [trial.label for trial in make_trials()]
-    path = Path(__file__).parent / "results" / f"convergence_{scheme}.json"
+    path = Path(__file__).parent / "results" / f"convergence_{NAMES[engine]}.json"
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.3g}"))
     path.write_text(json.dumps({"trials": labels, "contacts": rounded}) + "\n")
 

@@ -12,7 +12,8 @@ import numpy as np
 
 import feeler
 from feeler.physics.clock import Clock
-from feeler.physics.mujoco import compile_model, run
+from feeler.physics.mujoco import compile_model
+from feeler.physics.run import run_scene
 from feeler.physics.scene import make_scene
 
 DURATION, TIMESTEP, ROUNDS = 40.0, 0.02, 5
@@ -23,7 +24,7 @@ def time_bare(scene) -> float:
     model = compile_model(scene, TIMESTEP)
     data = mujoco.MjData(model)
     n = scene.antenna.n_segments
-    data.qvel[n : n + 2] = scene.path.velocity[0]
+    data.qvel[n : n + 2] = scene.objects[0].velocity
     steps = round((DURATION - 1.0) / TIMESTEP)
     start = time.process_time()
     mujoco.mj_step(model, data, nstep=steps)
@@ -31,12 +32,12 @@ def time_bare(scene) -> float:
 
 
 def time_ours(scene) -> float:
-    """Seconds of processor time per step of ``run``, compiling the model not counted."""
+    """Seconds of processor time per step of the reference engine, compiling the model not counted."""
     start = time.process_time()
     compile_model(scene, TIMESTEP)
     compiling = time.process_time() - start
     start = time.process_time()
-    run(scene, Clock(duration=DURATION, timestep=TIMESTEP))
+    run_scene(scene, Clock(duration=DURATION, timestep=TIMESTEP), "mujoco")
     return (time.process_time() - start - compiling) / round((DURATION - 1.0) / TIMESTEP)
 
 

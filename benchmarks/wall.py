@@ -11,9 +11,10 @@ import numpy as np
 
 from feeler.errors import FeelerError
 from feeler.physics.clock import Clock
-from feeler.physics.engine import get_engine
+from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
 from feeler.presets import PROFILE_NAMES, cockroach
+from feeler.stimulus.object import Object
 from feeler.stimulus.wall import Wall
 from feeler.wall import (
     FOLLOWING,
@@ -77,14 +78,11 @@ def compare_with_simulation() -> list[dict]:
             sweep = approach(cockroach(), posture, [12.0])
             scene = Scene(
                 antenna=sweep.antenna,
-                feature=Wall(),
-                origin=(12.0, 0.0),
-                forward=(-1.0, 0.0),
-                friction=friction,
-                base_angle=posture.base_angle,
+                objects=(Object(feature=Wall(), place=(12.0, 0.0), forward=(-1.0, 0.0), friction=friction),),
+                base=(0.0, 0.0, posture.base_angle),
                 angle=sweep.antenna.rest_angle + 1.1 * sweep.bend[0],
             )
-            motion = get_engine(engine).run_group([scene], Clock(duration=duration, timestep=0.02))[0]
+            motion = run_scene(scene, Clock(duration=duration, timestep=0.02), engine)
             gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
             rows.append({"engine": engine, "posture": label, "start_deg": float(gap[0]), "end_deg": float(gap[-1])})
     return rows

@@ -19,9 +19,7 @@ import pinocchio as pin
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics import mujoco
-from feeler.physics.chain.batch import LANES, Batch, step_many
-from feeler.physics.chain.model import make_model
-from feeler.physics.clock import Clock
+from feeler.physics.chain.batch import LANES, ChainStepper
 from feeler.physics.scene import Scene
 
 SEGMENTS = (10, 140, 300, 1000)
@@ -69,17 +67,7 @@ def make_mujoco(n: int):
 
 def make_chain(n: int, lanes: int):
     """Steps of ``lanes`` chains."""
-    scene = make_scene(n)
-    clock = Clock(duration=1.0, timestep=TIMESTEP)
-    b = Batch([scene] * lanes, [make_model(scene, TIMESTEP)] * lanes, clock)
-
-    def step(n_steps: int) -> None:
-        step_many(
-            0, n_steps, TIMESTEP, b.constants, b.work, b.wides, b.obj, b.shapes, b.legs, b.place, b.contacts, b.loaded,
-            b.force, b.damped, b.width,
-        )  # fmt: skip
-
-    return step
+    return ChainStepper([make_scene(n)] * lanes, TIMESTEP).step
 
 
 def make_pinocchio(n: int):

@@ -75,7 +75,10 @@ def test_a_recorded_base_stands_where_it_was_recorded_and_speed_alone_bends_noth
 @pytest.mark.parametrize("motion", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)], ids=["shift", "turn", "both"])
 def test_a_free_antenna_on_a_shaken_base_is_mujoco_to_rounding(motion):
     scene = Scene(
-        antenna=make_stub(), base=(0.5, 1.5, 0.3), base_motion=shake(60.0, 3.0 * motion[0], motion[0], 0.3 * motion[1]), gravity=(2e-3, -9.81e-3)
+        antenna=make_stub(),
+        base=(0.5, 1.5, 0.3),
+        base_motion=shake(60.0, 3.0 * motion[0], motion[0], 0.3 * motion[1]),
+        gravity=(2e-3, -9.81e-3),
     )
     check(scene, 1e-12)
 

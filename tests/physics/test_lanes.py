@@ -35,7 +35,10 @@ def freeze(stepper: Stepper, lane: int) -> dict[str, bytes]:
     state = {name: value[lane] for name, value in vars(stepper.read()).items()}
     for name in ("force", "place", "forward", "object_work"):
         state[name] = state[name][:objects]
-    return {name: np.ascontiguousarray(value).tobytes() for name, value in (state | vars(stepper.read_contacts(lane))).items()}
+    return {
+        name: np.ascontiguousarray(value).tobytes()
+        for name, value in (state | vars(stepper.read_contacts(lane))).items()
+    }
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -72,7 +75,10 @@ def test_a_saved_lane_goes_on_with_the_same_bits(engine):
 @pytest.mark.parametrize("engine", CHAINS)
 @pytest.mark.parametrize("new", ["same", "more objects", "more corners", "none"])
 def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
-    scenes, balls = many()[:-1], tuple(Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0))
+    scenes, balls = (
+        many()[:-1],
+        tuple(Object(feature=Ball(radius=0.3), place=(x, 8.0)) for x in (0.45, -0.45, 3.0, 4.0)),
+    )
     scene = {
         "same": scenes[2],
         "more objects": replace(scenes[0], objects=(*scenes[0].objects, *balls)),
@@ -110,11 +116,16 @@ def test_contacts_add_up_and_lie_on_their_segments(engine):
             np.testing.assert_allclose(np.hypot(*found.normal.T), 1.0, atol=1e-12)
             assert np.all(found.distance < 0)
             first, last = antenna.hinge_position / antenna.length, np.cumsum(antenna.segment_length) / antenna.length
-            assert np.all((found.place >= first[found.segment - 1] - 1e-12) & (found.place <= last[found.segment - 1] + 1e-12))
+            assert np.all(
+                (found.place >= first[found.segment - 1] - 1e-12) & (found.place <= last[found.segment - 1] + 1e-12)
+            )
             points = antenna.shape(before.angle[lane])
-            near = points[found.segment - 1] + (found.place * antenna.length - antenna.hinge_position[found.segment - 1])[
-                :, None
-            ] * np.diff(points, axis=0)[found.segment - 1] / antenna.segment_length[found.segment - 1, None]
+            near = (
+                points[found.segment - 1]
+                + (found.place * antenna.length - antenna.hinge_position[found.segment - 1])[:, None]
+                * np.diff(points, axis=0)[found.segment - 1]
+                / antenna.segment_length[found.segment - 1, None]
+            )
             reach = np.hypot(*(found.point - near).T)
             assert np.all(reach <= antenna.radius[found.segment - 1] + 1e-12)
             push = (found.force * found.normal).sum(axis=1)

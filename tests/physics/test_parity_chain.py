@@ -13,7 +13,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from feeler.physics import mujoco
-from feeler.physics.chain import fields as f
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.run import run_scene
@@ -24,7 +23,7 @@ from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 
 from .mesh import make_like_mujoco, run_like_mujoco, take_over
-from .scenes import HOOK, make_stub, shake, touch
+from .scenes import HOOK, make_stub, touch
 
 PROFILES = ("exponential", "linear", "constant")
 MESHES = ("triangle", "outline")
@@ -273,8 +272,8 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
     theirs, ours, touched = step_alike(scene, timestep, n_steps)
     assume(not touched[0])  # nothing is thrown at an antenna from inside it
     found = np.abs(ours - theirs).max(axis=1) / np.abs(theirs).max()
-    for touch, limit in ((0, 1e-12), (1, 1e-9), (2, 1e-5)):
-        assert found[touched == touch].max(initial=0.0) < limit
+    for what, limit in ((0, 1e-12), (1, 1e-9), (2, 1e-5)):
+        assert found[touched == what].max(initial=0.0) < limit
     return touched
 
 

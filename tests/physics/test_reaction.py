@@ -24,9 +24,10 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
     scene = replace(touch(n=20, contact=contact), base=(1e-3, 0.0, 0.0), base_motion=motion, gravity=(1e-3, -9.81e-3))
     h, touched = 0.02, 0
     stepper = ChainStepper([scene], h, damped)
+    last = np.array(scene.base_velocity)
     for k in range(300):
         before, rate = stepper.read(), (0.05 + 1e-3 * k, -0.02, 0.002 + 1e-5 * k)
-        then = np.array(scene.base_velocity) if k == 0 else last
+        then = last
         stepper.step(1, {0: np.array([rate])})
         after, last, contacts = stepper.read(), np.array(rate), stepper.read_contacts(0)
         touched += len(contacts) > 0

@@ -12,11 +12,11 @@ from cosseratbench.trajectory import Trajectory
 
 import feeler
 from feeler.antenna.antenna import Antenna
-from feeler.physics.chain.batch import Batch
-from feeler.physics.chain.fields import O_GRAVITY_X, O_GRAVITY_Y, O_PULL_X, O_PULL_Y
-from feeler.physics.chain.model import make_model
+from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.fields import B_PULL_X, B_PULL_Y
 from feeler.physics.clock import Clock
-from feeler.physics.scene import Contact, Motion, Scene
+from feeler.physics.contact import Contact
+from feeler.physics.scene import Scene
 
 STEP = 0.02  # time step over the period of the stiffest bending wave, divided by 2π
 M, KG, S = 1e3, 1e3, 1e3  # mm, g, ms
@@ -45,13 +45,16 @@ class ChainSolver:
         axes = _find_plane(scenario, rod, nodes)
         scene = _make_scene(scenario, rod, nodes, axes)
         clock = self._make_clock(scenario, rod, n_elements, n_frames)
-        model = make_model(scene, clock.timestep)
-        model.object[[O_GRAVITY_X, O_GRAVITY_Y]] = axes @ np.asarray(scenario.gravity) * M / S**2
-        model.object[[O_PULL_X, O_PULL_Y]] = axes @ sum((np.asarray(p.force) for p in rod.loads), np.zeros(3))
-        motion = Batch([scene], [model], clock).run()[0]
-        if not isinstance(motion, Motion):
-            raise Diverged(str(motion), getattr(motion, "time", 0.0) / S)
-        return _make_trajectory(scene, motion, rod, nodes[0], axes)
+        stepper = ChainStepper([scene], clock.timestep)
+        pull = axes @ sum((np.asarray(p.force) for p in rod.loads), np.zeros(3))
+        stepper.tables.base[0, [B_PULL_X, B_PULL_Y], 0] = pull
+        angle = np.empty((clock.n_samples, n_elements))
+        for k, time in enumerate(clock.time):
+            stepper.step(clock.steps_per_sample if k else 0)
+            angle[k] = stepper.read().angle[0]
+            if not np.isfinite(angle[k]).all():
+                raise Diverged("angles left the finite numbers", time / S)
+        return _make_trajectory(scene, clock.time, angle, rod, nodes[0], axes)
 
     def _make_clock(self, scenario: Scenario, rod: Rod, n_elements: int, n_frames: int) -> Clock:
         material, length = rod.material, rod.length / n_elements
@@ -113,13 +116,16 @@ def _make_scene(scenario: Scenario, rod: Rod, nodes: np.ndarray, axes: np.ndarra
     return Scene(
         antenna=antenna,
         contact=Contact(solref=(1e6, 1.0)),  # nothing to touch
-        base_angle=float(heading[0]),
+        gravity=tuple(axes @ np.asarray(scenario.gravity) * M / S**2),
+        base=(0.0, 0.0, float(heading[0])),
         angle=np.diff(heading, prepend=heading[0]),
         label="rod",
     )
 
 
-def _make_trajectory(scene: Scene, motion: Motion, rod: Rod, start: np.ndarray, axes: np.ndarray) -> Trajectory:
-    points = scene.antenna.shape(motion.angle, scene.base_angle) / M @ axes + start
+def _make_trajectory(
+    scene: Scene, time: np.ndarray, angle: np.ndarray, rod: Rod, start: np.ndarray, axes: np.ndarray
+) -> Trajectory:
+    points = scene.antenna.shape(angle, scene.base[2]) / M @ axes + start
     directors = np.stack([parallel_transport(frame, np.asarray(rod.normal, dtype=float)) for frame in points])
-    return Trajectory(motion.time / S, (points,), (directors,))
+    return Trajectory(time / S, (points,), (directors,))
