@@ -27,12 +27,17 @@ def run(*arguments, cwd):
         (("reproduce", "--seed", "-1"), "greater than or equal to 0"),
         (("calibrate", "--seed", "-1"), "greater than or equal to 0"),
         (("touch", "--out", "/proc/nowhere"), "check the path"),
+        (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
+        (("compare", "linear", "constant", "--scale", "foo"), "unknown scale 'foo'; valid: smoke, quick, paper"),
+        (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
+        (("compare", "linear"), "at least two different antennas"),
     ],
 )
 def test_bad_input_is_one_message(tmp_path, arguments, message):
     result = run(*arguments, cwd=tmp_path)
     assert result.returncode == 2
     assert message in result.stderr
+    assert result.stdout == ""  # nothing was begun
     assert "Traceback" not in result.stderr
     assert not list(tmp_path.rglob("*.nc"))
 
@@ -50,5 +55,5 @@ def test_export_opens_in_mujoco(tmp_path):
     result = run("export", "scene.xml", "--feature", "triangle", "--size", "2", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
-    assert model.nq == 142
+    assert model.nq == 140 + 3  # hinges; two directions and the turn of the object
     assert "g, mm, ms" in (tmp_path / "scene.xml").read_text()

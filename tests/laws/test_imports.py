@@ -52,6 +52,16 @@ def test_imports_run_downwards(path):
     assert not above, f"{room} imports {above}, which lies above it"
 
 
+def test_no_verb_but_reproduce_reaches_for_the_paper():
+    users = {path.relative_to(SOURCE).as_posix() for path in FILES if "paper" in find_rooms(path)}
+    assert {user for user in users if not user.startswith("paper/")} == {"cli/reproduce.py"}
+
+
+def test_one_table_says_what_a_scale_is():
+    asking = re.compile(r"""\bscale\s*(==|!=|in)\s*["'](smoke|quick|paper)|["']smoke["']\s*:""")
+    assert not [path.relative_to(SOURCE).as_posix() for path in FILES if asking.search(path.read_text())]
+
+
 @pytest.mark.parametrize(
     ("code", "slow"),
     [

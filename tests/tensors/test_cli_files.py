@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.file import load_antenna
 from feeler.cli import antenna, convert, info, validate
-from feeler.cli.progress import Progress
+from feeler.cli.progress import ProgressBar
 from feeler.errors import InvalidInput
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import load, save
@@ -110,16 +110,16 @@ class Terminal(io.StringIO):
 def test_progress_is_quiet_without_a_terminal_and_json_on_request():
     now = iter([0.0, 2.0, 4.0, 6.0])
     quiet, lines, screen = io.StringIO(), io.StringIO(), Terminal()
-    with Progress(stream=quiet) as progress:
+    with ProgressBar(stream=quiet) as progress:
         progress(1, 2)
     assert quiet.getvalue() == ""
-    progress = Progress(log_json=True, stream=lines, clock=lambda: next(now))
+    progress = ProgressBar(log_json=True, stream=lines, clock=lambda: next(now))
     progress(11, 20)  # ten were there before
     progress(12, 20)
     events = [json.loads(line) for line in lines.getvalue().splitlines()]
     assert events[0] == {"event": "trials", "done": 11, "total": 20, "per_second": 0.5, "seconds_left": 18.0}
     assert events[1]["per_second"] == 0.5
-    with Progress("touches", stream=screen) as progress:
+    with ProgressBar("touches", stream=screen) as progress:
         progress(1, 2)
         progress(2, 2)
     assert "touches" in screen.getvalue() and "2/2" in screen.getvalue()

@@ -6,10 +6,8 @@ import time
 from collections.abc import Callable
 from typing import TextIO
 
-Clock = Callable[[], float]
 
-
-class Progress:
+class ProgressBar:
     """Called with (done, total); shows done, rate and time left.
 
     With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal a bar is drawn; otherwise nothing.
@@ -22,7 +20,7 @@ class Progress:
         *,
         log_json: bool = False,
         stream: TextIO | None = None,
-        clock: Clock = time.monotonic,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._title, self._json, self._clock = title, log_json, clock
         self._stream = sys.stderr if stream is None else stream
@@ -46,12 +44,11 @@ class Progress:
 
     def _draw(self, done: int, total: int, rate: float) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as Bar
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
         if self._bar is None:
             columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-            self._bar = Bar(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
+            self._bar = Progress(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
             self._bar.start()
             self._task = self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
         self._bar.update(self._task, completed=done, rate=f"{rate:.3g}/s")
@@ -64,7 +61,7 @@ class Progress:
             self._bar.stop()
             self._bar = None
 
-    def __enter__(self) -> "Progress":
+    def __enter__(self) -> "ProgressBar":
         return self
 
     def __exit__(self, *_: object) -> None:

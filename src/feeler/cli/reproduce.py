@@ -65,7 +65,7 @@ def reproduce(
             f"interrupted; finished stages are in {out / 'cache'}, and the same command goes on from there", err=True
         )
         raise typer.Exit(130) from None
-    _summarise(context, made, time.perf_counter() - start)
+    _summarise(context, made, time.perf_counter() - start, log_json)
 
 
 def _make_reporter(log_json: bool, total: int, start: float):
@@ -88,13 +88,13 @@ def _make_reporter(log_json: bool, total: int, start: float):
 
 def _make_bars(log_json: bool):
     """A progress bar for each set of trials in turn."""
-    from feeler.cli.progress import Progress
+    from feeler.cli.progress import ProgressBar
 
-    bar: list[Progress] = []
+    bar: list[ProgressBar] = []
 
     def progress(done: int, total: int) -> None:
         if not bar:
-            bar.append(Progress("touches", log_json=log_json))
+            bar.append(ProgressBar("touches", log_json=log_json))
         bar[0](done, total)
         if done >= total:
             bar.pop().close()
@@ -102,16 +102,22 @@ def _make_bars(log_json: bool):
     return progress
 
 
-def _summarise(context, made, seconds: float) -> None:
+def _summarise(context, made, seconds: float, log_json: bool) -> None:
     from collections import Counter
 
     from feeler.paper.claims import VERDICTS, judge_claims
 
-    if context.is_cockroach:
-        counts = Counter(judged.verdict for judged in judge_claims(made, context))
-        typer.echo("claims: " + ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS))
+    found = Counter(judged.verdict for judged in judge_claims(made, context))
+    counts = {verdict: found[verdict] for verdict in VERDICTS} if context.is_cockroach else {}
+    report, figures = context.out / "report.html", context.out / "figures"
+    if log_json:
+        event = {"event": "report", "path": str(report), "claims": counts, "seconds": round(seconds, 1)}
+        print(json.dumps(event), file=sys.stderr, flush=True)
+        return
+    if counts:
+        typer.echo("claims: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items()))
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
-    typer.echo(f"report: {context.out / 'report.html'}   figures: {context.out / 'figures'}{pdf}   ({seconds:.1f} s)")
+    typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
 
 
 def register(app: typer.Typer) -> None:

@@ -85,13 +85,13 @@ def touch(
 def _fill(store, antenna, trials, options, workers, processes, log_json: bool) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     import feeler
-    from feeler.cli.progress import Progress
+    from feeler.cli.progress import ProgressBar
     from feeler.execute import ProcessExecutor, ThreadExecutor
 
     with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
         if sys.stderr.isatty():
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
-        with Progress("touches", log_json=log_json) as progress, _say_what_stays(store):
+        with ProgressBar("touches", log_json=log_json) as progress, _say_what_stays(store):
             tensors = feeler.touch(antenna, trials, store=store, executor=executor, progress=progress, **options)
         typer.echo(f"{store}: {tensors.sizes['trial']} of {len(trials)} touches finished ({executor.describe()})")
 

@@ -1,13 +1,14 @@
 """Dispersion: how far apart the tensors of a set lie. Arrays in, arrays out; no simulator needed."""
 
 from feeler.dispersion.closest import Closest, find_closest, search_closest
-from feeler.dispersion.dispersion import Dispersion, compute_dispersion, scale_common
+from feeler.dispersion.dispersion import Dispersion, compute_dispersion
 from feeler.dispersion.index import INDICES, Index
 from feeler.dispersion.interval import Interval, bootstrap_difference, bootstrap_mean
 from feeler.dispersion.mse import compute_mse
 from feeler.dispersion.nmi import compute_nmi
 from feeler.dispersion.pearson import compute_pearson
 from feeler.dispersion.ssim import compute_ssim
+from feeler.tensors.scaling import scale_common
 
 __all__ = [
     "INDICES",

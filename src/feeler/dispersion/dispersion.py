@@ -29,16 +29,6 @@ class Dispersion:
         return self.closest[index][group].value
 
 
-def scale_common(tensors: Any) -> np.ndarray:
-    """The set divided by its greatest absolute entry: one factor for all tensors, so that they stay comparable.
-
-    Non-negative input comes out in [0, 1], as SSIM with range 1 needs it. To compare sets (speeds, antennas), scale
-    them together, then split them.
-    """
-    array = check_tensors(tensors, least=1)
-    return array / _check_largest(np.abs(array).max())
-
-
 def compute_dispersion(
     tensors: Any,
     groups: Sequence[Hashable] | None = None,
@@ -81,7 +71,9 @@ def compute_dispersion(
     sets = _split(tensors, groups)
     least, greatest = min(array.min() for array in sets.values()), max(array.max() for array in sets.values())
     if scale:
-        largest = _check_largest(max(abs(least), abs(greatest)))
+        largest = max(abs(least), abs(greatest))
+        if largest == 0:
+            raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
         sets = {name: array / largest for name, array in sets.items()}
         least, greatest = least / largest, greatest / largest
     rng, closest = np.random.default_rng(random_state), {}
@@ -107,9 +99,3 @@ def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np
         if len(array) < 2:
             raise InvalidInput(f"group {name!r} has one tensor; a closest match needs at least two.")
     return sets
-
-
-def _check_largest(largest: float) -> float:
-    if largest == 0:
-        raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
-    return largest

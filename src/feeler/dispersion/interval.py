@@ -20,11 +20,6 @@ class Interval:
     effect: float = float("nan")
     """Of a difference: Cohen's d_z, mean of the paired differences over their sd (inf if they are all equal)."""
 
-    @property
-    def excludes_zero(self) -> bool:
-        """Whether the whole interval lies on one side of 0."""
-        return self.low > 0 or self.high < 0
-
     def __str__(self) -> str:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"
 

@@ -42,9 +42,6 @@ class Fig2BData:
     """The slow impulse on a straight path, which calibration uses."""
     ratios: np.ndarray
     """Deflection ratios (protocol, point): lever, slow."""
-    step_deviation: float
-    """Root-mean-square deviation from the digitised step trace, in shares of the step."""
-    impulse_deviation: float
     motion: Impulse
     """The impulse with the lever, for Movie S1."""
 
@@ -70,18 +67,12 @@ def compute(
         slow_time=slow.time - _peak(slow),
         slow=-slow.tip / np.abs(slow.tip).max(),
         ratios=np.stack([measure_deflection_ratios(i.time, i.deflection, i.tip) for i in (swung, slow)]),
-        step_deviation=_compare(STEP_TRACE, step_time, step),
-        impulse_deviation=_compare(IMPULSE_TRACE, swung.time - _peak(swung), -swung.tip / np.abs(swung.tip).max()),
         motion=swung,
     )
 
 
 def _peak(impulse: Impulse) -> float:
     return float(impulse.time[np.argmax(np.abs(impulse.tip))])
-
-
-def _compare(trace: np.ndarray, time: np.ndarray, signal: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((np.interp(trace[:, 0], time, signal) - trace[:, 1]) ** 2)))
 
 
 def plot(data: Fig2BData, figure: Figure | SubFigure) -> None:

@@ -110,9 +110,7 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
     return best
 
 
-def map_distance(
-    sweep: Sweep, *, peak: Peak | None = None, only_inverted: bool = True, **options: object
-) -> DistanceMap:
+def map_distance(sweep: Sweep, *, peak: Peak | None = None, **options: object) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
     Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact

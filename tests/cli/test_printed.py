@@ -1,0 +1,71 @@
+"""What the verbs print is what the library computes, in the unit that stands beside it."""
+
+import re
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from feeler.cli.main import app
+from feeler.cli.reproduce import _summarise
+from feeler.paper.context import Context
+from feeler.robot import fit_factors, load_recording, repair
+from feeler.robot.examples import get_example
+from feeler.tensors.load import load
+from feeler.tracking import load_tracks, measure_exploration
+
+NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
+
+
+def run(*words):
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def read(pattern, text):
+    return [float(number) for number in re.search(pattern.replace("#", NUMBER), text).groups()]
+
+
+def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
+    said = run("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path)
+    angle, curvature = read(r"peak hinge angle #°, peak curvature # /mm", said)
+    tensors = load(tmp_path / "tensor.nc")
+    assert angle == pytest.approx(180 / np.pi * float(tensors["angle"].max()), rel=5e-3)
+    assert curvature == pytest.approx(float(tensors["curvature"].max()), rel=5e-3)
+
+
+def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
+    path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
+    found = measure_exploration([load_tracks(path, frame_rate=30)])
+    said = run("tracks", path, "--frame-rate", 30, "--length", 50)
+    mean, length, lateral = read(r"angular speed # °/s; with an antenna of # mm that is # cm/s", said)
+    assert mean == pytest.approx(1e3 * 180 / np.pi * found.mean, abs=0.006)  # rad/ms
+    assert length == 50
+    assert lateral == pytest.approx(mean * np.pi / 180 * 50 / 10, rel=1e-3)  # rad/s × mm
+    left, n_left, right, n_right = read(rf"{path.name} +# \( *#\) +# \( *#\)", said)
+    assert (left, right) == pytest.approx(1e3 * 180 / np.pi * found.mean_peak[0], abs=0.006)
+    assert (n_left, n_right) == tuple(found.n_peaks[0])
+
+
+def test_robot_fit_prints_hertz():
+    path = get_example("release")
+    found = fit_factors(repair(load_recording(path)))
+    said = run("robot", "fit", path)
+    for name, ringing in (("recording", found.target), ("model", found.reached)):
+        frequency, ratio = read(rf"{name} +# Hz damped, damping ratio #,", said)
+        assert frequency == pytest.approx(1e3 * ringing.frequency, abs=6e-4)  # kHz
+        assert ratio == pytest.approx(ringing.damping_ratio, abs=6e-5)
+    p1, p2 = read("p1 = #, p2 = # ms", said)
+    assert (p1, p2) == pytest.approx((found.stiffness_factor, found.damping_factor), abs=6e-5)
+
+
+@pytest.mark.parametrize("log_json", [True, False])
+def test_where_machines_listen_only_json_is_said(tmp_path, capsys, log_json):
+    _summarise(Context(scale="smoke", out=tmp_path), [], 1.0, log_json)
+    out, err = capsys.readouterr()
+    if log_json:
+        assert out == "" and err.startswith('{"event": "report"') and '"not comparable": ' in err
+    else:
+        assert err == "" and "report.html" in out
