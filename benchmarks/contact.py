@@ -1,6 +1,6 @@
 """Smooth contact against hard: derivatives, the last bit, the timestep, and what moves. Prints the tables of docs/contact.md.
 
-    python benchmarks/contact.py [derivative | bit | timestep | shift ...]
+python benchmarks/contact.py [derivative | bit | timestep | shift ...]
 """
 
 import sys

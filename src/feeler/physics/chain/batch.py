@@ -235,12 +235,13 @@ class ChainStepper:
         table, rows = t.contacts[lane, :count], t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW)
         segment, force = table[:, f.T_SEGMENT].astype(int), np.maximum(rows[:, :, f.R_FORCE], 0.0)
         antenna = self.scenes[lane].antenna
+        start = t.base[0, f.B_X : f.B_Y + 1, lane] - self.timestep * t.base[0, f.B_VX : f.B_VY + 1, lane]  # of the step
         arc = antenna.hinge_position[segment] + np.clip(table[:, f.T_SHARE], 0.0, 1.0) * antenna.segment_length[segment]
         return Contacts(
             object=table[:, f.T_OBJECT].astype(int),
             segment=segment + 1,
             place=arc / antenna.length,
-            point=table[:, f.T_X : f.T_Y + 1] + t.base[0, f.B_X : f.B_Y + 1, lane],
+            point=table[:, f.T_X : f.T_Y + 1] + start,
             normal=table[:, f.T_NX : f.T_NY + 1].copy(),
             distance=table[:, f.T_DISTANCE].copy(),
             force=np.stack([(force * rows[:, :, w]).sum(axis=1) for w in (f.R_W1, f.R_W2)], axis=1),

@@ -1,0 +1,91 @@
+"""Accuracy by request: what is promised is held against a far finer run."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import Inaccurate, InvalidInput
+from feeler.physics import accuracy
+from feeler.physics.clock import Clock
+from feeler.physics.contact import Contact
+from feeler.physics.run import run_scene
+
+from .scenes import make_stub, touch
+
+
+@pytest.mark.parametrize("kind", ["ball", "box", "triangle"])
+@pytest.mark.parametrize("wanted", [0.02, 0.002])
+def test_the_error_is_below_what_was_asked_for(kind, wanted):
+    scene = touch(kind, 1.0, n=30, contact="smooth", speed=0.6)
+    found = accuracy.run_accurately([scene], 20.0, 1.0, "chain-consistent", wanted)[0]
+    fine = run_scene(scene, Clock(duration=20.0, timestep=found.timestep / 16))
+    assert found.error <= wanted
+    assert accuracy.compute_error(scene, found, fine) <= 1.5 * wanted
+
+
+def test_only_what_needs_it_is_refined():
+    slow, fast = (touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0))
+    easy, hard = accuracy.run_accurately([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
+    assert hard.timestep < easy.timestep
+
+
+def test_scenes_keep_their_order_and_their_numbers():
+    scenes = [touch("ball", 1.0, contact="smooth", speed=speed) for speed in (0.06, 1.5, 0.3)]
+    together = accuracy.run_accurately(scenes, 15.0, 1.0, "chain-consistent", 5e-3)
+    for scene, found in zip(scenes, together, strict=True):
+        alone = accuracy.run_accurately([scene], 15.0, 1.0, "chain-consistent", 5e-3)[0]
+        assert (alone.timestep, alone.error) == (found.timestep, found.error)
+        assert np.array_equal(alone.angle, found.angle)
+
+
+def test_error_by_hand():
+    scene = touch("ball", 1.0, contact="smooth")
+    motion = run_scene(scene, Clock(duration=6.0, timestep=0.05))
+    other = run_scene(scene, Clock(duration=6.0, timestep=0.1))
+    tips = [scene.antenna.shape(m.angle)[:, -1] for m in (other, motion)]
+    by_angle = np.abs(other.angle - motion.angle).max() / np.abs(motion.angle).max()
+    by_tip = np.abs(tips[0] - tips[1]).max() / np.abs(tips[1] - tips[1][0]).max()
+    assert accuracy.compute_error(scene, other, motion) == pytest.approx(max(by_angle, by_tip))
+    assert accuracy.compute_error(scene, motion, motion) == 0.0
+    assert accuracy.compute_error(scene, RuntimeError(), motion) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("contact", "interval", "expected"),
+    [((0.2, 1.0), 1.0, 0.1), ((0.3, 1.0), 1.0, 1 / 7), ((5.0, 1.0), 1.0, 1.0), ((0.2, 1.0), 0.25, 0.25 / 3)],
+)
+def test_the_coarsest_step_divides_a_sample_and_suits_the_contact(contact, interval, expected):
+    assert accuracy.find_coarsest(Contact(solref=contact), interval) == pytest.approx(expected)
+
+
+def test_touch_says_what_it_reached():
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0)
+    tensors = feeler.touch(make_stub(20), [trial], duration=8, accuracy=0.01)
+    assert float(tensors["error"][0]) <= 0.01
+    assert 0 < float(tensors["timestep"][0]) <= 0.05
+    assert tensors["timestep"].attrs["units"] == "ms"
+
+
+def test_a_touch_that_cannot_be_that_accurate_is_warned_of(monkeypatch):
+    monkeypatch.setattr(accuracy, "HALVINGS", 1)
+    trial = feeler.Trial(feature=feeler.Box(half_width=1.0, half_height=1.0), location=0.6, speed=1.5, lead=1.0)
+    with pytest.warns(Inaccurate, match=r"1 of 1 touches did not reach accuracy=1e-06"):
+        tensors = feeler.touch(make_stub(20), [trial], duration=8, accuracy=1e-6, workers=1)
+    assert float(tensors["error"][0]) > 1e-6
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        feeler.touch(make_stub(20), [trial], duration=8, accuracy=0.5)
+
+
+@pytest.mark.parametrize("wanted", [0.0, -1.0, 2.0, float("nan"), "fine"])
+def test_an_accuracy_that_cannot_be_is_refused(wanted):
+    with pytest.raises(InvalidInput, match="accuracy"):
+        accuracy.check_accuracy(wanted)
+
+
+def test_accuracy_or_timestep():
+    trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3)
+    with pytest.raises(InvalidInput, match="either timestep= or accuracy="):
+        feeler.touch(make_stub(), trial, duration=2, timestep=0.05, accuracy=0.01)

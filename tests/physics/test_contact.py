@@ -1,0 +1,75 @@
+"""Smooth contact: its force begins at zero, so derivatives exist and the last bit stays the last bit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from feeler.physics.clock import Clock
+from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, Contact, get_contact
+from feeler.physics.scene import Scene
+from feeler.physics.simulate import simulate
+
+from .scenes import touch
+
+EPS = (1e-4, 1e-5, 1e-6)
+CLOCK = Clock(duration=60, timestep=0.05)
+
+
+def run(scenes: list[Scene]) -> list[np.ndarray]:
+    return [motion.angle for motion in simulate(scenes, CLOCK)]
+
+
+def find_slopes(scene: Scene) -> list[np.ndarray]:
+    """Central differences of the angles with respect to the logarithm of all stiffnesses, one per eps."""
+    antenna = scene.antenna
+    sides = [
+        replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + sign * eps)))
+        for eps in EPS
+        for sign in (1, -1)
+    ]
+    angle = run(sides)
+    return [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(EPS)]
+
+
+@pytest.mark.parametrize(("kind", "share"), [("ball", 0.01), ("box", 0.05), ("triangle", 0.05)])
+@pytest.mark.parametrize(("location", "speed"), [(0.6123, 0.3), (0.55, 0.12)])
+def test_the_derivative_with_respect_to_stiffness_converges(kind, share, location, speed):
+    slopes = find_slopes(touch(kind, 1.5, contact="smooth", whole=True, location=location, speed=speed))
+    assert np.linalg.norm(slopes[-1]) > 1e-2
+    for coarse, fine in zip(slopes, slopes[1:], strict=False):
+        assert np.linalg.norm(coarse - fine) < share * np.linalg.norm(fine)
+
+
+@pytest.mark.parametrize("kind", ["ball", "box", "triangle"])
+@pytest.mark.parametrize("speed", [0.6, 0.06])
+def test_the_last_bit_of_the_speed_moves_nothing_else(kind, speed):
+    scene = touch(kind, 1.5, contact="smooth", whole=True, speed=speed)
+    item = scene.objects[0]
+    faster = item.replace(velocity=(float(np.nextafter(item.velocity[0], 1.0)), item.velocity[1]))
+    first, second = run([scene, replace(scene, objects=(faster,))])
+    assert np.abs(first).max() > 1e-3
+    assert np.abs(first - second).max() < 1e-9
+
+
+def test_the_impedance_is_the_one_that_mujoco_documents():
+    """d(r) from d_min to d_max over the width, y(x) = a x^p below the midpoint and 1 − b (1 − x)^p above."""
+    from feeler.physics.chain import fields as f
+    from feeler.physics.chain.contact import compute_impedance
+
+    low, high, width, middle, power = 0.01, 0.9, 0.05, 0.3, 3.0
+    obj = np.zeros((1, f.N_OBJECT, 1))
+    rows = [f.O_MIN_IMPEDANCE, f.O_MAX_IMPEDANCE, f.O_WIDTH, f.O_MIDPOINT, f.O_POWER]
+    obj[0, rows, 0] = low, high, width, middle, power
+    for depth in np.linspace(0, 1.5 * width, 31):
+        x = min(depth / width, 1.0)
+        y = x**power / middle ** (power - 1) if x <= middle else 1 - (1 - x) ** power / (1 - middle) ** (power - 1)
+        assert compute_impedance(-depth, obj, 0, 0) == pytest.approx(low + y * (high - low), rel=1e-12)
+
+
+def test_contacts_have_names_and_smooth_is_the_default():
+    assert DEFAULT_CONTACT == "smooth"
+    assert get_contact() is CONTACTS["smooth"]
+    assert get_contact("hard") == Contact()
+    assert get_contact(Contact(solref=(0.4, 1.0))).solref == (0.4, 1.0)
+    assert CONTACTS["smooth"].solimp[0] <= 1e-3  # the force begins at nothing

@@ -1,0 +1,46 @@
+"""Postures from sensors: exact where nothing is between them, as good as stated where something is."""
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.stimulus.ninety import trials
+from feeler.tensors.posture import reconstruct_posture
+
+
+def test_all_hinges_give_the_shape_itself():
+    antenna = feeler.presets.cockroach()
+    tensors = feeler.touch(antenna, trials()[:2], duration=30, all_hinges=True)
+    shape = antenna.shape(tensors["angle"].transpose("trial", "time", "sensor").values)
+    np.testing.assert_allclose(reconstruct_posture(tensors, antenna).values, shape, atol=1e-12)
+
+
+@pytest.mark.parametrize(("profile", "limit"), [("exponential", 0.07), ("constant", 0.02)])
+def test_the_sensors_alone_give_it_within_the_stated_error(profile, limit):
+    antenna = feeler.presets.cockroach(profile)
+    tensors = feeler.touch(antenna, trials()[::9], duration=120, all_hinges=True)
+    shape = antenna.shape(tensors["angle"].transpose("trial", "time", "sensor").values)
+    found = reconstruct_posture(tensors.isel(sensor=antenna.sensors - 1), antenna)
+    assert found.dims == ("trial", "time", "joint", "axis")
+    error = np.linalg.norm(found.values - shape, axis=-1)
+    assert abs(shape[..., -1, 0]).max() > 1.0
+    assert 1e-6 < error.max() < limit
+
+
+def test_a_uniform_arc_is_exact():
+    """Constant curvature beyond a curved rest shape is what linear interpolation holds exactly."""
+    antenna = feeler.presets.cockroach()
+    antenna = antenna.replace(rest_angle=0.01 * np.sin(np.arange(140)))
+    angle = antenna.rest_angle + 0.02 * antenna.segment_length
+    trial = feeler.touch(antenna.replace(rest_angle=0.0), trials()[:1], duration=2)
+    trial["angle"][:] = angle[antenna.sensors - 1][None, :, None]
+    np.testing.assert_allclose(reconstruct_posture(trial, antenna).values[0, 0], antenna.shape(angle), atol=1e-9)
+
+
+def test_another_antenna_is_refused():
+    antenna = feeler.presets.cockroach()
+    tensors = feeler.touch(antenna, trials()[:1], duration=2)
+    short = feeler.Antenna(segment_length=np.full(9, 1.0), segment_mass=1e-3, radius=0.1, stiffness=1.0, damping=1.0)
+    with pytest.raises(InvalidInput, match="has 9"):
+        reconstruct_posture(tensors, short)
