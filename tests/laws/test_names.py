@@ -11,7 +11,9 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
-STAGES = {"make", "compute", "plot", "draw", "register"}  # what each figure or verb is made of, called by its module's name
+INNER = ("feeler.paper.", "feeler.cli.")  # figures and verbs: called by their module's name
+WAITING = {"run", "run_batch"}  # the engines' own, until they stand behind one call
+GIVEN = {"y", "kws"}  # scikit-learn and numba hand these in, read or not
 
 
 def name_module(path: Path) -> str:
@@ -33,7 +35,7 @@ PUBLIC = list(list_public())
 def test_no_two_public_things_share_a_name():
     homes = defaultdict(set)
     for module, name, _ in PUBLIC:
-        if name not in STAGES and not module.startswith("feeler.cli"):  # a verb's name is its word on the command line
+        if not module.startswith(INNER) and name not in WAITING:
             homes[name].add(module)
     assert {name: sorted(modules) for name, modules in homes.items() if len(modules) > 1} == {}
 
@@ -54,11 +56,15 @@ def test_no_function_hides_a_module():
 def find_unread(function: ast.FunctionDef) -> set[str]:
     """Parameters that the body never mentions; those of a protocol or an abstract method have no body to read them."""
     body = [line for line in function.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
-    if not body or isinstance(body[0], ast.Raise) or any(isinstance(mark, ast.Name) for mark in function.decorator_list):
+    if (
+        not body
+        or isinstance(body[0], ast.Raise)
+        or any(isinstance(mark, ast.Name) for mark in function.decorator_list)
+    ):
         return set()
     asked = {arg.arg for arg in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)}
     read = {node.id for line in body for node in ast.walk(line) if isinstance(node, ast.Name)}
-    return {name for name in asked - read if not name.startswith("_")} - {"self", "cls"}
+    return {name for name in asked - read if not name.startswith("_")} - {"self", "cls"} - GIVEN
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
 
 
-def make_groups(
+def group_tensors(
     tensors: Mapping[str, Any],
     encoder: Any,
     plan: Plan,

@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from feeler.errors import MissingExtra
-from feeler.plotting.style import fix_layout
+from feeler.plotting.look import fix_layout
 
 DPI = 110
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.wall.peak import Peak, find_sweep_peak
-from feeler.wall.sweep import Sweep
+from feeler.wall.sweep import Approach
 
 FEWEST = 3  # a line through two points always fits
 
@@ -110,7 +110,7 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
     return best
 
 
-def map_distance(sweep: Sweep, *, peak: Peak | None = None, **options: object) -> DistanceMap:
+def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: object) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
     Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact

@@ -6,7 +6,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.wall.sweep import Sweep
+from feeler.wall.sweep import Approach
 
 METHODS = ("smooth", "hinge")
 QUANTITIES = ("bend", "total")
@@ -91,7 +91,7 @@ def _between(size: np.ndarray, best: np.ndarray, place: np.ndarray) -> np.ndarra
 
 
 def find_sweep_peak(
-    sweep: Sweep, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
+    sweep: Approach, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
 ) -> Peak:
     """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
 

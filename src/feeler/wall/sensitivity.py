@@ -11,7 +11,7 @@ from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, Sweep, approach
+from feeler.wall.sweep import DISTANCES, Approach, approach
 
 READINGS = ({"reading": "midline"}, {"reading": "total"})
 FRICTIONS = ({"friction": 0.0}, {"friction": 0.3}, {"friction": 1.0})
@@ -66,7 +66,7 @@ def compare(
     distances: np.ndarray = DISTANCES,
     measures: Iterable[Mapping[str, str]] = MEASURES,
     n_threads: int = 2,
-    known: Iterable[tuple[str, Sweep]] = (),
+    known: Iterable[tuple[str, Approach]] = (),
 ) -> list[Case]:
     """Sweep every antenna in every posture and fit the map of every measure.
 
