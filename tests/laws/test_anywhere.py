@@ -38,8 +38,7 @@ def find_bare_imports(tree: ast.AST) -> set[str]:
 
 @pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda path: str(path.relative_to(SOURCE)))
 def test_nothing_that_may_be_missing_is_imported_unguarded(path):
-    if path.relative_to(SOURCE).as_posix() not in WAITING:
-        assert not find_bare_imports(ast.parse(path.read_text())) & (UNIX | EXTRAS)
+    assert not find_bare_imports(ast.parse(path.read_text())) & (UNIX | EXTRAS)
 
 
 def test_workers_do_without_limits_where_there_are_none():
