@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.response import check_trace
 from feeler.tensors.table import parse_table, read_table
@@ -29,6 +30,7 @@ class Traces:
             check_trace(self.time, row, f"trace {name!r}")
 
 
+@checked
 def load_traces(path: str | Path) -> Traces:
     """Traces from a CSV table: a column ``time_ms`` or ``time_s``, and a named column of tip displacement per animal.
 
@@ -61,6 +63,7 @@ def load_traces(path: str | Path) -> Traces:
     return Traces(time=time - time[0] if len(time) else time, displacement=displacement, names=names, source=source)
 
 
+@checked
 def save_traces(traces: Traces, path: Path) -> None:
     """Write traces as ``load_traces`` reads them."""
     with Path(path).open("w", encoding="utf-8", newline="") as file:

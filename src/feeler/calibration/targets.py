@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from feeler.antenna.fact import SOURCE_TAGS
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.reading import read_bytes
 from feeler.toml import parse_toml
@@ -79,6 +80,7 @@ class Targets:
         return Targets(name=self.name, status=self.status, targets=kept, reference=self.reference)
 
 
+@checked
 def make_targets(name: str = "custom", status: str = "measured", **values: float | tuple[float, float]) -> Targets:
     """Targets from numbers: ``frequency=0.0175`` [kHz], or ``frequency=(value, spread)``."""
     units = {"frequency": "kHz"}
@@ -90,6 +92,7 @@ def make_targets(name: str = "custom", status: str = "measured", **values: float
     return Targets(name=name, status=status, targets=tuple(targets))
 
 
+@checked
 def load_targets(source: str | Path = "cockroach") -> Targets:
     """Targets that ship with feeler, by name, or your own from a TOML file.
 

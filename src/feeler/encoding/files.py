@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.encoding.inputs import check_settings
 from feeler.encoding.model import ConvolutiveNMF
 from feeler.errors import FeelerError, InvalidInput, StoreError
@@ -15,6 +16,7 @@ _ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_c
 _NUMBERS = ("reconstruction_err_", "relative_residual_", "n_iter_", "stability_", "n_sensors_in_")
 
 
+@checked
 def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
     """Write a fitted encoder; the file appears whole or not at all.
 
@@ -32,6 +34,7 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
+@checked
 def load_encoder(path: str | os.PathLike, *, trusted: bool = False) -> ConvolutiveNMF:
     """Read an encoder that `save_encoder` wrote; ``trusted=True`` skips the guard, for a file of your own.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -42,6 +43,7 @@ class Impulse:
     """Contact force on the antenna (sample, 2) [N]."""
 
 
+@checked
 def hit(
     antenna: Antenna,
     *,

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -14,6 +15,7 @@ from feeler.provenance import LICENCE, list_versions, make_plain
 from feeler.tensors.dataset import make_motion_tensors
 
 
+@checked
 def release(
     antenna: Antenna,
     at: float = 10.0,

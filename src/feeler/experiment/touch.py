@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor
 from feeler.experiment.gather import Assignment, Gathering, Progress
@@ -34,6 +35,7 @@ DTYPES = ("float64", "float32")
 KEEP = 5  # [C] files with the state of diverged simulations; older ones go
 
 
+@checked
 def touch(
     antenna: Antenna,
     trials: Sequence[Trial] | Trial,

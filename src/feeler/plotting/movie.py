@@ -7,12 +7,14 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from feeler.checked import checked
 from feeler.errors import MissingExtra
 from feeler.plotting.look import fix_layout
 
 DPI = 110
 
 
+@checked
 def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object], n_frames: int, fps: int = 25) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 

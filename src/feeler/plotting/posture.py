@@ -6,6 +6,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.plotting.look import set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
@@ -14,11 +15,13 @@ OBJECT_COLOUR = "#009E73"
 SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
 
 
+@checked
 def plot_posture(points: np.ndarray, ax: Axes, **line: object) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
     ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
 
 
+@checked
 def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0) -> Patch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along ``forward``."""
     turn = np.stack([forward, [-forward[1], forward[0]]])
@@ -31,6 +34,7 @@ def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach:
     )
 
 
+@checked
 def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
     """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
     position = antenna.hinge_position / antenna.length

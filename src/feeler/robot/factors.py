@@ -8,6 +8,7 @@ from scipy.optimize import least_squares, minimize
 from scipy.signal import find_peaks
 
 from feeler.antenna import Antenna, compute_modes
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.hinge import Flexures, make_flexures
 from feeler.robot.preset import make_robot
@@ -50,6 +51,7 @@ class RobotFit:
     """The fitted model."""
 
 
+@checked
 def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
     """Damped frequency and damping ratio of a free tip trace (time,) by a least-squares damped cosine.
 
@@ -109,6 +111,7 @@ def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
     return guesses
 
 
+@checked
 def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> np.ndarray:
     """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at rest."""
     from feeler.physics.clock import Clock
@@ -119,6 +122,7 @@ def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> 
     return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock).angle.T
 
 
+@checked
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
     """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection`` mm off (linear)."""
     arm = antenna.length - antenna.hinge_position
@@ -126,6 +130,7 @@ def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
     return angle * deflection / float(arm @ angle)
 
 
+@checked
 def fit_factors(
     recording: Recording, *, hinges: Flexures | None = None, method: str = "update", name: str = "fitted robot"
 ) -> RobotFit:
@@ -180,6 +185,7 @@ def fit_factors(
     )
 
 
+@checked
 def solve_factors(target: Ringing, hinges: Flexures) -> np.ndarray:
     """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and damping ratio.
 

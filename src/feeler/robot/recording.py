@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
 from feeler.tensors.table import Table, read_table
@@ -69,6 +70,7 @@ class Recording:
         return replace(self, history=(*self.history, words))
 
 
+@checked
 def load_recording(
     path: str | os.PathLike,
     *,
@@ -211,6 +213,7 @@ def _read_labels(table: Table) -> dict[str, str | float]:
     return labels
 
 
+@checked
 def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
     """Write a recording as CSV with notes, so that :func:`load_recording` gives the same data and labels."""
     unit = "rad" if recording.quantity == "angle" else "pF"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.table import MAX_BYTES, Table, read_table
 
@@ -119,6 +120,7 @@ class SensorCalibration:
 MAX_READING = 1e15  # [C] in any unit; squares of it are still finite
 
 
+@checked
 def fit_sensors(
     hinge: np.ndarray,
     angle: np.ndarray,
@@ -217,6 +219,7 @@ def _trend(time: np.ndarray, residual: np.ndarray) -> float:
     return float(np.polyfit(time - time.mean(), residual, 1)[0])
 
 
+@checked
 def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
     """Fit from a CSV table with the columns ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``,
     ``_counts``) and optionally ``time_ms``; a note ``# robot: NAME`` names the robot."""
@@ -245,6 +248,7 @@ def _take(table: Table, quantity: str, units: dict[str, float]) -> tuple[np.ndar
 FIELDS = ("slope", "offset", "low", "high", "residual", "cross_validated", "resolution", "drift", "r_squared")
 
 
+@checked
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
     content = {"format": FORMAT, "version": VERSION, "robot": calibration.robot, "unit": calibration.unit}
@@ -253,6 +257,7 @@ def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) ->
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
+@checked
 def load_calibration(path: str | os.PathLike) -> SensorCalibration:
     """Read what :func:`save_calibration` wrote.
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.stimulus import Ball, Box, Trial
 
@@ -23,6 +24,7 @@ Label = tuple[str, float, float]
 """A class: feature, location, speed."""
 
 
+@checked
 def make_touches(
     *,
     locations: Sequence[float] = LOCATIONS,
@@ -40,6 +42,7 @@ def make_touches(
     ]
 
 
+@checked
 def get_label(trial: Trial) -> Label:
     """The class of a trial."""
     return trial.feature.kind, trial.location, trial.speed
@@ -51,6 +54,7 @@ def choose_duration(trial: Trial) -> float:
     return float(np.ceil(trial.lead + sweep / trial.speed + TAIL))
 
 
+@checked
 def simulate_touches(
     antenna: Antenna, trials: Sequence[Trial], *, duration: float | None = None, timestep: float = TIMESTEP
 ) -> list[np.ndarray]:
@@ -100,6 +104,7 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
     return groups
 
 
+@checked
 def compute_tip(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on."""
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.quantities import DIMS, QUANTITIES, derive_curvature, list_required
 
 SOURCES = ("simulation", "robot", "surrogate")
 
 
+@checked
 def make_tensors(
     *,
     time: np.ndarray,

@@ -12,6 +12,7 @@ from typing import Any
 
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.limits import Limits, find_limits
 from feeler.registry import Registry
@@ -88,6 +89,7 @@ def _read_start(path: Path) -> bytes:
         raise InvalidInput(f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}.") from error
 
 
+@checked
 def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False) -> xr.Dataset:
     """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB or CSV file.
 
@@ -115,6 +117,7 @@ def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool
     return dataset if lazy else refuse(find_breaches(dataset, whole=False), dataset)
 
 
+@checked
 def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> None:
     """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a registered one.
 

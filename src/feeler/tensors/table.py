@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
@@ -41,6 +42,7 @@ class Table:
         return self.values[:, self.columns.index(name)]
 
 
+@checked
 def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS) -> Table:
     """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is ever executed.
 
@@ -56,6 +58,7 @@ def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells
     return parse_table(_read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
 
 
+@checked
 def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) -> Table:
     """As :func:`read_table`, from text that has already been read."""
     notes, start, header = _read_notes(text)

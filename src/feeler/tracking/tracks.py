@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.table import Table, read_table
 
@@ -70,6 +71,7 @@ class Tracks:
         return self.position[:, self.landmarks.index(landmark)]
 
 
+@checked
 def load_tracks(
     path: str | os.PathLike,
     *,

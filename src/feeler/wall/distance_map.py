@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.peak import Peak, find_sweep_peak
 from feeler.wall.sweep import Approach
@@ -45,6 +46,7 @@ class DistanceMap:
         return self.slope * np.asarray(position) + self.intercept
 
 
+@checked
 def fit_distance(
     distance: np.ndarray, position: np.ndarray, used: np.ndarray, at_base: np.ndarray, resolution: float
 ) -> DistanceMap:
@@ -110,6 +112,7 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
     return best
 
 
+@checked
 def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: object) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
@@ -123,6 +126,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: object
     return fit_distance(sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max()))
 
 
+@checked
 def bootstrap_median(
     values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
 ) -> tuple[float, float, float]:

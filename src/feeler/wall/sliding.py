@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -88,6 +89,7 @@ class WallTouch:
         return dataset.assign_coords(distance=("trial", self.distance[:, 0], {"units": "mm"}))
 
 
+@checked
 def slide(
     antenna: Antenna,
     posture: Posture | None = None,
@@ -114,6 +116,7 @@ def slide(
     return _run(sweep.antenna, posture, scenes, clock, distance, speed, engine)
 
 
+@checked
 def drive(
     antenna: Antenna,
     posture: Posture | None = None,
