@@ -27,7 +27,7 @@ from feeler.wall import (
     summarise,
 )
 from feeler.wall.sensitivity import BENDS, FRICTIONS, READINGS
-from feeler.wall.sweep import make_scene
+from feeler.wall.sweep import make_wall_scene
 
 RESULTS = Path(__file__).parent / "results" / "wall.json"
 TURNS = (30.0, 45.0, -30.0, -45.0)
@@ -81,7 +81,7 @@ def compare_with_simulation() -> list[dict]:
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
             sweep = approach(cockroach(), posture, [12.0])
             start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
-            scene = make_scene(sweep.antenna, posture.replace(friction=friction), 12.0, angle=start)
+            scene = make_wall_scene(sweep.antenna, posture.replace(friction=friction), 12.0, angle=start)
             motion = run_scene(scene, Clock(duration=duration, timestep=timestep), engine)
             gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
             rows.append({"engine": engine, "posture": label, "start_deg": float(gap[0]), "end_deg": float(gap[-1])})

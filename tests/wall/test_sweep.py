@@ -10,7 +10,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
 from feeler.presets import cockroach
 from feeler.wall import Posture, approach
-from feeler.wall.sweep import make_scene
+from feeler.wall.sweep import make_wall_scene
 
 FEW = (22.0, 16.0, 10.0, 6.0)
 
@@ -136,7 +136,7 @@ def _simulate(
     sweep = approach(cockroach(), posture, [12.0])
     start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
     at = posture.replace(friction=friction)
-    scene = make_scene(sweep.antenna, at, 12.0, contact=get_contact("hard"), angle=start)
+    scene = make_wall_scene(sweep.antenna, at, 12.0, contact=get_contact("hard"), angle=start)
     end = run_scene(scene, Clock(duration=duration, timestep=timestep), engine).angle[-1]
     first, last = (np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end))
     return float(first), float(last)

@@ -16,7 +16,7 @@ from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap, fit_distance
 from feeler.wall.peak import make_kernel, place_top
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import approach, make_scene
+from feeler.wall.sweep import approach, make_wall_scene
 
 ENGINE = "rod-inertia"
 PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
@@ -132,7 +132,7 @@ def calibrate(
     sweep = approach(antenna, posture, distances, substep=SUBSTEP)
     listened = []
     for distance, angle in zip(sweep.distance, sweep.angle, strict=True):
-        runner = _Runner(make_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep)
+        runner = _Runner(make_wall_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep)
         peaks = []
         while runner.time < SETTLING + LISTENING:
             runner.go(0.0)

@@ -16,7 +16,7 @@ from feeler.physics.scene import Motion, Scene
 from feeler.physics.simulate import simulate
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, Sweep, approach, make_scene
+from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
 
 SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
 SLIDE_DURATION = 200.0  # [C] ms
@@ -150,12 +150,14 @@ def _check(speed: float, duration: float) -> None:
             raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
 
 
-def _begin(sweep: Sweep, step: int, velocity: tuple[float, float]) -> Scene:
+def _begin(sweep: Approach, step: int, velocity: tuple[float, float]) -> Scene:
     """The scene that goes on from one equilibrium."""
-    return make_scene(sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step])
+    return make_wall_scene(
+        sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step]
+    )
 
 
-def _collect(sweep: Sweep, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:
+def _collect(sweep: Approach, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:
     for motion in motions:
         if isinstance(motion, Exception):
             raise motion

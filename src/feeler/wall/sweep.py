@@ -47,7 +47,7 @@ class Approach:
         return self.angle - self.antenna.rest_angle
 
 
-def make_scene(
+def make_wall_scene(
     antenna: Antenna, posture: Posture, distance: float, *, velocity: tuple[float, float] = (0.0, 0.0), **fields: object
 ) -> Scene:
     """A wall at a distance [mm] from a held antenna's base, on the posture's side; ``fields`` are the Scene's."""
@@ -168,4 +168,4 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
 
 
 def _hold(antenna: Antenna, posture: Posture, distance: float, **fields: object) -> RodStepper:
-    return RodStepper([make_scene(antenna, posture, distance, **fields)], timestep=1.0)
+    return RodStepper([make_wall_scene(antenna, posture, distance, **fields)], timestep=1.0)

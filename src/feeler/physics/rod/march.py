@@ -15,7 +15,7 @@ ROUNDING = 1e-9  # rad; an antenna that moves less per step, nearly balanced, is
 
 
 @compiled
-def step_many(model, lane, n_steps, timestep, drive, inertia):
+def march(model, lane, n_steps, timestep, drive, inertia):
     """Take steps in place, the base with ``drive`` (step or 1, 3) at each one's end; False where one has no end."""
     for k in range(n_steps):
         lane.drive[:] = drive[min(k, drive.shape[0] - 1)]

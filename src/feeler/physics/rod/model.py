@@ -17,7 +17,7 @@ FIRMNESS, SOFT = 1e3, 20.0
 FAR = 1e4  # mm; half length of a face without end
 
 
-class Model(NamedTuple):
+class RodModel(NamedTuple):
     """What stays as it is."""
 
     table: np.ndarray
@@ -30,7 +30,7 @@ class Model(NamedTuple):
     """(2,) [mm/ms²]"""
 
 
-class Lane(NamedTuple):
+class RodLane(NamedTuple):
     """What moves."""
 
     heading: np.ndarray
@@ -61,7 +61,7 @@ class Lane(NamedTuple):
     """Work done on the antenna by its base and by each object (1 + object,) [mJ]."""
 
 
-def make_model(scene: Scene, firmness: float) -> Model:
+def make_rod_model(scene: Scene, firmness: float) -> RodModel:
     """The scene's constants.
 
     Raises
@@ -82,7 +82,7 @@ def make_model(scene: Scene, firmness: float) -> Model:
             parts.append([first, first + len(rim), o, item.friction, item.feature.rounding, endless])
             faces.append(rim)
             first += len(rim)
-    return Model(
+    return RodModel(
         table=_make_table(antenna, firmness),
         faces=np.concatenate([np.empty((0, f.N_FACE)), *faces]),
         parts=np.array(parts, dtype=float).reshape(-1, f.N_PART),
@@ -150,7 +150,7 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
         )
 
 
-def make_lane(scene: Scene, model: Model) -> Lane:
+def make_rod_lane(scene: Scene, model: RodModel) -> RodLane:
     """The scene's first state; nodes move with the base and turn with their hinges."""
     n, n_parts = scene.antenna.n_segments, len(model.parts)
     objects = [[*o.place, *o.forward, *o.velocity, o.turn] for o in scene.objects]
@@ -158,7 +158,7 @@ def make_lane(scene: Scene, model: Model) -> Lane:
     heading = scene.base[2] + np.cumsum(scene.initial_angle)
     swing = ((drive[2] + np.cumsum(rate)) * scene.antenna.segment_length)[:, None]
     across = np.stack([np.cos(heading), -np.sin(heading)], axis=1)
-    return Lane(
+    return RodLane(
         heading=heading,
         points=np.zeros((n + 1, 2)),
         velocity=drive[:2] + np.cumsum(swing * across, axis=0),

@@ -8,8 +8,8 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.compiling import announce_compiling
 from feeler.physics.rod import fields as f
-from feeler.physics.rod.march import relax, step_many
-from feeler.physics.rod.model import FIRMNESS, SOFT, Lane, make_lane, make_model
+from feeler.physics.rod.march import march, relax
+from feeler.physics.rod.model import FIRMNESS, SOFT, RodLane, make_rod_lane, make_rod_model
 from feeler.physics.rod.newton import place_nodes
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State
@@ -41,12 +41,12 @@ class RodStepper:
             raise InvalidInput(f"the rod engine steps one scene at a time, got {len(self.scenes)}.")
         self.reset(0, self.scenes[0])
         with announce_compiling("rod"):
-            step_many(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
+            march(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
-        self.model = make_model(scene, SOFT if self.inertia else FIRMNESS)
-        self.lane, self.scenes[0], self.lost = make_lane(scene, self.model), scene, False
+        self.model = make_rod_model(scene, SOFT if self.inertia else FIRMNESS)
+        self.lane, self.scenes[0], self.lost = make_rod_lane(scene, self.model), scene, False
         self.drive = np.array([scene.base_velocity])
         place_nodes(self.model.table, self.lane.base, self.lane.heading, self.lane.points)
 
@@ -54,7 +54,7 @@ class RodStepper:
         """Take steps; ``drives`` (step, 3) replace the commanded base velocity. A lost antenna stays where it was."""
         drive = np.ascontiguousarray(drives[0], dtype=float) if drives else self.drive
         if n_steps and not self.lost:
-            self.lost = not step_many(self.model, self.lane, n_steps, self.timestep, drive, self.inertia)
+            self.lost = not march(self.model, self.lane, n_steps, self.timestep, drive, self.inertia)
             self.drive = drive[-1:].copy()
 
     def settle(self, base: Sequence[float] | None = None, place: Sequence[Sequence[float]] | None = None) -> Rest:
@@ -128,10 +128,10 @@ class RodStepper:
         """Command an object."""
         self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 
-    def save(self, lane: int) -> tuple[Lane, np.ndarray, bool]:
+    def save(self, lane: int) -> tuple[RodLane, np.ndarray, bool]:
         """All that the future depends on, but for the scene."""
-        return Lane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost
+        return RodLane(*(array.copy() for array in self.lane)), self.drive.copy(), self.lost
 
-    def load(self, lane: int, saved: tuple[Lane, np.ndarray, bool]) -> None:
+    def load(self, lane: int, saved: tuple[RodLane, np.ndarray, bool]) -> None:
         """Go back to where it was saved."""
-        self.lane, self.drive, self.lost = Lane(*(array.copy() for array in saved[0])), saved[1].copy(), saved[2]
+        self.lane, self.drive, self.lost = RodLane(*(array.copy() for array in saved[0])), saved[1].copy(), saved[2]
