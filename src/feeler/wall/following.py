@@ -59,13 +59,13 @@ class Controller:
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise InvalidInput(f"Controller.{name} must be finite and ≥ 0, got {getattr(self, name)}.")
 
-    def begin(self, speed: float, period: float) -> Callable[[float], float]:
+    def begin(self, speed: float, period: float, first: float | None = None) -> Callable[[float], float]:
         """A controller at work: from each distance seen [mm], one ``period`` [ms] after the other, to the turn rate [rad/ms]
-        of the period that follows, at a speed [mm/ms].
+        of the period that follows, at a ``speed`` [mm/ms]. Its low-pass begins at ``first`` [mm], by default the target.
         """
         gain, damp = self.frequency**2 / speed, 2 * self.damping_ratio * self.frequency / speed
         waiting, share = deque([0.0] * round(self.delay / period)), period / (self.smoothing + period)
-        filtered = self.target
+        filtered = self.target if first is None else first
 
         def steer(seen: float) -> float:
             nonlocal filtered
@@ -207,14 +207,14 @@ def follow(
         label=f"{antenna.name} along a wall",
     )
     runner = _Runner(scene, speed, engine, timestep)
-    return _run(runner, course, controller, None if oracle else distance_map, speed)
+    return _run(runner, course, controller, None if oracle else distance_map)
 
 
-def _run(runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None, speed: float) -> Run:
-    steer, turn = controller.begin(speed, runner.period), 0.0
+def _run(runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None) -> Run:
+    steer, turn = controller.begin(runner.speed, runner.period, -runner.body[0]), 0.0
     near, far = (0.0, 0.0) if known is None else (known.distance[known.used].min(), known.distance[known.used].max())
     body, distance, estimate = [runner.body], [course.measure(runner.body[None, :2])[0]], [np.nan]
-    n_periods = max(1, round((sum(course.lengths) - 20.0) / speed / runner.period))
+    n_periods = max(1, round((sum(course.lengths) - 20.0) / runner.speed / runner.period))
     while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
         runner.go(turn)
         body.append(runner.body)

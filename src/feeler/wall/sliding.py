@@ -152,9 +152,7 @@ def _check(speed: float, duration: float) -> None:
 
 def _begin(sweep: Sweep, step: int, velocity: tuple[float, float]) -> Scene:
     """The scene that goes on from one equilibrium."""
-    return make_scene(
-        sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step]
-    )
+    return make_scene(sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step])
 
 
 def _collect(sweep: Sweep, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:

@@ -3,64 +3,38 @@
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.physics.rod.model import (
-    C_DEPTH,
-    C_FX,
-    C_FY,
-    C_NX,
-    C_NY,
-    F_LENGTH,
-    F_NX,
-    F_NY,
-    F_START,
-    F_TURN,
-    F_X,
-    F_Y,
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_X,
-    O_Y,
-    P_FIRST,
-    P_FRICTION,
-    P_OBJECT,
-    P_RIM,
-    P_ROUNDING,
-    P_STOP,
-    R_FIRMNESS,
-    R_RADIUS,
-    R_WEIGHT,
-)
+from feeler.physics.rod import fields as f
 
 
 @compiled
 def place_faces(model, lane):
     """Put the faces where their objects are."""
     for p in range(model.parts.shape[0]):
-        item = lane.objects[int(model.parts[p, P_OBJECT])]
-        x, y, c, s = item[O_X], item[O_Y], item[O_FORWARD_X], item[O_FORWARD_Y]
-        for k in range(int(model.parts[p, P_FIRST]), int(model.parts[p, P_STOP])):
+        item = lane.objects[int(model.parts[p, f.P_OBJECT])]
+        x, y, c, s = item[f.O_X], item[f.O_Y], item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
+        for k in range(int(model.parts[p, f.P_FIRST]), int(model.parts[p, f.P_STOP])):
             own, face = model.faces[k], lane.faces[k]
-            face[F_X], face[F_Y] = x + (c * own[F_X] - s * own[F_Y]), y + (s * own[F_X] + c * own[F_Y])
-            face[F_NX], face[F_NY] = c * own[F_NX] - s * own[F_NY], s * own[F_NX] + c * own[F_NY]
+            face[f.F_X], face[f.F_Y] = x + (c * own[f.F_X] - s * own[f.F_Y]), y + (s * own[f.F_X] + c * own[f.F_Y])
+            face[f.F_NX], face[f.F_NY] = c * own[f.F_NX] - s * own[f.F_NY], s * own[f.F_NX] + c * own[f.F_NY]
 
 
 @compiled
-def _touch(faces, first, stop, x, y, reach):
+def _touch(faces, part, point, reach):
     """(depth, normal x, normal y, place on the rim) of a node at a convex part; depth < 0: no contact.
 
     Of a convex part the face that is farthest, with its sign, is the nearest, or one of the two at the nearest corner.
     """
-    best, gap = first, -np.inf
-    for k in range(first, stop):
-        far = (x - faces[k, F_X]) * faces[k, F_NX] + (y - faces[k, F_Y]) * faces[k, F_NY]
+    best, gap, x, y = int(part[f.P_FIRST]), -np.inf, point[0], point[1]
+    for k in range(best, int(part[f.P_STOP])):
+        far = (x - faces[k, f.F_X]) * faces[k, f.F_NX] + (y - faces[k, f.F_Y]) * faces[k, f.F_NY]
         if far >= reach:
             return -1.0, 0.0, 0.0, 0.0  # most nodes, most of the time
         if far > gap:
             best, gap = k, far
     face = faces[best]
-    dx, dy, nx, ny, length = x - face[F_X], y - face[F_Y], face[F_NX], face[F_NY], face[F_LENGTH]
+    dx, dy, nx, ny, length = x - face[f.F_X], y - face[f.F_Y], face[f.F_NX], face[f.F_NY], face[f.F_LENGTH]
     along = dx * ny - dy * nx
-    start = face[F_START] + reach * face[F_TURN]  # where on the rim as the node's middle sees it
+    start = face[f.F_START] + reach * face[f.F_TURN]  # where on the rim as the node's middle sees it
     if length > 0.0 and (gap <= 0.0 or 0.0 <= along <= length):
         return reach - gap, nx, ny, start + along
     corner = min(max(along, 0.0), length)
@@ -92,17 +66,15 @@ def add_forces(model, lane, points, force, stiffness):
     """
     energy, count = 0.0, 0
     for i in range(model.table.shape[0]):
-        firm, weight = model.table[i, R_FIRMNESS], model.table[i, R_WEIGHT]
+        firm, weight = model.table[i, f.R_FIRMNESS], model.table[i, f.R_WEIGHT]
         force[i, 0], force[i, 1] = weight * model.gravity[0], weight * model.gravity[1]
         energy -= force[i, 0] * points[i + 1, 0] + force[i, 1] * points[i + 1, 1]
         stiffness[i, 0] = stiffness[i, 1] = stiffness[i, 2] = 0.0
         for p in range(model.parts.shape[0]):
             part, push = model.parts[p], lane.push[i, p]
-            reach = model.table[i, R_RADIUS] + part[P_ROUNDING]
-            depth, nx, ny, place = _touch(
-                lane.faces, int(part[P_FIRST]), int(part[P_STOP]), points[i + 1, 0], points[i + 1, 1], reach
-            )
-            push[C_DEPTH] = depth
+            reach = model.table[i, f.R_RADIUS] + part[f.P_ROUNDING]
+            depth, nx, ny, place = _touch(lane.faces, part, points[i + 1], reach)
+            push[f.C_DEPTH] = depth
             if depth <= 0.0:
                 continue
             count += 1
@@ -111,9 +83,9 @@ def add_forces(model, lane, points, force, stiffness):
             stiffness[i, 0] += firm * nx * nx
             stiffness[i, 1] += firm * nx * ny
             stiffness[i, 2] += firm * ny * ny
-            held, limit = lane.anchor[i, p], part[P_FRICTION] * lane.pressed[i, p]
+            held, limit = lane.anchor[i, p], part[f.P_FRICTION] * lane.pressed[i, p]
             if limit > 0.0 and not np.isnan(held):
-                tx, ty, slip = ny, -nx, _slip(place, held, part[P_RIM], reach)
+                tx, ty, slip = ny, -nx, _slip(place, held, part[f.P_RIM], reach)
                 if abs(slip) * firm <= limit:
                     energy += 0.5 * firm * slip * slip
                     drag = -firm * slip
@@ -127,7 +99,7 @@ def add_forces(model, lane, points, force, stiffness):
                 fy += drag * ty
             force[i, 0] += fx
             force[i, 1] += fy
-            push[C_NX], push[C_NY], push[C_FX], push[C_FY] = nx, ny, fx, fy
+            push[f.C_NX], push[f.C_NY], push[f.C_PLACE], push[f.C_FX], push[f.C_FY] = nx, ny, place, fx, fy
     return energy, count
 
 
@@ -135,18 +107,14 @@ def add_forces(model, lane, points, force, stiffness):
 def move_anchors(model, lane):
     """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that left forget it."""
     for i in range(model.table.shape[0]):
-        firm = model.table[i, R_FIRMNESS]
+        firm = model.table[i, f.R_FIRMNESS]
         for p in range(model.parts.shape[0]):
-            part = model.parts[p]
-            reach = model.table[i, R_RADIUS] + part[P_ROUNDING]
-            depth, _, _, place = _touch(
-                lane.faces, int(part[P_FIRST]), int(part[P_STOP]), lane.points[i + 1, 0], lane.points[i + 1, 1], reach
-            )
+            part, depth, place = model.parts[p], lane.push[i, p, f.C_DEPTH], lane.push[i, p, f.C_PLACE]
             if depth <= 0.0:
                 lane.anchor[i, p], lane.pressed[i, p] = np.nan, 0.0
                 continue
-            held, most = lane.anchor[i, p], part[P_FRICTION] * lane.pressed[i, p] / firm
-            slip = _slip(place, held, part[P_RIM], reach)
+            held, most = lane.anchor[i, p], part[f.P_FRICTION] * lane.pressed[i, p] / firm
+            slip = _slip(place, held, part[f.P_RIM], model.table[i, f.R_RADIUS] + part[f.P_ROUNDING])
             if np.isnan(held):
                 lane.anchor[i, p] = place
             elif abs(slip) > most:

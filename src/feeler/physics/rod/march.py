@@ -3,23 +3,8 @@
 import numpy as np
 
 from feeler.compiled import compiled
+from feeler.physics.rod import fields as f
 from feeler.physics.rod.contact import place_faces
-from feeler.physics.rod.model import (
-    C_DEPTH,
-    C_FX,
-    C_FY,
-    C_NX,
-    C_NY,
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_TURN,
-    O_VX,
-    O_VY,
-    O_X,
-    O_Y,
-    P_OBJECT,
-    R_RADIUS,
-)
 from feeler.physics.rod.newton import take
 
 TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
@@ -36,21 +21,16 @@ def step_many(model, lane, n_steps, timestep, drive, inertia):
         lane.drive[:] = drive[min(k, drive.shape[0] - 1)]
         for split in range(MAX_SPLITS):
             parts, done = 4**split, False
-            heading, points, velocity, anchor = (
-                lane.heading.copy(),
-                lane.points.copy(),
-                lane.velocity.copy(),
-                lane.anchor.copy(),
-            )
-            pressed, base, objects, work = lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy()
+            kept = (lane.heading.copy(), lane.points.copy(), lane.velocity.copy(), lane.anchor.copy())
+            rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
             for _ in range(parts):
                 done = _advance(model, lane, timestep / parts, inertia, split < MAX_SPLITS - 1)
                 if not done:
                     break
             if done:
                 break
-            lane.heading[:], lane.points[:], lane.velocity[:], lane.anchor[:] = heading, points, velocity, anchor
-            lane.pressed[:], lane.base[:], lane.objects[:], lane.work[:] = pressed, base, objects, work
+            lane.heading[:], lane.points[:], lane.velocity[:], lane.anchor[:] = kept
+            lane.pressed[:], lane.base[:], lane.objects[:], lane.work[:] = rest
         if not done:
             return False
     return True
@@ -59,17 +39,17 @@ def step_many(model, lane, n_steps, timestep, drive, inertia):
 @compiled
 def _advance(model, lane, timestep, inertia, bold):
     """Carry base and objects on, and take one step; whether it converged."""
-    before, turned = lane.base[2], 0.0
+    before = lane.base[2]
     for axis in range(3):
         lane.base[axis] += timestep * lane.drive[axis]
     for o in range(lane.objects.shape[0]):
         item = lane.objects[o]
-        item[O_X] += timestep * item[O_VX]
-        item[O_Y] += timestep * item[O_VY]
-        turned = timestep * item[O_TURN]
+        item[f.O_X] += timestep * item[f.O_VX]
+        item[f.O_Y] += timestep * item[f.O_VY]
+        turned = timestep * item[f.O_TURN]
         if turned != 0.0:
-            c, s, x, y = np.cos(turned), np.sin(turned), item[O_FORWARD_X], item[O_FORWARD_Y]
-            item[O_FORWARD_X], item[O_FORWARD_Y] = c * x + s * y, c * y - s * x
+            c, s, x, y = np.cos(turned), np.sin(turned), item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
+            item[f.O_FORWARD_X], item[f.O_FORWARD_Y] = c * x + s * y, c * y - s * x
     place_faces(model, lane)
     done, _, _, _ = take(model, lane, before, timestep, inertia, bold, TOLERANCE)
     if done:
@@ -84,13 +64,13 @@ def _add_work(model, lane, timestep):
         lane.work[0] += timestep * lane.wrench[axis] * lane.drive[axis]
     for i in range(lane.push.shape[0]):
         for p in range(lane.push.shape[1]):
-            push, o = lane.push[i, p], int(model.parts[p, P_OBJECT])
-            if push[C_DEPTH] > 0.0:
-                item, near = lane.objects[o], model.table[i, R_RADIUS]
-                x = lane.points[i + 1, 0] - near * push[C_NX] - item[O_X]
-                y = lane.points[i + 1, 1] - near * push[C_NY] - item[O_Y]
-                power = push[C_FX] * (item[O_VX] + item[O_TURN] * y) + push[C_FY] * (item[O_VY] - item[O_TURN] * x)
-                lane.work[1 + o] += timestep * power
+            push, o = lane.push[i, p], int(model.parts[p, f.P_OBJECT])
+            if push[f.C_DEPTH] > 0.0:
+                item, near = lane.objects[o], model.table[i, f.R_RADIUS]
+                x = lane.points[i + 1, 0] - near * push[f.C_NX] - item[f.O_X]
+                y = lane.points[i + 1, 1] - near * push[f.C_NY] - item[f.O_Y]
+                vx, vy = item[f.O_VX] + item[f.O_TURN] * y, item[f.O_VY] - item[f.O_TURN] * x
+                lane.work[1 + o] += timestep * (push[f.C_FX] * vx + push[f.C_FY] * vy)
 
 
 @compiled

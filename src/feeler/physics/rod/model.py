@@ -6,22 +6,10 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.physics.rod import fields as f
 from feeler.physics.scene import Scene
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
-
-# columns of the antenna's table, one row per segment
-R_LENGTH, R_STIFFNESS, R_DAMPING, R_REST, R_RADIUS, R_MASS, R_WEIGHT, R_FIRMNESS = range(8)
-# columns of a face: its first point, the unit normal of its free side, its length, and where on its part's rim it begins:
-# the length of the faces before it [mm] and the turns of the corners before it [rad]
-F_X, F_Y, F_NX, F_NY, F_LENGTH, F_START, F_TURN = range(7)
-# columns of a convex part: its first face and the one after its last, its object, that one's friction and rounding, and
-# the length of all faces (infinite for a face without end)
-P_FIRST, P_STOP, P_OBJECT, P_FRICTION, P_ROUNDING, P_RIM = range(6)
-# columns of an object: place, first axis, velocity and turn rate
-O_X, O_Y, O_FORWARD_X, O_FORWARD_Y, O_VX, O_VY, O_TURN = range(7)
-# columns of a contact: depth, normal, force
-C_DEPTH, C_NX, C_NY, C_FX, C_FY = range(5)
 
 # [C] 1/mm²; contact stiffness over that of the node's hinge per rad. At rest nodes sink in by some 1e-3 mm, in motion, where
 # a harder contact would cost more iterations than it is worth, by some 0.02 mm.
@@ -82,20 +70,20 @@ def make_model(scene: Scene, firmness: float) -> Model:
         Hinges with neither stiffness nor damping, or a shape with corners that would slip in between two hinges.
     """
     antenna = scene.antenna
-    if np.any(antenna.stiffness + antenna.damping <= 0) or not np.any(antenna.stiffness > 0):
-        raise InvalidInput("the rod engine needs stiffness or damping > 0 in every hinge, and stiffness > 0 in one.")
+    if np.any(antenna.stiffness + antenna.damping <= 0):
+        raise InvalidInput("the rod engine needs stiffness or damping > 0 in every hinge; use engine='chain-consistent'.")
     faces, parts, first = [], [], 0
     for o, item in enumerate(scene.objects):
         for rim in _list_rims(item.feature):
             _check_corners(antenna, item, rim)
-            endless = np.inf if item.feature.unbounded else rim[:, F_LENGTH].sum()
+            endless = np.inf if item.feature.unbounded else rim[:, f.F_LENGTH].sum()
             parts.append([first, first + len(rim), o, item.friction, item.feature.rounding, endless])
             faces.append(rim)
             first += len(rim)
     return Model(
         table=_make_table(antenna, firmness),
-        faces=np.concatenate([np.empty((0, 7)), *faces]),
-        parts=np.array(parts, dtype=float).reshape(-1, 6),
+        faces=np.concatenate([np.empty((0, f.N_FACE)), *faces]),
+        parts=np.array(parts, dtype=float).reshape(-1, f.N_PART),
         gravity=np.array(scene.gravity, dtype=float),
     )
 
@@ -146,7 +134,7 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
         return
     half, radius = antenna.segment_length / 2, antenna.radius
     reach = radius + item.feature.rounding
-    turn = np.append(rim[1:, F_TURN], 2 * np.pi) - rim[:, F_TURN]
+    turn = np.append(rim[1:, f.F_TURN], 2 * np.pi) - rim[:, f.F_TURN]
     bow = min(turn.max(), np.pi) / 2
     beyond = reach * (1 - np.cos(bow)) + (half - reach * np.sin(bow)) * np.tan(bow)
     arc = reach - np.sqrt(np.maximum(reach**2 - half**2, 0.0))
@@ -175,10 +163,10 @@ def make_lane(scene: Scene, model: Model) -> Lane:
         rate=rate,
         anchor=np.full((n, n_parts), np.nan),
         pressed=np.zeros((n, n_parts)),
-        push=np.zeros((n, n_parts, 5)),
+        push=np.zeros((n, n_parts, f.N_CONTACT)),
         base=np.array(scene.base, dtype=float),
         drive=drive,
-        objects=np.array(objects, dtype=float).reshape(-1, 7),
+        objects=np.array(objects, dtype=float).reshape(-1, f.N_OBJECT),
         faces=model.faces.copy(),
         wrench=np.zeros(3),
         work=np.zeros(1 + len(objects)),

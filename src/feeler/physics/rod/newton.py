@@ -15,8 +15,8 @@ positive the turning of the levers is left out, so that every step descends.
 import numpy as np
 
 from feeler.compiled import compiled
+from feeler.physics.rod import fields as f
 from feeler.physics.rod.contact import add_forces, move_anchors
-from feeler.physics.rod.model import R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
 
 MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
 MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
@@ -27,8 +27,8 @@ def place_nodes(table, base, heading, points):
     """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
     points[0, 0], points[0, 1] = base[0], base[1]
     for i in range(table.shape[0]):
-        points[i + 1, 0] = points[i, 0] + table[i, R_LENGTH] * np.sin(heading[i])
-        points[i + 1, 1] = points[i, 1] + table[i, R_LENGTH] * np.cos(heading[i])
+        points[i + 1, 0] = points[i, 0] + table[i, f.R_LENGTH] * np.sin(heading[i])
+        points[i + 1, 1] = points[i, 1] + table[i, f.R_LENGTH] * np.cos(heading[i])
 
 
 @compiled
@@ -36,7 +36,7 @@ def _add_inertia(table, points, target, rate, force, stiffness):
     """Add the inertia of the nodes to the forces; returns its part of the potential."""
     energy = 0.0
     for i in range(table.shape[0]):
-        share = table[i, R_MASS] * rate * rate
+        share = table[i, f.R_MASS] * rate * rate
         dx, dy = points[i + 1, 0] - target[i, 0], points[i + 1, 1] - target[i, 1]
         energy += 0.5 * share * (dx * dx + dy * dy)
         force[i, 0] -= share * dx
@@ -54,13 +54,13 @@ def _balance(table, base, heading, points, old_angle, rate, force, out):
     for i in range(n - 1, -1, -1):
         fx, fy = fx + force[i, 0], fy + force[i, 1]
         angle = heading[i] - (heading[i - 1] if i else base[2])
-        bend, turned = angle - table[i, R_REST], angle - old_angle[i]
-        drag = rate * table[i, R_DAMPING]
-        energy += 0.5 * table[i, R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
-        own = table[i, R_STIFFNESS] * bend + drag * turned
+        bend, turned = angle - table[i, f.R_REST], angle - old_angle[i]
+        drag = rate * table[i, f.R_DAMPING]
+        energy += 0.5 * table[i, f.R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
+        own = table[i, f.R_STIFFNESS] * bend + drag * turned
         turn = (points[i + 1, 1] - points[i, 1]) * fx - (points[i + 1, 0] - points[i, 0]) * fy
         out[i] = own - torque - turn
-        worst = max(worst, abs(out[i]) / (table[i, R_STIFFNESS] + drag))
+        worst = max(worst, abs(out[i]) / (table[i, f.R_STIFFNESS] + drag))
         torque = own
     return worst, energy
 
@@ -78,7 +78,7 @@ def _newton(table, points, rate, force, stiffness, residual, full, work, change)
         p00, p01, p11 = p00 - stiffness[i, 0], p01 - stiffness[i, 1], p11 - stiffness[i, 2]
         t0, t1 = points[i + 1, 1] - points[i, 1], points[i, 0] - points[i + 1, 0]
         q0, q1 = p00 * t0 + p01 * t1 + u0, p01 * t0 + p11 * t1 + u1
-        kappa = table[i, R_STIFFNESS] + rate * table[i, R_DAMPING]
+        kappa = table[i, f.R_STIFFNESS] + rate * table[i, f.R_DAMPING]
         pivot = kappa - (u0 * t0 + u1 * t1 + z) - (t0 * q0 + t1 * q1)
         if full:
             pivot += t0 * fy - t1 * fx
@@ -163,7 +163,7 @@ def _coast(table, base, heading, points, target, now):
     for i in range(table.shape[0]):
         dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
         ex, ey = target[i, 0] - x, target[i, 1] - y
-        turn = (ex * dy - ey * dx) / table[i, R_LENGTH] ** 2
+        turn = (ex * dy - ey * dx) / table[i, f.R_LENGTH] ** 2
         now[i] = heading[i] + min(max(turn, -MAX_TURN), MAX_TURN)
         x, y = target[i, 0], target[i, 1]
 
@@ -200,9 +200,10 @@ def take(model, lane, before, timestep, inertia, bold, tolerance):
             velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     _potential(model, lane, now, place, past, rate, inertia, force, stiffness, residual)
-    own = model.table[0, R_STIFFNESS] * (old_angle[0] + lane.rate[0] / rate - model.table[0, R_REST])
-    lane.wrench[0], lane.wrench[1] = -force[:, 0].sum(), -force[:, 1].sum()
-    lane.wrench[2] = -own - model.table[0, R_DAMPING] * lane.rate[0]
+    own = model.table[0, f.R_STIFFNESS] * (old_angle[0] + lane.rate[0] / rate - model.table[0, f.R_REST])
+    for axis in range(2):  # half the first segment's weight hangs on the base itself
+        lane.wrench[axis] = -force[:, axis].sum() - 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
+    lane.wrench[2] = -own - model.table[0, f.R_DAMPING] * lane.rate[0]
     static, _ = _balance(model.table, lane.base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
     move_anchors(model, lane)

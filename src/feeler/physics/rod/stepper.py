@@ -6,27 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.physics.rod import fields as f
 from feeler.physics.rod.march import relax, step_many
-from feeler.physics.rod.model import (
-    C_DEPTH,
-    C_FX,
-    C_FY,
-    C_NX,
-    C_NY,
-    FIRMNESS,
-    O_FORWARD_X,
-    O_FORWARD_Y,
-    O_TURN,
-    O_VX,
-    O_X,
-    O_Y,
-    P_OBJECT,
-    R_RADIUS,
-    SOFT,
-    Lane,
-    make_lane,
-    make_model,
-)
+from feeler.physics.rod.model import FIRMNESS, SOFT, Lane, make_lane, make_model
 from feeler.physics.rod.newton import place_nodes
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State
@@ -86,7 +68,7 @@ class RodStepper:
         if base is not None:
             self.lane.base[:] = base
         if place is not None:
-            self.lane.objects[:, [O_X, O_Y]] = place
+            self.lane.objects[:, [f.O_X, f.O_Y]] = place
         self.lane.velocity[:] = 0.0
         rest = Rest(*relax(self.model, self.lane, before, BALANCED, MAX_STEPS))
         self.lane.rate[:], self.lost = 0.0, False
@@ -102,8 +84,8 @@ class RodStepper:
             angle=np.diff(t.heading, prepend=t.base[2])[None],
             velocity=t.rate[None].copy(),
             force=force[None],
-            place=t.objects[None, :, [O_X, O_Y]],
-            forward=t.objects[None, :, [O_FORWARD_X, O_FORWARD_Y]],
+            place=t.objects[None, :, [f.O_X, f.O_Y]],
+            forward=t.objects[None, :, [f.O_FORWARD_X, f.O_FORWARD_Y]],
             object_work=t.work[None, 1:].copy(),
             base=t.base[None].copy(),
             base_force=t.wrench[None, :2].copy(),
@@ -114,18 +96,18 @@ class RodStepper:
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of the last step: nodes that touch."""
-        node, part = np.nonzero(self.lane.push[:, :, C_DEPTH] > 0)
+        node, part = np.nonzero(self.lane.push[:, :, f.C_DEPTH] > 0)
         found, antenna = self.lane.push[node, part], self.scenes[0].antenna
-        normal = found[:, [C_NX, C_NY]]
-        near = self.model.table[node, R_RADIUS] - found[:, C_DEPTH] / 2
+        normal = found[:, [f.C_NX, f.C_NY]]
+        near = self.model.table[node, f.R_RADIUS] - found[:, f.C_DEPTH] / 2
         return Contacts(
-            object=self.model.parts[part, P_OBJECT].astype(int),
+            object=self.model.parts[part, f.P_OBJECT].astype(int),
             segment=node + 1,
             place=np.cumsum(antenna.segment_length)[node] / antenna.length,
             point=self.lane.points[node + 1] - near[:, None] * normal,
             normal=normal,
-            distance=-found[:, C_DEPTH],
-            force=found[:, [C_FX, C_FY]],
+            distance=-found[:, f.C_DEPTH],
+            force=found[:, [f.C_FX, f.C_FY]],
         )
 
     def find_broken(self) -> np.ndarray:
@@ -141,7 +123,7 @@ class RodStepper:
 
     def move_object(self, lane: int, o: int, velocity: tuple[float, float], turn: float) -> None:
         """Command an object."""
-        self.lane.objects[o, O_VX : O_TURN + 1] = *velocity, turn
+        self.lane.objects[o, f.O_VX : f.O_TURN + 1] = *velocity, turn
 
     def save(self, lane: int) -> tuple[Lane, np.ndarray, bool]:
         """All that the future depends on, but for the scene."""
