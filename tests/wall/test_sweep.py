@@ -6,17 +6,9 @@ import pytest
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
-<<<<<<< HEAD
 from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
 from feeler.presets import cockroach
-from feeler.stimulus.object import Object
-from feeler.stimulus.wall import Wall
-=======
-from feeler.physics.run import run_scene
-from feeler.presets import cockroach
->>>>>>> 521bffd (Laws of the rod engine; following obeys the law its controller states, on any engine)
 from feeler.wall import Posture, approach
 from feeler.wall.sweep import make_scene
 
@@ -143,17 +135,8 @@ def _simulate(
     """Greatest heading difference from the static answer at the start and at the end [degrees]."""
     sweep = approach(cockroach(), posture, [12.0])
     start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
-<<<<<<< HEAD
-    scene = Scene(
-        antenna=sweep.antenna,
-        objects=(Object(feature=Wall(), place=(12.0, 0.0), forward=(-1.0, 0.0), friction=friction),),
-        contact=get_contact("hard"),
-        base=(0.0, 0.0, posture.base_angle),
-        angle=start,
-    )
-=======
-    scene = make_scene(sweep.antenna, posture.replace(friction=friction), 12.0, angle=start)
->>>>>>> 521bffd (Laws of the rod engine; following obeys the law its controller states, on any engine)
+    at = posture.replace(friction=friction)
+    scene = make_scene(sweep.antenna, at, 12.0, contact=get_contact("hard"), angle=start)
     end = run_scene(scene, Clock(duration=duration, timestep=timestep), engine).angle[-1]
     first, last = (np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end))
     return float(first), float(last)

@@ -194,8 +194,9 @@ class Simulations:
         if self.timestep * np.hypot(rate[0], rate[1]) > far or self.timestep * abs(rate[2]) > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most "
-                f"{far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a step) and {MAX_TURN / self.timestep:.3g} "
-                f"rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. Use a smaller timestep or move slower."
+                f"{far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a step) and "
+                f"{MAX_TURN / self.timestep:.3g} rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. "
+                "Use a smaller timestep or move slower."
             )
 
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:

@@ -71,7 +71,9 @@ def make_model(scene: Scene, firmness: float) -> Model:
     """
     antenna = scene.antenna
     if np.any(antenna.stiffness + antenna.damping <= 0):
-        raise InvalidInput("the rod engine needs stiffness or damping > 0 in every hinge; use engine='chain-consistent'.")
+        raise InvalidInput(
+            "the rod engine needs stiffness or damping > 0 in every hinge; use engine='chain-consistent'."
+        )
     faces, parts, first = [], [], 0
     for o, item in enumerate(scene.objects):
         for rim in _list_rims(item.feature):
