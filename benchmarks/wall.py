@@ -71,7 +71,12 @@ def compare_with_simulation() -> list[dict]:
     MuJoCo gets a little friction: at its smallest its solver diverges against this wall.
     """
     rows = []
-    runs = (("chain", 120.0, 0.02, 0.0), ("mujoco", 60.0, 0.02, 0.05), ("rod", 400.0, 1.0, 0.0), ("rod-inertia", 400.0, 1.0, 0.0))
+    runs = (
+        ("chain", 120.0, 0.02, 0.0),
+        ("mujoco", 60.0, 0.02, 0.05),
+        ("rod", 400.0, 1.0, 0.0),
+        ("rod-inertia", 400.0, 1.0, 0.0),
+    )
     for engine, duration, timestep, friction in runs:
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
             sweep = approach(cockroach(), posture, [12.0])

@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.frozen import freeze
-from feeler.stimulus.feature import SHAPES, Feature
+from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
 RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
@@ -19,7 +19,6 @@ OVERLAP = 5.0  # mm; a block goes on by this behind the next face where the wall
 ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
 
 
-@SHAPES.register("course")
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Faces(Feature):
     """A wall's faces along a line of corners with blocks behind them, on the right of the line."""

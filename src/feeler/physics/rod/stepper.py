@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.physics.compiling import announce_compiling
 from feeler.physics.rod import fields as f
 from feeler.physics.rod.march import relax, step_many
 from feeler.physics.rod.model import FIRMNESS, SOFT, Lane, make_lane, make_model
@@ -39,6 +40,8 @@ class RodStepper:
         if len(self.scenes) != 1:
             raise InvalidInput(f"the rod engine steps one scene at a time, got {len(self.scenes)}.")
         self.reset(0, self.scenes[0])
+        with announce_compiling("rod"):
+            step_many(self.model, self.lane, 0, self.timestep, self.drive, self.inertia)
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
