@@ -12,10 +12,7 @@ import numpy as np
 from feeler.errors import FeelerError
 from feeler.physics.clock import Clock
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Scene
 from feeler.presets import PROFILE_NAMES, cockroach
-from feeler.stimulus.object import Object
-from feeler.stimulus.wall import Wall
 from feeler.wall import (
     FOLLOWING,
     Posture,
@@ -30,6 +27,7 @@ from feeler.wall import (
     summarise,
 )
 from feeler.wall.sensitivity import BENDS, FRICTIONS, READINGS
+from feeler.wall.sweep import make_scene
 
 RESULTS = Path(__file__).parent / "results" / "wall.json"
 TURNS = (30.0, 45.0, -30.0, -45.0)
@@ -58,7 +56,7 @@ def time_sweeps() -> list[dict]:
 def tabulate_sensitivity() -> list[dict]:
     """All combinations of the choices: R² over set-ups per profile, and how often the paper's order holds."""
     antennas = {name: cockroach(name) for name in PROFILE_NAMES}
-    cases = compare(antennas, make_postures(READINGS, FRICTIONS, BENDS), n_threads=1)
+    cases = compare(antennas, make_postures(READINGS, FRICTIONS, BENDS), workers=1)
     rows = [{"antenna": name, **row} for name, row in summarise(cases, np.random.default_rng(0)).items()]
     rows += [{"choice": key[0], "value": key[1], **counts} for key, counts in count_orderings(cases).items()]
     for case in cases:
@@ -73,16 +71,18 @@ def compare_with_simulation() -> list[dict]:
     MuJoCo gets a little friction: at its smallest its solver diverges against this wall.
     """
     rows = []
-    for engine, duration, friction in (("chain", 120.0, 0.0), ("mujoco", 60.0, 0.05)):
+    runs = (
+        ("chain", 120.0, 0.02, 0.0),
+        ("mujoco", 60.0, 0.02, 0.05),
+        ("rod", 400.0, 1.0, 0.0),
+        ("rod-inertia", 400.0, 1.0, 0.0),
+    )
+    for engine, duration, timestep, friction in runs:
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
             sweep = approach(cockroach(), posture, [12.0])
-            scene = Scene(
-                antenna=sweep.antenna,
-                objects=(Object(feature=Wall(), place=(12.0, 0.0), forward=(-1.0, 0.0), friction=friction),),
-                base=(0.0, 0.0, posture.base_angle),
-                angle=sweep.antenna.rest_angle + 1.1 * sweep.bend[0],
-            )
-            motion = run_scene(scene, Clock(duration=duration, timestep=0.02), engine)
+            start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
+            scene = make_scene(sweep.antenna, posture.replace(friction=friction), 12.0, angle=start)
+            motion = run_scene(scene, Clock(duration=duration, timestep=timestep), engine)
             gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
             rows.append({"engine": engine, "posture": label, "start_deg": float(gap[0]), "end_deg": float(gap[-1])})
     return rows

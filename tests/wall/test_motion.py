@@ -5,6 +5,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
+from feeler.stimulus.clearance import compute_clearance
 from feeler.wall import (
     DISTANCES,
     FOLLOWING,
@@ -17,8 +18,6 @@ from feeler.wall import (
     make_turn,
     slide,
 )
-from feeler.wall.course import measure_distance
-from feeler.wall.runner import find_distance
 
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
@@ -39,6 +38,15 @@ def test_a_wall_sliding_on_the_left_is_the_mirror_image():
         slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1) for side in ("right", "left")
     )
     np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
+def test_the_user_s_engine_and_workers_slide(engine):
+    touch = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1, engine=engine, workers=1)
+    usual = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1)
+    for found, expected in zip(touch.motions, usual.motions, strict=True):
+        assert not np.array_equal(found.angle, expected.angle)
+        np.testing.assert_allclose(np.cumsum(found.angle, axis=1), np.cumsum(expected.angle, axis=1), atol=0.05)
 
 
 def test_tensors_of_a_wall_keep_the_contract():
@@ -77,11 +85,24 @@ def test_distance_from_a_course_by_hand():
     np.testing.assert_allclose(towards.measure([on_second]), [7.0])
 
 
-def test_both_distance_functions_agree():
-    rng = np.random.default_rng(3)
-    faces = Course(lengths=(80.0, 60.0, 80.0), turns=(30.0, -45.0)).make_faces()
-    points = rng.uniform([-60, 0], [30, 200], (50, 2))
-    np.testing.assert_allclose([find_distance(faces, *p) for p in points], measure_distance(faces, points), atol=1e-12)
+@pytest.mark.parametrize("turns", [(30.0, -45.0), (-60.0, -70.0), (60.0, 70.0), (0.0, 20.0)])
+def test_the_wall_that_engines_see_is_the_wall_that_is_measured(turns):
+    course = Course(lengths=(80.0, 60.0, 80.0), turns=turns)
+    wall = course.make_object()
+    points = np.random.default_rng(3).uniform([-60, -50], [30, 200], (200, 2))
+    far = course.measure(points)
+    inside = np.abs(far) < 4.0  # nearer to the face than to the back of its block
+    seen = np.array(
+        [
+            compute_clearance(
+                np.stack([p, p + 1e-9]), np.zeros(1), wall.feature, np.array(wall.place), np.array(wall.forward)
+            )
+            for p in points
+        ]
+    )
+    assert (far > 0).sum() > 50 and (inside & (far < 0)).sum() > 2
+    np.testing.assert_allclose(seen[far > 0], far[far > 0], atol=1e-6)
+    np.testing.assert_allclose(seen[inside & (far < 0)], 0.0, atol=1e-9)
 
 
 def test_corners_turn_towards_and_away():
@@ -110,9 +131,48 @@ def test_a_turn_is_followed(known, turn):
     assert abs(np.degrees(run.body[-1, 2]) + turn) < 15.0  # it now runs along the second face
 
 
+@pytest.mark.parametrize("offset", [-2.0, 2.0])
+@pytest.mark.parametrize("damping_ratio", [0.5, 1.0, 2.0])
+def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_ratio):
+    """Beside a straight wall e'' + v K_d e' + v K_p e = 0, that is e'' + 2 ζ ω e' + ω² e = 0; no overshoot from ζ = 1 on."""
+    omega = 0.02
+    controller = Controller(frequency=omega, damping_ratio=damping_ratio, delay=0.0, smoothing=1e-3)
+    course = Course(lengths=(150.0,), turns=())
+    run = follow(cockroach(), course, controller=controller, start=12.0 + offset, oracle=True)
+    root = np.sqrt(complex(damping_ratio**2 - 1)) * omega + 1e-9  # of s² + 2 ζ ω s + ω², from their mean
+    decay, t = damping_ratio * omega, run.time
+    expected = np.real(np.exp(-decay * t) * (np.cosh(root * t) + decay / root * np.sinh(root * t)))
+    error = (run.distance - 12.0) / offset
+    np.testing.assert_allclose(error, expected, atol=0.02)
+    assert (error.min() < -0.1) == (damping_ratio < 1)
+
+
+def test_the_controller_waits_filters_and_has_a_limit():
+    steer = Controller(delay=3.0, smoothing=5.0, max_turn=0.03).begin(speed=0.45, period=1.0)
+    turns = [steer(13.0) for _ in range(60)]
+    assert turns[:3] == [0.0] * 3 and turns[3] > 0
+    gain = 0.02**2 / 0.45
+    assert turns[3] == pytest.approx((gain + 2 * 0.02 / 0.45) / 6)  # a low-pass of 5 ms gives a sixth at once
+    assert turns[-1] == pytest.approx(gain, rel=1e-2)
+    wild = Controller(delay=0.0, max_turn=0.03).begin(speed=0.45, period=1.0)
+    assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
+
+
+@pytest.mark.parametrize(("engine", "timestep"), [("rod", 1.0), ("rod-inertia", 0.5), ("chain-consistent", 0.05)])
+def test_any_engine_can_carry_the_antenna_along_the_wall(known, engine, timestep):
+    course = Course(lengths=(60.0,), turns=())
+    usual, run = (
+        follow(cockroach(), course, distance_map=known, **options)
+        for options in ({}, {"engine": engine, "timestep": timestep})
+    )
+    assert np.isfinite(run.estimate[-20:]).all()
+    assert np.abs(run.distance - usual.distance).max() < 0.3
+
+
 def test_steering_by_the_truth_needs_no_map():
     run = follow(cockroach("constant"), make_turn(-30.0), oracle=True)
     assert run.map is None and not run.collided and run.error < 3.0
+    assert np.isnan(run.estimate).all()
 
 
 def test_without_a_map_there_is_nothing_to_steer_by():
@@ -129,6 +189,9 @@ def test_without_a_map_there_is_nothing_to_steer_by():
         (lambda: Controller(target=0.0), "target must be finite and > 0"),
         (lambda: Controller(delay=-1.0), "delay must be finite and ≥ 0"),
         (lambda: follow(cockroach(), speed=0.0), "speed must be"),
+        (lambda: follow(cockroach(), start=-1.0), "start must be"),
+        (lambda: follow(cockroach(), oracle=True, timestep=0.3), "whole timesteps"),
+        (lambda: follow(cockroach(), oracle=True, engine="spring"), "unknown engine 'spring'"),
     ],
 )
 def test_bad_courses_and_controllers_are_named(make, message):

@@ -55,17 +55,17 @@ def compute(
     posture: Posture | None = None,
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
-    n_threads: int = 2,
+    workers: int | None = None,
 ) -> Fig3Data:
     """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D."""
     posture = posture or Posture()
     first = next(iter(antennas.values()))
-    options = {"engine": engine} | ({} if timestep is None else {"timestep": timestep})
+    options = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
     axes = CASES[effort.cases]
     known = [*sweeps.items(), *straight.items()]
-    cases = compare(antennas, make_postures(*axes, base=posture), n_threads=n_threads, known=known) if axes else []
+    cases = compare(antennas, make_postures(*axes, base=posture), workers=workers, known=known) if axes else []
     return Fig3Data(
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},

@@ -1,4 +1,13 @@
-"""Contact: how soft surfaces are, the same for every engine."""
+"""Contact: how soft surfaces are, and how each engine makes it so.
+
+Friction is Coulomb's in all of them, with the coefficient of the object (``Object.friction``).
+
+``chain``, ``chain-consistent`` and ``mujoco`` take :class:`Contact` word for word: the impedance sets how far surfaces sink in,
+``solref`` how fast they come back. The ``rod`` engines stand for the limit of rigid surfaces: a spring at each hinge, so stiff
+that it sinks in by 0.001 mm (``rod``) or 0.02 mm (``rod-inertia``), see ``feeler.physics.rod.model``. A time constant means
+nothing where nothing has inertia, so they read neither ``solref`` nor ``solimp``. Their friction sticks by a spring as stiff, and
+slips at the coefficient times the normal force of the step before.
+"""
 
 from dataclasses import dataclass
 

@@ -16,6 +16,8 @@ class Engine:
     timestep: float
     """What it takes where nothing else is said [ms], see docs/convergence.md [C]."""
     lanes: int = 1
+    stride: float = 1.0
+    """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment."""
 
 
 ENGINES: Registry[Engine] = Registry(
@@ -24,6 +26,8 @@ ENGINES: Registry[Engine] = Registry(
         "chain-consistent": "feeler.physics.chain.engine:CONSISTENT",  # damping inside the contact solve
         "chain": "feeler.physics.chain.engine:PARITY",  # MuJoCo's discrete equations, step for step
         "mujoco": "feeler.physics.mujoco:MUJOCO",  # the reference
+        "rod": "feeler.physics.rod.engine:ROD",  # quasi-static: no inertia, implicit steps of any length
+        "rod-inertia": "feeler.physics.rod.engine:ROD_INERTIA",  # the same with mass at its nodes
     },
 )
 """Every engine by its name."""

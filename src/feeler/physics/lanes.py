@@ -50,9 +50,10 @@ class Simulations:
             raise InvalidInput("simulations side by side need at least one scene, and one number of segments for all.")
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
+        kind = get_engine(engine)
+        self._stride = kind.stride
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
-        kind = get_engine(engine)
         lanes = 1 if len(scenes) == 1 else kind.lanes
         filled = [*scenes, *[scenes[-1]] * (-len(scenes) % lanes)]
         self._steppers = [kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)]
@@ -189,12 +190,13 @@ class Simulations:
         stepper.move_object(k, o, rate[:2], rate[2])
 
     def _check_rate(self, scene: Scene, rate: tuple[float, ...], what: str) -> None:
-        thin = float(scene.antenna.radius.min())
-        if self.timestep * np.hypot(rate[0], rate[1]) > thin or self.timestep * abs(rate[2]) > MAX_TURN:
+        far = self._stride * float(scene.antenna.radius.min())
+        if self.timestep * np.hypot(rate[0], rate[1]) > far or self.timestep * abs(rate[2]) > MAX_TURN:
             raise InvalidInput(
                 f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most "
-                f"{thin / self.timestep:.3g} mm/ms (the antenna's radius in a step) and {MAX_TURN / self.timestep:.3g} "
-                f"rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. Use a smaller timestep or move slower."
+                f"{far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a step) and "
+                f"{MAX_TURN / self.timestep:.3g} rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. "
+                "Use a smaller timestep or move slower."
             )
 
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:

@@ -2,13 +2,58 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.wall.table import F_END, F_LENGTH, F_NX, F_NY, F_START, F_X, F_Y
+from feeler.frozen import freeze
+from feeler.stimulus.feature import Feature
+from feeler.stimulus.object import Object
 
 RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
+MARGIN = 100.0  # mm; the first and the last face go on by this
+THICK = 10.0  # mm; from a face to the back of its block
+OVERLAP = 5.0  # mm; a block goes on by this behind the next face where the wall turns towards the body
+ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Faces(Feature):
+    """A wall's faces along a line of corners with blocks behind them, on the right of the line."""
+
+    corners: np.ndarray
+    """(corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is −x."""
+    kind: ClassVar[str] = "course"
+    rounding: ClassVar[float] = 0.0
+    wide: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "corners", freeze(np.array(self.corners, dtype=float)))
+        super().__post_init__()
+
+    def make_parts(self) -> list[np.ndarray]:
+        """A block for each stretch that only turns away from the body."""
+        along = np.diff(self.corners, axis=0)
+        along /= np.hypot(along[:, 0], along[:, 1])[:, None]
+        behind, turn = THICK * along[:, ::-1] * [1.0, -1.0], _measure_turns(along)
+        blocks, first = [], 0
+        for last in range(len(along)):
+            if last < len(turn) and turn[last] < 0 and turn[first : last + 1].sum() > -ROUND:
+                continue
+            line = self.corners[first : last + 2].copy()
+            line[0] -= (OVERLAP if first and turn[first - 1] > 0 else 0.0) * along[first]
+            line[-1] += (OVERLAP if last < len(turn) and turn[last] > 0 else 0.0) * along[last]
+            blocks.append(-np.concatenate([line, [line[-1] + behind[last], line[0] + behind[first]]]))
+            first = last + 1
+        return blocks
+
+
+def _measure_turns(along: np.ndarray) -> np.ndarray:
+    """Turns between unit vectors (face, 2) [degrees], positive to the left."""
+    before, after = along[:-1], along[1:]
+    return np.degrees(np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,37 +89,35 @@ class Course:
         steps = np.array(self.lengths)[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=1)
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
-    def make_faces(self, margin: float = 100.0) -> np.ndarray:
-        """The faces' table, the first and last prolonged by ``margin`` [mm]."""
-        corners, n = self.corners, len(self.lengths)
-        faces = np.zeros((n, 7))
-        along = np.diff(corners, axis=0) / np.array(self.lengths)[:, None]
-        faces[:, F_X:F_NX] = corners[:-1]
-        faces[:, F_NX], faces[:, F_NY] = -along[:, 1], along[:, 0]
-        faces[:, F_LENGTH] = self.lengths
-        away = np.array(self.turns) < 0
-        faces[:-1, F_END], faces[1:, F_START] = away, away
-        faces[0, F_X : F_Y + 1] -= margin * along[0]
-        faces[0, F_LENGTH] += margin
-        faces[-1, F_LENGTH] += margin
-        return faces
+    @cached_property
+    def line(self) -> np.ndarray:
+        """The corners with the first and the last face prolonged (face + 1, 2) [mm], read-only."""
+        line = self.corners
+        line[0], line[-1] = _prolong(line[1], line[0]), _prolong(line[-2], line[-1])
+        return freeze(line)
+
+    def make_object(self, friction: float = 0.0) -> Object:
+        """The wall as an object of a scene."""
+        faces = Faces(corners=self.line)
+        front = max(block[:, 0].max() for block in faces.make_parts())
+        return Object(feature=faces, place=(-front, 0.0), forward=(-1.0, 0.0), friction=friction)
 
     def measure(self, points: np.ndarray) -> np.ndarray:
-        """Distance (point,) [mm] of points (point, 2) from the wall, negative behind it."""
-        return measure_distance(self.make_faces(), np.asarray(points, dtype=float))
+        """Distance [mm] of points (point, 2) from the nearest face (point,), negative behind it."""
+        start, along = self.line[:-1], np.diff(self.line, axis=0)
+        length = np.hypot(along[:, 0], along[:, 1])
+        along /= length[:, None]
+        offset = np.asarray(points, dtype=float)[:, None, :] - start
+        place = np.clip((offset * along).sum(axis=2), 0.0, length)
+        foot = offset - place[..., None] * along
+        far = np.hypot(foot[..., 0], foot[..., 1])
+        row, best = np.arange(len(far)), far.argmin(axis=1)
+        left = offset[row, best, 1] * along[best, 0] - offset[row, best, 0] * along[best, 1]
+        return np.where(left < 0, -1.0, 1.0) * far[row, best]
 
 
-def measure_distance(faces: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Distance (point,) to the nearest face, with the sign of its side."""
-    along = np.stack([faces[:, F_NY], -faces[:, F_NX]], axis=1)
-    offset = points[:, None, :] - faces[None, :, F_X : F_Y + 1]
-    place = np.clip(np.einsum("pfc,fc->pf", offset, along), 0.0, faces[:, F_LENGTH])
-    foot = offset - place[..., None] * along
-    far = np.linalg.norm(foot, axis=2)
-    best = far.argmin(axis=1)
-    row = np.arange(len(points))
-    side = np.einsum("pc,pc->p", offset[row, best], faces[best, F_NX : F_NY + 1])
-    return np.where(side < 0, -1.0, 1.0) * far[row, best]
+def _prolong(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    return end + MARGIN * (end - start) / np.hypot(*(end - start))
 
 
 def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Course:

@@ -1,20 +1,26 @@
 """A body that follows a wall by where its antenna bends most."""
 
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.errors import InvalidInput, SimulationDiverged
-from feeler.wall.course import Course, measure_distance
+from feeler.errors import InvalidInput
+from feeler.physics.engine import choose_timestep
+from feeler.physics.lanes import Simulations
+from feeler.physics.scene import Scene
+from feeler.stimulus.base import BaseMotion
+from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap, fit_distance
-from feeler.wall.peak import SMOOTHING
+from feeler.wall.peak import make_kernel, place_top
 from feeler.wall.posture import Posture
-from feeler.wall.runner import BODY_LOST, run_loop
-from feeler.wall.sweep import approach
-from feeler.wall.table import make_half_plane, make_table
+from feeler.wall.sweep import approach, make_scene
 
-SOFT = 20.0  # [C] 1/mm²; contact in the loop, softer than at rest: nodes sink in by some 0.02 mm
+ENGINE = "rod-inertia"
+PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
+BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 SUBSTEP = 5.0  # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
 GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
@@ -53,6 +59,24 @@ class Controller:
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
                 raise InvalidInput(f"Controller.{name} must be finite and ≥ 0, got {getattr(self, name)}.")
 
+    def begin(self, speed: float, period: float, first: float | None = None) -> Callable[[float], float]:
+        """A controller at work: from each distance seen [mm], one ``period`` [ms] after the other, to the turn rate [rad/ms]
+        of the period that follows, at a ``speed`` [mm/ms]. Its low-pass begins at ``first`` [mm], by default the target.
+        """
+        gain, damp = self.frequency**2 / speed, 2 * self.damping_ratio * self.frequency / speed
+        waiting, share = deque([0.0] * round(self.delay / period)), period / (self.smoothing + period)
+        filtered = self.target if first is None else first
+
+        def steer(seen: float) -> float:
+            nonlocal filtered
+            change = share * (seen - filtered)
+            filtered += change
+            turn = gain * (filtered - self.target) + damp * change / period
+            waiting.append(min(max(turn, -self.max_turn), self.max_turn))
+            return waiting.popleft()
+
+        return steer
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Run:
@@ -90,23 +114,30 @@ class Run:
 
 
 def calibrate(
-    antenna: Antenna, posture: Posture | None = None, distances: np.ndarray = CALIBRATION, *, speed: float = 0.45
+    antenna: Antenna,
+    posture: Posture | None = None,
+    distances: np.ndarray = CALIBRATION,
+    *,
+    speed: float = 0.45,
+    engine: str = ENGINE,
+    timestep: float | None = None,
 ) -> DistanceMap:
     """The map read while the body runs parallel to a straight wall at known distances.
 
     It differs from the quasi-static map by the wall's drag. Distances without contact, or with the peak at the base
     hinge, are not fitted.
     """
-    posture = posture or FOLLOWING
+    posture = (posture or FOLLOWING).replace(side="right")
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
-    sweep = approach(antenna, posture.replace(side="right"), distances, substep=SUBSTEP)
-    runs = [
-        _drive(
-            antenna, posture, make_half_plane(d, 0.0, (-1.0, 0.0)), (0.0, 0.0, 0.0), angle, speed, SETTLING + LISTENING
-        )
-        for d, angle in zip(sweep.distance, sweep.angle, strict=True)
-    ]
-    listened = [position[round(SETTLING) :] for _, _, position, _ in runs]
+    sweep = approach(antenna, posture, distances, substep=SUBSTEP)
+    listened = []
+    for distance, angle in zip(sweep.distance, sweep.angle, strict=True):
+        runner = _Runner(make_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep)
+        peaks = []
+        while runner.time < SETTLING + LISTENING:
+            runner.go(0.0)
+            peaks.append(runner.feel())
+        listened.append(peaks[round(SETTLING / runner.period) - 1 :])
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
     at_base = position < GRID / 2
     used = np.isfinite(position) & ~at_base
@@ -120,24 +151,30 @@ def follow(
     posture: Posture | None = None,
     controller: Controller | None = None,
     speed: float = 0.45,
+    start: float | None = None,
     distance_map: DistanceMap | None = None,
     oracle: bool = False,
-    timestep: float = 1.0,
+    engine: str = ENGINE,
+    timestep: float | None = None,
 ) -> Run:
     """Run a body along a wall with turns, steering by the point of greatest curvature of its antenna.
 
-    The body is a point with a heading that runs at constant ``speed``; its antenna moves by the implicit chain with
-    inertia against the course's faces. Without contact there is no estimate, and the body steers as at the farthest
+    The body is a point with a heading that runs at constant ``speed`` and steers once per millisecond; its antenna is
+    simulated against the course's wall. Without contact there is no estimate, and the body steers as at the farthest
     calibrated distance.
 
     Parameters
     ----------
     speed
         [mm/ms]; cockroaches follow walls at 0.3 to 0.6.
+    start
+        Distance at which it begins, running along the wall [mm]; default: the controller's target.
     distance_map
         From :func:`calibrate`; made here if missing.
     oracle
         Steer by the true distance: what steering alone can reach.
+    engine, timestep
+        As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1 ms long.
 
     Returns
     -------
@@ -148,66 +185,87 @@ def follow(
     InvalidInput
         The map is undefined (the antenna's peak does not move with distance), so there is nothing to steer by.
     """
-    posture, controller, course = posture or FOLLOWING, controller or Controller(), course or Course()
-    if not (np.isfinite(speed) and speed > 0):
-        raise InvalidInput(f"speed must be finite and > 0 mm/ms, got {speed}.")
+    posture = (posture or FOLLOWING).replace(side="right")
+    controller, course = controller or Controller(), course or Course()
+    start = controller.target if start is None else start
+    for name, value in (("speed", speed), ("start", start)):
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"{name} must be finite and > 0 {'mm/ms' if name == 'speed' else 'mm'}, got {value}.")
     if not oracle:
-        distance_map = distance_map or calibrate(antenna, posture, speed=speed)
+        distance_map = distance_map or calibrate(antenna, posture, speed=speed, engine=engine, timestep=timestep)
         if distance_map.undefined:
             raise InvalidInput(
                 f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}. Use another antenna "
                 "or posture, or oracle=True."
             )
-    start = (-controller.target, 0.0, 0.0)
-    angle = approach(antenna, posture.replace(side="right"), [controller.target], substep=SUBSTEP).angle[0]
-    duration = (sum(course.lengths) - 20.0) / speed
-    body, distance, _, estimate = _drive(
-        antenna, posture, course.make_faces(), start, angle, speed, duration, controller, distance_map, oracle, timestep
+    sweep = approach(antenna, posture, [start], substep=SUBSTEP)
+    scene = Scene(
+        antenna=sweep.antenna,
+        objects=(course.make_object(posture.friction),),
+        base=(-start, 0.0, posture.base_angle),
+        angle=sweep.angle[0],
+        label=f"{antenna.name} along a wall",
     )
+    runner = _Runner(scene, speed, engine, timestep)
+    return _run(runner, course, controller, None if oracle else distance_map)
+
+
+def _run(runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None) -> Run:
+    steer, turn = controller.begin(runner.speed, runner.period, -runner.body[0]), 0.0
+    near, far = (0.0, 0.0) if known is None else (known.distance[known.used].min(), known.distance[known.used].max())
+    body, distance, estimate = [runner.body], [course.measure(runner.body[None, :2])[0]], [np.nan]
+    n_periods = max(1, round((sum(course.lengths) - 20.0) / runner.speed / runner.period))
+    while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
+        runner.go(turn)
+        body.append(runner.body)
+        distance.append(course.measure(runner.body[None, :2])[0])
+        seen = distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far)
+        estimate.append(np.nan if known is None else seen)
+        turn = steer(far if np.isnan(seen) else seen)
     return Run(
-        time=timestep * np.arange(len(body)),
-        body=body,
-        distance=distance,
-        estimate=estimate,
+        time=runner.period * np.arange(len(body)),
+        body=np.array(body),
+        distance=np.array(distance),
+        estimate=np.array(estimate),
         target=controller.target,
         collided=bool(distance[-1] <= BODY_LOST),
-        map=None if oracle else distance_map,
+        map=known,
     )
 
 
-def _drive(
-    antenna,
-    posture,
-    faces,
-    start,
-    angle,
-    speed,
-    duration,
-    controller=None,
-    distance_map=None,
-    oracle=False,
-    timestep=1.0,
-):
-    """Body (sample, 3), true distance, peak position and estimate (sample,) of one run."""
-    bent = posture.bend(antenna)
-    place = np.arange(0.0, antenna.hinge_position[-1], GRID)
-    weight = np.exp(-0.5 * ((place[:, None] - antenna.hinge_position) / SMOOTHING) ** 2)
-    weight /= (weight @ antenna.segment_length)[:, None]
-    c = controller or Controller()
-    steer = np.array(
-        [c.target, c.frequency**2 / speed, 2 * c.damping_ratio * c.frequency / speed, c.max_turn, c.smoothing]
-    )
-    line = np.array([0.0, 0.0, 0.0, 0.0])
-    if distance_map is not None and not oracle:
-        known = distance_map.distance[distance_map.used]
-        line = np.array([distance_map.slope, distance_map.intercept, known.min(), known.max()])
-    mode = 0 if controller is None else 2 if oracle else 1
-    n_steps = max(1, round(duration / timestep))
-    body, position, estimate, count = run_loop(
-        make_table(bent, SOFT), faces, float(posture.friction), np.array(start, dtype=float), posture.base_angle, angle,
-        speed, timestep, n_steps, place, weight, steer, round(c.delay / timestep), line, mode,
-    )  # fmt: skip
-    if count < 0:
-        raise SimulationDiverged(f"{antenna.name} along a wall", -count * timestep)
-    body = body[:count]
-    return body, measure_distance(faces, body[:, :2]), position[:count], estimate[:count]
+class _Runner:
+    """A body with an antenna, that runs at constant speed."""
+
+    def __init__(self, scene: Scene, speed: float, engine: str, timestep: float | None) -> None:
+        scene = replace(scene, base_motion=BaseMotion(velocity=(0.0, speed)))
+        self.simulation = Simulations([scene], engine=engine, timestep=choose_timestep(timestep, engine))
+        self.period, self.speed = max(PERIOD, self.simulation.timestep), speed
+        self.antenna, self._base_angle = scene.antenna, scene.base[2]
+        self._place = np.arange(0.0, self.antenna.hinge_position[-1], GRID)
+        self._kernel = make_kernel(self.antenna, self._place)
+
+    @property
+    def time(self) -> float:
+        """[ms]"""
+        return float(self.simulation.time[0])
+
+    @property
+    def body(self) -> np.ndarray:
+        """x, y [mm] and heading [rad] (3,)."""
+        return self.simulation.state.base[0] - [0.0, 0.0, self._base_angle]
+
+    def go(self, turn: float) -> None:
+        """Run on for one period with a turn rate [rad/ms], straight ahead as it looks in the middle of it."""
+        middle = self.body[2] + 0.5 * self.period * turn
+        self.simulation.move_base(0, (self.speed * np.sin(middle), self.speed * np.cos(middle)), turn)
+        self.simulation.step(self.period)
+        if self.simulation.failed[0] is not None:
+            raise self.simulation.failed[0]
+
+    def feel(self) -> float:
+        """Arc length of the greatest smoothed bend beyond the slack shape [mm]; NaN without contact."""
+        state = self.simulation.state
+        if np.isnan(state.contact_place[0]):
+            return np.nan
+        bend = self._kernel @ (state.angle[0] - self.antenna.rest_angle)
+        return float(place_top(np.abs(bend)[None], self._place)[0])

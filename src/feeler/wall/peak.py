@@ -39,12 +39,17 @@ def compute_smooth_curvature(
 
     G is a Gaussian of standard deviation ``smoothing`` [mm]; a circular arc keeps its curvature up to both ends.
     """
+    return np.atleast_2d(angle) @ make_kernel(antenna, position, smoothing).T
+
+
+def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOTHING) -> np.ndarray:
+    """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
     if not (np.isfinite(smoothing) and smoothing > 0):
         raise InvalidInput(
             f"smoothing must be finite and > 0 mm, got {smoothing}. Use method='hinge' for no smoothing."
         )
     weight = np.exp(-0.5 * ((position[:, None] - antenna.hinge_position) / smoothing) ** 2)
-    return (np.atleast_2d(angle) @ weight.T) / (weight @ antenna.segment_length)
+    return weight / (weight @ antenna.segment_length)[:, None]
 
 
 def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING) -> Peak:
@@ -70,7 +75,7 @@ def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", sm
         curve = compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
-    position = place[best] if method == "hinge" else _between(size, best, place)
+    position = place[best] if method == "hinge" else place_top(size, place)
     faint = size[row, best] < FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
@@ -79,8 +84,9 @@ def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", sm
     )
 
 
-def _between(size: np.ndarray, best: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Top of the parabola through the greatest sample and its neighbours; at the ends the sample itself."""
+def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at the ends the sample."""
+    best = size.argmax(axis=1)
     inner = np.clip(best, 1, size.shape[1] - 2)
     row = np.arange(len(size))
     before, top, after = size[row, inner - 1], size[row, inner], size[row, inner + 1]

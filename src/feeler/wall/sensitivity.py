@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.execute.threads import ThreadExecutor
+from feeler.execute import Executor, ThreadExecutor, run_batch
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Sweep, approach
@@ -65,36 +66,42 @@ def compare(
     *,
     distances: np.ndarray = DISTANCES,
     measures: Iterable[Mapping[str, str]] = MEASURES,
-    n_threads: int = 2,
+    workers: int | None = None,
+    executor: Executor | None = None,
     known: Iterable[tuple[str, Sweep]] = (),
 ) -> list[Case]:
     """Sweep every antenna in every posture and fit the map of every measure.
 
-    ``known`` sweeps over the same distances, by the antenna's name, are not done again.
+    ``known`` sweeps over the same distances, by the antenna's name, are not done again. The others are shared out among
+    ``workers`` threads (the compiled relaxation releases the lock), or go to an ``executor``.
     """
     done = {(name, sweep.posture): sweep for name, sweep in known}
-    postures, measures = list(postures), list(measures)
+    postures, measures = list(postures), [dict(measure) for measure in measures]
     if not antennas or not postures or not measures:
         raise InvalidInput("compare needs at least one antenna, one posture and one measure.")
     jobs = [(name, antenna, posture) for posture in postures for name, antenna in antennas.items()]
+    todo = [(k, job[1:]) for k, job in enumerate(jobs) if job[::2] not in done]
+    with ThreadExecutor(workers) as own:
+        for outcome in run_batch(partial(_sweep, distances), todo, executor=executor or own):
+            if outcome.error is not None:
+                raise outcome.error
+            done[jobs[outcome.index][::2]] = outcome.value
+    return [_fit(name, done[name, posture], measure) for name, _, posture in jobs for measure in measures]
 
-    def work(job: tuple[str, Antenna, Posture]) -> list[Case]:
-        name, antenna, posture = job
-        sweep = done.get((name, posture)) or approach(antenna, posture, distances)
-        return [
-            Case(
-                antenna=name,
-                posture=posture,
-                measure=dict(measure),
-                n_contact=int(sweep.contact.sum()),
-                n_inverted=int(sweep.inverted.sum()),
-                map=map_distance(sweep, **measure),
-            )
-            for measure in measures
-        ]
 
-    with ThreadExecutor(max(1, n_threads)) as pool:  # the compiled relaxation releases the lock
-        return [case for cases in pool.map(work, jobs) for case in cases]
+def _sweep(distances: np.ndarray, job: tuple[Antenna, Posture]) -> Sweep:
+    return approach(*job, distances)
+
+
+def _fit(name: str, sweep: Sweep, measure: Mapping[str, str]) -> Case:
+    return Case(
+        antenna=name,
+        posture=sweep.posture,
+        measure=measure,
+        n_contact=int(sweep.contact.sum()),
+        n_inverted=int(sweep.inverted.sum()),
+        map=map_distance(sweep, **measure),
+    )
 
 
 def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:

@@ -8,15 +8,15 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.execute import Executor
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.run import Result
 from feeler.physics.scene import Motion, Scene
 from feeler.physics.simulate import simulate
-from feeler.stimulus.object import Object
-from feeler.stimulus.wall import Wall
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, approach
+from feeler.wall.sweep import DISTANCES, Sweep, approach, make_scene
 
 SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
 SLIDE_DURATION = 200.0  # [C] ms
@@ -97,21 +97,21 @@ def slide(
     duration: float = SLIDE_DURATION,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
+    workers: int | None = None,
+    executor: Executor | None = None,
 ) -> WallTouch:
     """Let a wall slide backward past the body at constant distances, as when the body runs along it (Fig. 3C).
 
-    Each motion starts from the quasi-static equilibrium at its distance, farthest first.
+    Each motion starts from the quasi-static equilibrium at its distance, farthest first. ``engine``, ``timestep``,
+    ``workers`` and ``executor`` as for :func:`feeler.touch`.
     """
     posture = posture or Posture()
     _check(speed, duration)
     sweep = approach(antenna, posture, distances)
-    scenes = [
-        _scene(sweep.antenna, posture, distance, (0.0, -speed), angle)
-        for distance, angle in zip(sweep.distance, sweep.angle, strict=True)
-    ]
+    scenes = [_begin(sweep, k, (0.0, -speed)) for k in range(len(sweep.distance))]
     clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
-    distance = np.repeat(sweep.distance[:, None], clock.n_samples, axis=1)
-    return _run(sweep.antenna, posture, scenes, clock, distance, speed, engine)
+    motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
+    return _collect(sweep, motions, np.repeat(sweep.distance[:, None], clock.n_samples, axis=1), speed)
 
 
 def drive(
@@ -123,10 +123,12 @@ def drive(
     speed: float = 0.06,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
+    workers: int | None = None,
+    executor: Executor | None = None,
 ) -> WallTouch:
     """Let a wall come from ``far`` to ``near`` [mm] without stopping (Fig. 3D), one motion.
 
-    ``speed`` [mm/ms], by default the paper's slow exploration speed.
+    ``speed`` [mm/ms], by default the paper's slow exploration speed; the rest as for :func:`slide`.
     """
     posture = posture or Posture()
     if not 0 < near < far:
@@ -136,9 +138,10 @@ def drive(
     duration = (far - near) / speed if speed > 0 else 0.0
     _check(speed, duration)
     sweep = approach(antenna, posture, [far])
-    scene = _scene(sweep.antenna, posture, far, (-posture.sign * speed, 0.0), sweep.angle[0])
     clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
-    return _run(sweep.antenna, posture, [scene], clock, far - speed * clock.time[None, :], speed, engine)
+    scenes = [_begin(sweep, 0, (-posture.sign * speed, 0.0))]
+    motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
+    return _collect(sweep, motions, far - speed * clock.time[None, :], speed)
 
 
 def _check(speed: float, duration: float) -> None:
@@ -147,23 +150,15 @@ def _check(speed: float, duration: float) -> None:
             raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
 
 
-def _scene(
-    antenna: Antenna, posture: Posture, distance: float, velocity: tuple[float, float], angle: np.ndarray
-) -> Scene:
-    place, forward = (posture.sign * float(distance), 0.0), (-posture.sign, 0.0)
-    wall = Object(feature=Wall(), place=place, forward=forward, velocity=velocity, friction=posture.friction)
-    return Scene(
-        antenna=antenna,
-        objects=(wall,),
-        base=(0.0, 0.0, posture.sign * posture.base_angle),
-        angle=angle,
-        label=f"wall at {distance:g} mm",
-    )
+def _begin(sweep: Sweep, step: int, velocity: tuple[float, float]) -> Scene:
+    """The scene that goes on from one equilibrium."""
+    return make_scene(sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step])
 
 
-def _run(antenna, posture, scenes, clock, distance, speed, engine) -> WallTouch:
-    motions = simulate(scenes, clock, engine=engine)
+def _collect(sweep: Sweep, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:
     for motion in motions:
         if isinstance(motion, Exception):
             raise motion
-    return WallTouch(antenna=antenna, posture=posture, motions=tuple(motions), distance=distance, speed=speed)
+    return WallTouch(
+        antenna=sweep.antenna, posture=sweep.posture, motions=tuple(motions), distance=distance, speed=speed
+    )

@@ -6,14 +6,14 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.physics.rod.stepper import Rest, RodStepper
+from feeler.physics.scene import Scene
+from feeler.stimulus.object import Object
+from feeler.stimulus.wall import Wall
 from feeler.wall.posture import Posture
-from feeler.wall.rod import place_nodes, settle
-from feeler.wall.table import R_RADIUS, make_half_plane, make_table
 
 DISTANCES = tuple(np.linspace(25.0, 5.0, 20))  # [C] mm, far to near; the paper states none
 SUBSTEP = 0.5  # mm; the wall moves in steps no longer than this between two equilibria
-TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness
-MAX_STEPS = 400  # of one relaxation
 TUCK = 1.0  # mm; how much nearer than its reach the wall stands to a straight antenna that is laid in a J
 ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
@@ -47,35 +47,20 @@ class Sweep:
         return self.angle - self.antenna.rest_angle
 
 
-class _Holder:
-    """The state of a relaxation: an antenna on the right side, its base at the origin."""
-
-    def __init__(self, antenna: Antenna, posture: Posture) -> None:
-        self.table, self.friction = make_table(antenna), float(posture.friction)
-        self.base = np.array([0.0, 0.0, posture.base_angle, posture.base_angle])
-        n = antenna.n_segments
-        self.heading, self.points = posture.base_angle + np.cumsum(antenna.rest_angle), np.zeros((n + 1, 2))
-        self.anchor, self.pressed = np.full((n, 2), np.nan), np.zeros((n, 2))
-        self.lay(self.heading)
-
-    def lay(self, heading: np.ndarray) -> None:
-        """Put the antenna into a shape."""
-        self.heading = np.array(heading, dtype=float)
-        place_nodes(self.table, self.base, self.heading, self.points)
-
-    def relax(self, distance: float) -> tuple[float, int]:
-        """Equilibrium with the wall at ``distance``; (imbalance [rad], touching nodes)."""
-        faces = make_half_plane(distance, 0.0, (-1.0, 0.0))
-        state = (self.heading, self.points, self.anchor, self.pressed)
-        imbalance, count, _, _ = settle(self.table, faces, self.friction, self.base, *state, TOLERANCE, MAX_STEPS)
-        return imbalance, count
-
-    def bring(self, distance: float, goal: float, substep: float) -> tuple[float, int]:
-        """Move the wall from ``distance`` to ``goal`` and relax at every step; the last (imbalance, touching nodes)."""
-        walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
-        for wall in walls[1:] if len(walls) > 1 else walls:
-            imbalance, count = self.relax(wall)
-        return imbalance, count
+def make_scene(
+    antenna: Antenna, posture: Posture, distance: float, *, velocity: tuple[float, float] = (0.0, 0.0), **fields: object
+) -> Scene:
+    """A wall at a distance [mm] from a held antenna's base, on the posture's side; ``fields`` are the Scene's."""
+    sign = posture.sign
+    wall = Object(
+        feature=Wall(),
+        place=(sign * float(distance), 0.0),
+        forward=(-sign, 0.0),
+        velocity=velocity,
+        friction=posture.friction,
+    )
+    base = {"base": (0.0, 0.0, sign * posture.base_angle), "label": f"wall at {distance:g} mm"}
+    return Scene(antenna=antenna, objects=(wall,), **base | fields)
 
 
 def approach(
@@ -117,15 +102,13 @@ def approach(
         raise InvalidInput(f"substep must be finite and > 0 mm, got {substep}.")
     distance = _check_distances(distances, antenna)
     bent = posture.bend(antenna)
-    holder, wall = _begin(bent, posture, distance[0])
-    steps, imbalance, count = [], [], []
+    rod, wall = _begin(bent, posture.replace(side="right"), distance[0])
+    steps, rests = [], []
     for goal in distance:
-        left, touching = (0.0, 0) if goal > wall else holder.bring(wall, goal, substep)
+        rests.append(Rest(0.0, 0) if goal > wall else _bring(rod, wall, goal, substep))
+        steps.append(bent.rest_angle if goal > wall else rod.read().angle[0])
         wall = min(wall, goal)
-        steps.append(np.diff(holder.heading, prepend=posture.base_angle) if goal <= wall else bent.rest_angle)
-        imbalance.append(left)
-        count.append(touching)
-    angle, contact = np.array(steps), np.array(count) > 0
+    angle, contact = np.array(steps), np.array([rest.n_contacts > 0 for rest in rests])
     tip = posture.base_angle + angle.sum(axis=1)
     inverted = contact & (np.cos(tip) < 0) & (tip > np.pi / 2) & (tip < 3 * np.pi / 2)
     sign = posture.sign
@@ -136,7 +119,7 @@ def approach(
         angle=sign * angle,
         contact=contact,
         inverted=inverted,
-        balanced=np.array(imbalance) < 10 * TOLERANCE,
+        balanced=np.array([rest.balanced for rest in rests]),
     )
 
 
@@ -157,24 +140,32 @@ def _check_distances(distances: np.ndarray, antenna: Antenna) -> np.ndarray:
     return np.unique(values)[::-1]
 
 
-def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[_Holder, float]:
-    """The pre-bend, and the distance at which the wall then stands."""
-    holder = _Holder(antenna, posture)
+def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Rest:
+    """Move the wall from ``distance`` to ``goal`` and relax at every step; how the last one ended."""
+    walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
+    return [rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)][-1]
+
+
+def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
+    """The pre-bend, and the distance at which the wall then stands; on the right side."""
+    base, wall = posture.base_angle, min(first, posture.reach(antenna) - TUCK)
     if posture.prebend in ("rest", "none"):
-        return holder, max(first, float(np.max(holder.points[1:, 0] + holder.table[:, R_RADIUS])))
-    wall = min(first, posture.reach(antenna) - TUCK)
-    room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(posture.base_angle))
+        x = antenna.shape(base_angle=base)[1:, 0]
+        thick = np.maximum(antenna.radius, np.append(antenna.radius[1:], 0.0))  # of the two segments at a node
+        return _hold(antenna, posture, first), max(first, float(np.max(x + thick)))
+    room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
         raise InvalidInput(
             f"the pre-bend starts inside the wall: it needs {room:.3g} mm, the wall stands at {wall:.3g} mm. Begin "
             "farther away, or use a wider inter_antennal_angle, a smaller fold_radius, or prebend='rest'."
         )
     if posture.prebend == "placed":
-        holder.lay(posture.lay(antenna, wall))
-    else:
-        holder.base[2:] = np.pi
-        holder.lay(np.pi + np.cumsum(antenna.rest_angle))
-        for heading in np.linspace(np.pi, posture.base_angle, ROTATION_STEPS + 1)[1:]:
-            holder.base[2] = heading
-            holder.relax(wall)
-    return holder, wall
+        return _hold(antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)), wall
+    rod = _hold(antenna, posture, wall, base=(0.0, 0.0, np.pi))
+    for heading in np.linspace(np.pi, base, ROTATION_STEPS + 1)[1:]:
+        rod.settle(base=(0.0, 0.0, heading))
+    return rod, wall
+
+
+def _hold(antenna: Antenna, posture: Posture, distance: float, **fields: object) -> RodStepper:
+    return RodStepper([make_scene(antenna, posture, distance, **fields)], timestep=1.0)

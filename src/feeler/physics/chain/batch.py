@@ -8,11 +8,11 @@ import numpy as np
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.compiling import announce_compiling
 from feeler.physics.chain.contact import clear, make_rows, press, solve_contacts
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
 from feeler.physics.chain.narrow import find_contacts
 from feeler.physics.chain.sweep import locate, move, seek, solve
+from feeler.physics.compiling import announce_compiling
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State
 
@@ -174,7 +174,7 @@ class ChainStepper:
         self.scenes, self.timestep, self.damped = list(scenes), float(timestep), damped
         self.tables = _make_tables(self.scenes, [make_model(scene) for scene in self.scenes])
         self.drive = self.tables.base[0, [f.B_VX, f.B_VY, f.B_TURN]].copy()[None]
-        with announce_compiling(len(self.scenes)):
+        with announce_compiling("chain", len(self.scenes)):
             self._settle()
 
     def _settle(self) -> None:

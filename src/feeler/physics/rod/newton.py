@@ -1,7 +1,7 @@
-"""One implicit step of an antenna against walls: Newton's method with O(n) sweeps.
+"""One implicit step of an antenna among objects: Newton's method with O(n) sweeps.
 
 The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin φ_i, cos φ_i),
-whose nodes carry the contact forces f_i. A step of length h solves, for every segment,
+whose nodes carry the forces f_i of contact and gravity. A step of length h solves, for every segment,
 
     T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i = ∂p_i/∂φ_i,
 
@@ -15,14 +15,11 @@ positive the turning of the levers is left out, so that every step descends.
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.wall.faces import add_contacts, move_anchors
-from feeler.wall.table import R_DAMPING, R_LENGTH, R_MASS, R_REST, R_STIFFNESS
+from feeler.physics.rod import fields as f
+from feeler.physics.rod.contact import add_forces, move_anchors
 
 MAX_TURN = 0.3  # rad; largest change of a heading in one Newton iteration
 MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
-FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
-CALM = 0.05  # rad per step
-ROUNDING = 1e-9  # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
 
 
 @compiled
@@ -30,8 +27,8 @@ def place_nodes(table, base, heading, points):
     """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
     points[0, 0], points[0, 1] = base[0], base[1]
     for i in range(table.shape[0]):
-        points[i + 1, 0] = points[i, 0] + table[i, R_LENGTH] * np.sin(heading[i])
-        points[i + 1, 1] = points[i, 1] + table[i, R_LENGTH] * np.cos(heading[i])
+        points[i + 1, 0] = points[i, 0] + table[i, f.R_LENGTH] * np.sin(heading[i])
+        points[i + 1, 1] = points[i, 1] + table[i, f.R_LENGTH] * np.cos(heading[i])
 
 
 @compiled
@@ -39,7 +36,7 @@ def _add_inertia(table, points, target, rate, force, stiffness):
     """Add the inertia of the nodes to the forces; returns its part of the potential."""
     energy = 0.0
     for i in range(table.shape[0]):
-        share = table[i, R_MASS] * rate * rate
+        share = table[i, f.R_MASS] * rate * rate
         dx, dy = points[i + 1, 0] - target[i, 0], points[i + 1, 1] - target[i, 1]
         energy += 0.5 * share * (dx * dx + dy * dy)
         force[i, 0] -= share * dx
@@ -57,13 +54,13 @@ def _balance(table, base, heading, points, old_angle, rate, force, out):
     for i in range(n - 1, -1, -1):
         fx, fy = fx + force[i, 0], fy + force[i, 1]
         angle = heading[i] - (heading[i - 1] if i else base[2])
-        bend, turned = angle - table[i, R_REST], angle - old_angle[i]
-        drag = rate * table[i, R_DAMPING]
-        energy += 0.5 * table[i, R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
-        own = table[i, R_STIFFNESS] * bend + drag * turned
+        bend, turned = angle - table[i, f.R_REST], angle - old_angle[i]
+        drag = rate * table[i, f.R_DAMPING]
+        energy += 0.5 * table[i, f.R_STIFFNESS] * bend * bend + 0.5 * drag * turned * turned
+        own = table[i, f.R_STIFFNESS] * bend + drag * turned
         turn = (points[i + 1, 1] - points[i, 1]) * fx - (points[i + 1, 0] - points[i, 0]) * fy
         out[i] = own - torque - turn
-        worst = max(worst, abs(out[i]) / (table[i, R_STIFFNESS] + drag))
+        worst = max(worst, abs(out[i]) / (table[i, f.R_STIFFNESS] + drag))
         torque = own
     return worst, energy
 
@@ -81,7 +78,7 @@ def _newton(table, points, rate, force, stiffness, residual, full, work, change)
         p00, p01, p11 = p00 - stiffness[i, 0], p01 - stiffness[i, 1], p11 - stiffness[i, 2]
         t0, t1 = points[i + 1, 1] - points[i, 1], points[i, 0] - points[i + 1, 0]
         q0, q1 = p00 * t0 + p01 * t1 + u0, p01 * t0 + p11 * t1 + u1
-        kappa = table[i, R_STIFFNESS] + rate * table[i, R_DAMPING]
+        kappa = table[i, f.R_STIFFNESS] + rate * table[i, f.R_DAMPING]
         pivot = kappa - (u0 * t0 + u1 * t1 + z) - (t0 * q0 + t1 * q1)
         if full:
             pivot += t0 * fy - t1 * fx
@@ -109,35 +106,33 @@ def _sweep_out(points, work, change):
 
 
 @compiled
-def _potential(scene, base, heading, points, state, past, rate, inertia, force, stiffness, residual):
+def _potential(model, lane, heading, points, past, rate, inertia, force, stiffness, residual):
     """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force, stiffness, residual."""
-    table, faces, friction = scene
-    place_nodes(table, base, heading, points)
-    energy, count = add_contacts(table, faces, friction, points, state[0], state[1], force, stiffness)
+    place_nodes(model.table, lane.base, heading, points)
+    energy, count = add_forces(model, lane, points, force, stiffness)
     if inertia:
-        energy += _add_inertia(table, points, past[1], rate, force, stiffness)
-    worst, own = _balance(table, base, heading, points, past[0], rate, force, residual)
+        energy += _add_inertia(model.table, points, past[1], rate, force, stiffness)
+    worst, own = _balance(model.table, lane.base, heading, points, past[0], rate, force, residual)
     return worst, energy + own, count
 
 
 @compiled
-def _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance):
+def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
     """Newton's method from ``now``, in place; (largest imbalance [rad], touching nodes).
 
     ``bold`` takes full steps, so that nodes find all their contacts at once; otherwise each step is halved until the
     potential falls, which is slow where many nodes come into contact but cannot get lost.
     """
-    table = scene[0]
-    n = table.shape[0]
+    n = now.shape[0]
     trial = now.copy()
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     work, change = np.empty((n, 4)), np.empty(n)
-    worst, energy, count = _potential(scene, base, now, place, state, past, rate, inertia, force, stiffness, residual)
+    worst, energy, count = _potential(model, lane, now, place, past, rate, inertia, force, stiffness, residual)
     for _ in range(BOLD_ITERATIONS if bold else MAX_ITERATIONS):
         if worst < tolerance:
             break
-        if not _newton(table, place, rate, force, stiffness, residual, True, work, change):
-            _newton(table, place, rate, force, stiffness, residual, False, work, change)
+        if not _newton(model.table, place, rate, force, stiffness, residual, True, work, change):
+            _newton(model.table, place, rate, force, stiffness, residual, False, work, change)
         largest, slope = 0.0, 0.0
         for i in range(n):
             largest, slope = max(largest, abs(change[i])), slope + change[i] * residual[i]
@@ -147,7 +142,7 @@ def _minimise(scene, base, now, place, state, past, rate, inertia, bold, toleran
             for i in range(n):
                 trial[i] = now[i] + scale * change[i]
             new_worst, new_energy, count = _potential(
-                scene, base, trial, place, state, past, rate, inertia, force, stiffness, residual
+                model, lane, trial, place, past, rate, inertia, force, stiffness, residual
             )
             falls = new_energy <= energy + 1e-4 * scale * slope
             if bold or falls or (new_worst < worst and new_worst < 1e-4):
@@ -168,84 +163,48 @@ def _coast(table, base, heading, points, target, now):
     for i in range(table.shape[0]):
         dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
         ex, ey = target[i, 0] - x, target[i, 1] - y
-        turn = (ex * dy - ey * dx) / table[i, R_LENGTH] ** 2
+        turn = (ex * dy - ey * dx) / table[i, f.R_LENGTH] ** 2
         now[i] = heading[i] + min(max(turn, -MAX_TURN), MAX_TURN)
         x, y = target[i, 0], target[i, 1]
 
 
 @compiled
-def step(table, faces, friction, base, heading, points, velocity, anchor, pressed, timestep, inertia, bold, tolerance):
-    """Advance ``heading``, ``points``, ``velocity``, ``anchor`` and ``pressed`` by one implicit step, in place.
+def take(model, lane, before, timestep, inertia, bold, tolerance):
+    """Take one implicit step with base and objects where they are at its end, ``before`` being the base's heading at its
+    beginning; changes ``lane`` in place.
 
-    ``base`` (x, y, heading, heading before) is where the base is at the end of the step. The step is the minimum of
-    elastic energy + contact energy + dissipation / h (+ inertia), searched boldly or not. Returns (converged, imbalance
-    without damping [rad], touching nodes, largest change of a heading [rad]); where it did not converge to
-    ``tolerance`` [rad], everything is left as it was.
+    The step is the minimum of elastic energy + energy of contact and weight + dissipation / h (+ inertia), searched boldly
+    or not. Returns (converged, imbalance without damping [rad], touching nodes, largest change of a heading [rad]); where
+    it did not converge to ``tolerance`` [rad], the antenna is left as it was.
     """
-    n, rate = table.shape[0], 1.0 / timestep
-    scene, state = (table, faces, friction), (anchor, pressed)
+    n, rate = model.table.shape[0], 1.0 / timestep
+    heading, points, velocity = lane.heading, lane.points, lane.velocity
     old_angle, target = np.empty(n), np.empty((n, 2))
     for i in range(n):
-        old_angle[i] = heading[i] - (heading[i - 1] if i else base[3])
+        old_angle[i] = heading[i] - (heading[i - 1] if i else before)
         target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
         target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
     past = (old_angle, target)
-    now, place = heading + (base[2] - base[3]), points.copy()  # first guess: the whole antenna turns with its base
+    now, place = heading + (lane.base[2] - before), points.copy()  # first guess: all turns with the base
     if inertia:
-        _coast(table, base, heading, points, target, now)
-    worst, count = _minimise(scene, base, now, place, state, past, rate, inertia, bold, tolerance)
+        _coast(model.table, lane.base, heading, points, target, now)
+    worst, count = _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance)
     if not worst < tolerance:
         return False, np.inf, count, 0.0
     moved = 0.0
     for i in range(n):
         moved = max(moved, abs(now[i] - heading[i]))
+        lane.rate[i] = rate * (now[i] - (now[i - 1] if i else lane.base[2]) - old_angle[i])
         if inertia:
             velocity[i, 0] = (place[i + 1, 0] - points[i + 1, 0]) * rate
             velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
-    add_contacts(table, faces, friction, place, anchor, pressed, force, stiffness)
-    static, _ = _balance(table, base, now, place, old_angle, 0.0, force, residual)
+    _potential(model, lane, now, place, past, rate, inertia, force, stiffness, residual)
+    own = model.table[0, f.R_STIFFNESS] * (old_angle[0] + lane.rate[0] / rate - model.table[0, f.R_REST])
+    for axis in range(2):  # half the first segment's weight hangs on the base itself
+        lane.wrench[axis] = -force[:, axis].sum() - 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
+    lane.wrench[2] = -own - model.table[0, f.R_DAMPING] * lane.rate[0]
+    static, _ = _balance(model.table, lane.base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
-    move_anchors(table, faces, friction, points, anchor, pressed)
+    move_anchors(model, lane)
     return True, static, count, moved
-
-
-@compiled
-def settle(table, faces, friction, base, heading, points, anchor, pressed, tolerance, max_steps):
-    """Relax to an equilibrium in place; returns (imbalance [rad], touching nodes, time it took [ms], steps).
-
-    The time step grows while little happens, so that the last steps are plain Newton steps to the equilibrium; where
-    much happens it stays short, and the antenna moves off along its own damping.
-    """
-    velocity = np.zeros((table.shape[0], 2))
-    timestep, time, static, count = FIRST_STEP, 0.0, np.inf, 0
-    for k in range(max_steps):
-        done, trial, touching, moved = step(
-            table,
-            faces,
-            friction,
-            base,
-            heading,
-            points,
-            velocity,
-            anchor,
-            pressed,
-            timestep,
-            False,
-            False,
-            0.1 * tolerance,
-        )
-        if not done:
-            timestep *= 0.25
-            if timestep < 1e-6:
-                return np.inf, count, time, k
-            continue
-        base[3] = base[2]  # the base has arrived
-        time, static, count = time + timestep, trial, touching
-        if static < tolerance or (static < 10 * tolerance and moved < ROUNDING):
-            return static, count, time, k
-        if moved < CALM:
-            timestep = min(timestep * 4.0, LONGEST_STEP)
-        elif moved > 3 * CALM:
-            timestep *= 0.5
-    return static, count, time, max_steps
