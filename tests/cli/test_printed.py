@@ -12,7 +12,7 @@ from feeler.cli.reproduce import _summarise
 from feeler.paper.context import Context
 from feeler.robot import fit_factors, load_recording, repair
 from feeler.robot.examples import get_example
-from feeler.tensors.load import load
+from feeler.tensors.formats import load
 from feeler.tracking import load_tracks, measure_exploration
 
 NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"

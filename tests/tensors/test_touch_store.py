@@ -87,8 +87,8 @@ def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturb
 
     real = module._run_group
 
-    def sabotage(engine, clock, accuracy, scenes):
-        outcomes = real(engine, clock, accuracy, scenes)
+    def sabotage(*arguments):
+        scenes, outcomes = arguments[-1], real(*arguments)
         return [
             SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
             for s, o in zip(scenes, outcomes, strict=True)
