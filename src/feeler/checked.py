@@ -2,7 +2,8 @@
 
 One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or texts of, a path text or
 ``os.PathLike``, a sequence any list, tuple or array of what it says. ``Annotated[np.ndarray, "trial sensor time"]`` is an array
-of three dimensions. Values (ranges, lengths, finite or not) are checked by the functions themselves.
+of three dimensions, "... segment" one of at least one, and ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range. Other
+values (lengths that must agree, files that must be there) are checked by the functions themselves.
 """
 
 import collections.abc
@@ -97,8 +98,7 @@ def _make_test(hint: Any) -> tuple[Test, str]:
     if hint is np.ndarray:
         return _is_array, "an array"
     if origin is Annotated and isinstance(inner[1], str):
-        dims = inner[1].split()
-        return (lambda value: _is_array(value) and np.ndim(value) == len(dims)), f"an array ({', '.join(dims)})"
+        return _make_closer_test(inner[0], inner[1])
     if (origin or hint) in LISTS:
         return _make_list_test(origin, inner)
     if origin is collections.abc.Callable or hint is Callable:
@@ -107,6 +107,17 @@ def _make_test(hint: Any) -> tuple[Test, str]:
     if not isinstance(kind, type) or kind in (object, Any) or getattr(kind, "_is_protocol", False):
         return (lambda value: True), "anything"
     return (lambda value: isinstance(value, kind)), _say(kind)
+
+
+def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
+    """An array of named dimensions, or a finite number in a range."""
+    if hint is np.ndarray:
+        dims = more.split()
+        fits = (lambda n: n >= len(dims) - 1) if "..." in dims else (lambda n: n == len(dims))
+        return (lambda value: _is_array(value) and fits(np.ndim(value))), f"an array ({', '.join(dims)})"
+    test, words = _make_test(hint)
+    reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[more]
+    return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
 
 
 def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:

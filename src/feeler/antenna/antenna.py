@@ -1,9 +1,11 @@
 """An antenna: a chain of rigid segments joined by damped hinge springs, in one plane."""
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.svg import make_picture
@@ -12,7 +14,8 @@ MAX_SEGMENTS = 1000
 N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
-def make_even_sensors(n_segments: int, n_sensors: int = N_SENSORS) -> np.ndarray:
+@checked
+def make_even_sensors(n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = N_SENSORS) -> np.ndarray:
     """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are fewer [C]."""
     if n_sensors >= n_segments:
         return np.arange(1, n_segments + 1)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.base import check_number, check_vector
@@ -67,6 +68,7 @@ class Object(Frozen):
         return replace(self, **changes)
 
 
+@checked
 def make_object(antenna: Antenna, trial: Trial) -> Object:
     """The object of a trial, placed so that it touches the antenna ``trial.lead`` ms after time 0."""
     placement = place(antenna, trial)
@@ -80,6 +82,7 @@ def make_object(antenna: Antenna, trial: Trial) -> Object:
     )
 
 
+@checked
 def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[Object, ...]:
     """Objects to simulate, trials among them placed; each has a name of its own and starts clear of the antenna at rest.
 
@@ -112,6 +115,7 @@ def check_names(objects: Sequence[Object]) -> None:
         )
 
 
+@checked
 def check_clear(
     antenna: Antenna,
     objects: Sequence[Object],

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.base import BaseMotion, read_base
@@ -108,6 +109,7 @@ class Trial(Frozen):
         )
 
 
+@checked
 def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:
     """Every feature at every location and speed, speeds slowest to change; other Trial fields shared."""
     return [

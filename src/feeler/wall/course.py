@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.table import F_END, F_LENGTH, F_NX, F_NY, F_START, F_X, F_Y
 
@@ -77,6 +78,7 @@ def measure_distance(faces: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.where(side < 0, -1.0, 1.0) * far[row, best]
 
 
+@checked
 def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Course:
     """A wall with one turn of ``angle`` degrees, positive towards the body."""
     return Course(lengths=tuple(lengths), turns=(float(angle),))

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 
+from typing import Annotated
+
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.wall.course import Course, measure_distance
 from feeler.wall.distance_map import DistanceMap, fit_distance
@@ -89,8 +92,9 @@ class Run:
         return float(self.distance.min())
 
 
+@checked
 def calibrate(
-    antenna: Antenna, posture: Posture | None = None, distances: np.ndarray = CALIBRATION, *, speed: float = 0.45
+    antenna: Antenna, posture: Posture | None = None, distances: Annotated[np.ndarray, "distance"] = CALIBRATION, *, speed: float = 0.45
 ) -> DistanceMap:
     """The map read while the body runs parallel to a straight wall at known distances.
 
@@ -113,6 +117,7 @@ def calibrate(
     return fit_distance(sweep.distance, position, used, at_base, float(antenna.segment_length.max()))
 
 
+@checked
 def follow(
     antenna: Antenna,
     course: Course | None = None,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.posture import Posture
 from feeler.wall.rod import place_nodes, settle
@@ -78,6 +79,7 @@ class _Holder:
         return imbalance, count
 
 
+@checked
 def approach(
     antenna: Antenna,
     posture: Posture | None = None,
