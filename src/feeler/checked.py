@@ -71,6 +71,7 @@ def _wrap(function: F, name: str) -> F:
                 raise InvalidInput(f"{name}: {key} must be {found[1]}, got {_shorten(value)}.")
         return function(*args, **kwargs)
 
+    call.find_tests = find_tests  # type: ignore[attr-defined]
     return call  # type: ignore[return-value]
 
 

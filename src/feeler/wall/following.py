@@ -1,7 +1,6 @@
 """A body that follows a wall by where its antenna bends most."""
 
 from dataclasses import dataclass
-
 from typing import Annotated
 
 import numpy as np
@@ -94,7 +93,11 @@ class Run:
 
 @checked
 def calibrate(
-    antenna: Antenna, posture: Posture | None = None, distances: Annotated[np.ndarray, "distance"] = CALIBRATION, *, speed: float = 0.45
+    antenna: Antenna,
+    posture: Posture | None = None,
+    distances: Annotated[np.ndarray, "distance"] = CALIBRATION,
+    *,
+    speed: float = 0.45,
 ) -> DistanceMap:
     """The map read while the body runs parallel to a straight wall at known distances.
 

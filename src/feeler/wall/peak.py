@@ -32,15 +32,22 @@ class Peak:
 @checked
 def compute_curvature(antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]) -> np.ndarray:
     """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile tensor)."""
+    return _check_hinges(antenna, angle) / antenna.segment_length
+
+
+def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     angle = np.asarray(angle, dtype=float)
     if angle.shape[-1] != antenna.n_segments:
         raise InvalidInput(f"curvature needs the angles of all {antenna.n_segments} hinges, got shape {angle.shape}.")
-    return angle / antenna.segment_length
+    return angle
 
 
 @checked
 def compute_smooth_curvature(
-    antenna: Antenna, angle: Annotated[np.ndarray, "... segment"], position: np.ndarray, smoothing: float = SMOOTHING
+    antenna: Antenna,
+    angle: Annotated[np.ndarray, "... segment"],
+    position: Annotated[np.ndarray, "point"],
+    smoothing: float = SMOOTHING,
 ) -> np.ndarray:
     """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) / Σ ℓ_n G(s − s_n).
 
@@ -51,7 +58,7 @@ def compute_smooth_curvature(
             f"smoothing must be finite and > 0 mm, got {smoothing}. Use method='hinge' for no smoothing."
         )
     weight = np.exp(-0.5 * ((position[:, None] - antenna.hinge_position) / smoothing) ** 2)
-    return (np.atleast_2d(angle) @ weight.T) / (weight @ antenna.segment_length)
+    return (np.atleast_2d(_check_hinges(antenna, angle)) @ weight.T) / (weight @ antenna.segment_length)
 
 
 @checked
