@@ -92,8 +92,6 @@ def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[O
         Two objects of one name, trials with different base motions, one that starts inside the antenna, or none of these.
     """
     objects = list(objects)
-    if wrong := [item for item in objects if not isinstance(item, Object | Trial)]:
-        raise InvalidInput(f"objects must be Objects or Trials, got {str(wrong[0])[:60]!r}.")
     bases = [item.base_motion for item in objects if isinstance(item, Trial)]
     if any(base != bases[0] for base in bases):
         raise InvalidInput(
