@@ -4,9 +4,11 @@ from collections.abc import Callable
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
+@checked
 def robot(**changes: object) -> Antenna:
     """The eight-hinge robotic antenna; see :func:`feeler.robot.make_robot` for what can be changed."""
     from feeler.robot import make_robot
@@ -21,6 +23,7 @@ PRESETS: dict[str, Callable[[], Antenna]] = {
 }
 
 
+@checked
 def make_preset(name: str) -> Antenna:
     """The preset called ``name``; the error lists the valid names."""
     if name not in PRESETS:

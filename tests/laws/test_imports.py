@@ -12,7 +12,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"errors", "compiled", "frozen", "provenance", "registry", "limits", "guard", "toml", "sources", "svg"},
+    {"checked", "errors", "compiled", "frozen", "provenance", "registry", "limits", "guard", "toml", "sources", "svg"},
     {"antenna"},
     {"stimulus"},
     {"execute"},

@@ -42,7 +42,7 @@ def test_objects_and_trials_may_stand_together():
     [
         ([Object(feature=BALL, place=(5, 5))] * 2, "two objects are called 'ball'"),
         ([Object(feature=BALL, place=(0.9, 20))], "'ball' starts inside the antenna"),
-        ([BALL], "must be Objects or Trials"),
+        ([BALL], "objects must be a sequence, each an object of feeler's Object or"),
         (
             [Trial(feature=BALL, location=0.5, speed=0.3, base=base) for base in (None, BaseMotion(turn=0.001))],
             "in different ways",

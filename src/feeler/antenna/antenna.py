@@ -1,9 +1,11 @@
 """An antenna: a chain of rigid segments joined by damped hinge springs, in one plane."""
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.svg import make_picture
@@ -12,7 +14,8 @@ MAX_SEGMENTS = 1000
 N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
-def make_even_sensors(n_segments: int, n_sensors: int = N_SENSORS) -> np.ndarray:
+@checked
+def make_even_sensors(n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = N_SENSORS) -> np.ndarray:
     """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are fewer [C]."""
     if n_sensors >= n_segments:
         return np.arange(1, n_segments + 1)
@@ -49,7 +52,7 @@ class Antenna(Frozen):
     """Name that labels its tensors."""
 
     def __post_init__(self) -> None:
-        n = np.size(self.segment_length)
+        n = _read_numbers("segment_length", self.segment_length).size
         if not 1 <= n <= MAX_SEGMENTS:
             raise InvalidInput(f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values.")
         for name in ("segment_length", "segment_mass", "radius"):
@@ -76,10 +79,7 @@ class Antenna(Frozen):
         return make_picture(repr(self), [(self.shape(), 2 * float(self.radius.mean()))])
 
     def _store(self, name: str, n: int, positive: bool | None = None) -> None:
-        try:
-            values = np.array(getattr(self, name), dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InvalidInput(f"{name} must be numbers, got {getattr(self, name)!r}.") from error
+        values = _read_numbers(name, getattr(self, name))
         if values.ndim == 0:
             values = np.full(n, values)
         if values.shape != (n,):
@@ -138,6 +138,13 @@ def _span(values: np.ndarray) -> str:
     return f"{values[0]:.3g}" if np.all(values == values[0]) else f"{values[0]:.3g} … {values[-1]:.3g}"
 
 
+def _read_numbers(name: str, values: object) -> np.ndarray:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{name} must be numbers, got {str(values)[:40]!r}.") from error
+
+
 def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:
     bad = ~np.isfinite(values)
     allowed = "finite"
@@ -153,8 +160,8 @@ def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:
 def _check_sensors(sensors: object, n: int) -> np.ndarray:
     if sensors is None:
         sensors = make_even_sensors(n)
-    numbers = np.atleast_1d(np.asarray(sensors))
-    if numbers.size == 0 or numbers.dtype.kind not in "iuf" or not np.array_equal(numbers, np.round(numbers)):
+    numbers = np.atleast_1d(_read_numbers("sensors", sensors))
+    if numbers.size == 0 or not np.array_equal(numbers, np.round(numbers)):
         raise InvalidInput(f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}.")
     numbers = numbers.astype(int)
     if numbers.ndim != 1 or numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):

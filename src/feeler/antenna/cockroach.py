@@ -6,6 +6,7 @@ from feeler.antenna.antenna import Antenna, make_even_sensors
 from feeler.antenna.fact import Fact
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 _LINEAR = (
@@ -49,6 +50,7 @@ SENSOR_PLACEMENTS = ("even", "distal", "all")
 PROFILE_NAMES = ("exponential", "linear", "constant", "matched")
 
 
+@checked
 def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna:
     """The cockroach antenna, or a control that shares everything but its hinges.
 

@@ -24,11 +24,13 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.parse import SCHEMA, SOURCE_KEYS, UNITS, AntennaFile, Source, parse_antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 
 
+@checked
 def load_antenna(path: str | os.PathLike) -> Antenna:
     """The antenna in a TOML file; see :func:`read_antenna_file` for the sources of its numbers."""
     return read_antenna_file(path).antenna
@@ -45,6 +47,7 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
     return parse_antenna(_read(path), Path(path).name)
 
 
+@checked
 def save_antenna(antenna: Antenna, path: str | os.PathLike, sources: dict[str, Source] | None = None) -> None:
     """Write an antenna as TOML; :func:`load_antenna` gives back each number to the last bit.
 

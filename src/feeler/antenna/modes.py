@@ -1,11 +1,13 @@
 """Small oscillations of an antenna about its straight shape: mass matrix, modes and modal damping."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +34,8 @@ def compute_mass_matrix(antenna: Antenna) -> np.ndarray:
     return (arm.T * m) @ arm + inertia[np.maximum.outer(index, index)]
 
 
-def compute_modes(antenna: Antenna, n_modes: int) -> Modes:
+@checked
+def compute_modes(antenna: Antenna, n_modes: Annotated[int, "> 0"]) -> Modes:
     """Undamped modes of the straight antenna and the damping ratio of each taken by itself.
 
     Solves ``K v = ω² M v`` with K the hinge stiffnesses; ``ζ = vᵀ C v / (2 ω vᵀ M v)``, exact for damping proportional

@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
@@ -29,6 +30,7 @@ def _check_count(n_segments: int) -> None:
         raise InvalidInput(f"a profile needs at least 1 segment, got n_segments={n_segments}.")
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Exponential:
     """``base * exp(rate * (n - 1))`` for segment n = 1, 2, … (Methods, antenna model).
@@ -48,6 +50,7 @@ class Exponential:
         return self.base * np.exp(self.rate * np.arange(n_segments))
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Linear:
     """A straight line in segment number from ``base`` (segment 1) to ``tip`` (last segment)."""
@@ -64,6 +67,7 @@ class Linear:
         return np.linspace(self.base, self.tip, n_segments)
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Constant:
     """The same ``value`` in every segment."""
@@ -79,6 +83,7 @@ class Constant:
         return np.full(n_segments, float(self.value))
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Sigmoid:
     """``low + rise / (1 + exp(-slope * (x - centre)))`` at the segment's relative number x = (n - 0.5) / N."""
@@ -101,6 +106,7 @@ class Sigmoid:
         return self.low + self.rise / (1.0 + np.exp(-self.slope * (np.asarray(x, dtype=float) - self.centre)))
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Tabulated:
     """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines between them."""

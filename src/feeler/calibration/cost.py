@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
+@checked
 def compute_residuals(simulated: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Relative deviations (target,) = (target − simulated) / target, the terms of the paper's cost."""
     simulated, target = np.asarray(simulated, dtype=float), np.asarray(target, dtype=float)
@@ -17,11 +19,13 @@ def compute_residuals(simulated: np.ndarray, target: np.ndarray) -> np.ndarray:
     return (target - simulated) / target
 
 
+@checked
 def compute_distance(simulated: np.ndarray, target: np.ndarray) -> float:
     """Normalised Euclidean distance ``√ Σ ((target − simulated) / target)²`` (Methods, antenna model)."""
     return float(np.linalg.norm(compute_residuals(simulated, target)))
 
 
+@checked
 def compute_symmetric_accuracy(simulated: np.ndarray, target: np.ndarray) -> float:
     """Median symmetric accuracy ``exp(median |ln(simulated / target)|) − 1``, as a fraction (Morley et al. 2018,
     doi:10.1002/2017SW001669); infinite where half the simulated quantities or more have no logarithm."""

@@ -12,6 +12,7 @@ from feeler.calibration.journal import Journal, describe_problem
 from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 Progress = Callable[[int, int, Minimum, float], None]
@@ -34,6 +35,7 @@ class Fit:
     """Where each search ended, in the order of the starts."""
 
 
+@checked
 def make_starts(hinges: Hinges, n_starts: int, rng: np.random.Generator, *, spread: float = 0.7) -> np.ndarray:
     """Starts (start, parameter): the family's own first, then ones perturbed by ``spread`` (sd, in logs; a rate by a
     fiftieth of it), kept inside the bounds. A large ``spread`` makes them random starts."""
@@ -45,6 +47,7 @@ def make_starts(hinges: Hinges, n_starts: int, rng: np.random.Generator, *, spre
     return np.array([hinges.to_p(x) for x in np.clip(np.vstack([own, others]), low, high)])
 
 
+@checked
 def fit(
     problem: Problem,
     starts: np.ndarray | None = None,

@@ -7,6 +7,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.profile import Constant, Exponential, Linear
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 TIP_STIFFNESS, TIP_DAMPING = 3.85e-4, 0.0153  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
@@ -137,6 +138,7 @@ def make_scale(antenna: Antenna) -> Hinges:
 FAMILIES = {"exponential": make_exponential, "linear": make_linear, "constant": make_constant, "scale": make_scale}
 
 
+@checked
 def make_hinges(name: str, antenna: Antenna) -> Hinges:
     """The family called ``name`` on ``antenna``; the error lists the valid names."""
     if name not in FAMILIES:

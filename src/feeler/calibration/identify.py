@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from feeler.calibration.problem import Problem
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
@@ -42,6 +43,7 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
     return " ".join(f"{signed[k]:+.2f} {names[k]}" for k in kept)
 
 
+@checked
 def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> Directions:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
@@ -53,6 +55,7 @@ def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> D
     )
 
 
+@checked
 def walk_loose(problem: Problem, directions: Directions, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (step, parameter) and errors (step,) of the model itself along the loosest direction.
 
@@ -85,6 +88,7 @@ class Profiles:
         return float(inside.min()), float(inside.max())
 
 
+@checked
 def compute_profiles(
     problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4
 ) -> Profiles:
@@ -133,6 +137,7 @@ def _refit(problem: Problem, x: np.ndarray, held: int, refits: int) -> np.ndarra
     return fill(result.x)
 
 
+@checked
 def bootstrap(
     problem: Problem,
     p: np.ndarray,

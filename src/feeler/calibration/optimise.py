@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize
 
 from feeler.calibration.problem import Problem
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
@@ -31,6 +32,7 @@ class Minimum:
     """Processor time of its simulations."""
 
 
+@checked
 def search(problem: Problem, start: np.ndarray, method: str = "least-squares", max_evaluations: int = 1500) -> Minimum:
     """Search from parameters ``start`` with one method and give the best point it saw."""
     optimise = METHODS[method]

@@ -16,6 +16,7 @@ from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Protocol
 from feeler.calibration.recording import Traces
 from feeler.calibration.targets import make_targets
+from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.response import check_trace, measure_free_response
 
@@ -47,6 +48,7 @@ class TraceFit:
     """Where the interval comes from."""
 
 
+@checked
 def fit_traces(
     traces: Traces,
     antenna: Antenna,
@@ -165,6 +167,7 @@ def _fit_targets(time, trace, name, hinges: Hinges, protocol: Protocol) -> tuple
     return hinges.to_x(found.p), found.error
 
 
+@checked
 def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     """Free response of a recorded trace; turning points within its noise do not count.
 
@@ -211,6 +214,7 @@ def _smooth(trace: np.ndarray) -> np.ndarray:
     return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace
 
 
+@checked
 def make_synthetic_traces(
     antenna: Antenna,
     rng: np.random.Generator,

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.decoding import list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
@@ -51,6 +52,7 @@ class Comparison:
         return rows
 
 
+@checked
 def compare_antennas(
     tensors: Mapping[str, Any],
     encoder: Any,

@@ -5,6 +5,7 @@ from tempfile import TemporaryDirectory
 
 from matplotlib.figure import Figure
 
+from feeler.checked import checked
 from feeler.comparison.compare import KINDS, Comparison
 from feeler.dispersion import INDICES
 from feeler.encoding import LABELS
@@ -29,6 +30,7 @@ def plot(data: Comparison, figure: Figure) -> None:
     bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
 
 
+@checked
 def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title, path = " against ".join(data.names), Path(path)

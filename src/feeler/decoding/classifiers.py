@@ -5,11 +5,13 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
+from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents
 
 N_COMPONENTS = 30  # [P] "selected the first 30 features"
 
 
+@checked
 def make_lda(n_components: int | None = N_COMPONENTS) -> Pipeline:
     """Principal components, then linear discriminant analysis: the paper's classifier.
 
@@ -31,6 +33,7 @@ def make_fitting_lda(n_trials: int, n_copies: int) -> Pipeline:
     return make_lda(min(N_COMPONENTS, n_trials * n_copies - 1))
 
 
+@checked
 def make_svm(n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0) -> Pipeline:
     """Principal components, one common scale, support vector machine one-vs-one (the paper's, for the robot).
 

@@ -1,10 +1,11 @@
 """The codes a classifier can be given: jointly fitted, fixed-basis with and without sparseness, raw; and the null."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 
@@ -26,6 +27,7 @@ class Encoder(Protocol):
         """Activations of tensors for the fitted bases."""
 
 
+@checked
 def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES) -> dict[str, np.ndarray]:
     """Every kind of code of the same tensors, after one fit of the bases.
 
@@ -42,17 +44,23 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = COD
     if unknown := [kind for kind in kinds if kind not in CODES]:
         raise InvalidInput(f"unknown code {unknown[0]!r}; known: {', '.join(CODES)}.")
     if set(kinds) - {"raw"}:
+        if encoder is None:
+            raise InvalidInput("codes need an encoder; only 'raw' does without.")
         encoder.fit(array)
     return {kind: encoder.activations_ if kind == "joint" else encode_with(array, encoder, kind) for kind in kinds}
 
 
-def encode_with(tensors: np.ndarray, encoder: Encoder | None, kind: str) -> np.ndarray:
+@checked
+def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str) -> np.ndarray:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
         raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
+    if kind != "raw" and encoder is None:
+        raise InvalidInput(f"the code {kind!r} needs an encoder; only 'raw' does without.")
     return tensors if kind == "raw" else np.asarray(encoder.transform(tensors, code=kind))
 
 
+@checked
 def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
     """One and the same tensor, as often as there were trials: a pipeline that tells these apart measures itself.
 

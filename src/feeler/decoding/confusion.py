@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
@@ -28,6 +29,7 @@ class Confused:
         return f"right {100 * self.correct:.1f} %; wrong in {words}" if words else "all right"
 
 
+@checked
 def explain_confusion(confusion: np.ndarray, attributes: Mapping[str, Sequence[Any]]) -> Confused:
     """Split a confusion matrix by the attributes of its classes.
 

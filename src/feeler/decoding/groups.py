@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from sklearn.base import clone
 
+from feeler.checked import checked
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
@@ -14,6 +15,7 @@ from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
 
 
+@checked
 def make_groups(
     tensors: Mapping[str, Any],
     encoder: Any,
@@ -45,6 +47,7 @@ def make_groups(
     return groups
 
 
+@checked
 def list_groups(
     tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
 ) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:

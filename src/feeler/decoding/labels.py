@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 CLASS = ("feature", "size", "location")  # [P] six features (three shapes, two sizes) at five locations: 30 classes
 
 
+@checked
 def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
     """One readable label per trial, e.g. ``ball 1.5 0.5``.
 
@@ -24,7 +26,7 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
     for name in by:
         try:
             columns.append(np.asarray(trials[name]))
-        except KeyError:
+        except (KeyError, TypeError, IndexError):
             raise InvalidInput(f"the trials have no coordinate {name!r}; labels need {', '.join(by)}.") from None
     return np.array([" ".join(_write(value) for value in row) for row in zip(*columns, strict=True)])
 

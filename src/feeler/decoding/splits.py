@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 
 
+@checked
 def iterate_left_out(groups: Sequence[Any]) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Each group's name with the trials outside it (train) and inside it (test)."""
     groups = np.asarray(groups)
@@ -21,6 +23,7 @@ def iterate_left_out(groups: Sequence[Any]) -> Iterator[tuple[Any, np.ndarray, n
         yield name, np.flatnonzero(groups != name), np.flatnonzero(groups == name)
 
 
+@checked
 def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], **options: Any) -> dict[Any, Sweep]:
     """One sweep per group: trained on the other groups, tested on this one, e.g. on a size never touched before.
 
@@ -43,6 +46,7 @@ def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], *
     }
 
 
+@checked
 def jitter_trials(
     trials: Sequence[Any], rng: np.random.Generator, *, location: float = 0.0, speed: float = 0.0, n_each: int = 1
 ) -> list[Any]:
@@ -71,6 +75,7 @@ def jitter_trials(
     return jittered
 
 
+@checked
 def compute_jittered(
     codes: Any,
     labels: Sequence[Any],

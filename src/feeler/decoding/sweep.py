@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from sklearn.base import clone
 
+from feeler.checked import checked
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.noise import NOISES, Noise, draw_rotated
@@ -68,6 +69,7 @@ class Sweep:
         return "\n".join([*lines, f"chance {100 * self.chance:.1f} %"])
 
 
+@checked
 def compute_sweep(
     codes: Any,
     labels: Sequence[Any],

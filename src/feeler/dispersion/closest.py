@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, check_tensors, iterate_blocks
 from feeler.dispersion.index import INDICES
 from feeler.errors import InvalidInput
@@ -20,6 +21,7 @@ class Closest:
     """Index between the tensor and its match (trial,)."""
 
 
+@checked
 def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
     """Each tensor's closest match in a full matrix of pairs, itself left out; the first of equals.
 
@@ -39,6 +41,7 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
     return Closest(trial=match, value=matrix[np.arange(len(matrix)), match])
 
 
+@checked
 def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, **options: Any) -> Closest:
     """Each tensor's closest match by one index, in memory that grows with the block and not with the pairs.
 

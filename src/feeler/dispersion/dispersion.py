@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, check_tensors
 from feeler.dispersion.closest import Closest, search_closest
 from feeler.dispersion.index import INDICES
@@ -29,73 +30,4 @@ class Dispersion:
         return self.closest[index][group].value
 
 
-def compute_dispersion(
-    tensors: Any,
-    groups: Sequence[Hashable] | None = None,
-    *,
-    indices: Sequence[str] | None = None,
-    options: dict[str, dict[str, Any]] | None = None,
-    scale: bool = True,
-    random_state: int = 0,
-    block: int = BLOCK,
-) -> Dispersion:
-    """How alike each tensor is to its closest match within its group, averaged over the group.
-
-    Lower Pearson, SSIM and NMI and higher MSE mean a more dispersed group.
-
-    Parameters
-    ----------
-    tensors
-        (trial, sensor, time), or activations (trial, component, time); or one such array per group by its name, which
-        may differ in sensors and samples: matches are sought within groups only.
-    groups
-        One name per trial, for instance its speed; None takes the whole set as one group.
-    indices
-        Names of registered indices; all by default: pearson, ssim, mse, nmi.
-    options
-        Options per index, e.g. ``{"nmi": {"n_bins": 64}}``.
-    scale
-        Divide the whole set by one common factor first (``scale_common``). NMI bins span the whole set either way.
-    random_state
-        Seed of the bootstrap.
-
-    Raises
-    ------
-    InvalidInput
-        A group with fewer than two tensors, groups of another length, or tensors an index cannot take.
-
-    Notes
-    -----
-    Paper, "Dataset dispersion evaluation".
-    """
-    sets = _split(tensors, groups)
-    least, greatest = min(array.min() for array in sets.values()), max(array.max() for array in sets.values())
-    if scale:
-        largest = max(abs(least), abs(greatest))
-        if largest == 0:
-            raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
-        sets = {name: array / largest for name, array in sets.items()}
-        least, greatest = least / largest, greatest / largest
-    rng, closest = np.random.default_rng(random_state), {}
-    for index in INDICES if indices is None else indices:
-        given = {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
-        given |= (options or {}).get(index, {})
-        closest[index] = {name: search_closest(array, index, block=block, **given) for name, array in sets.items()}
-    average = {i: {n: bootstrap_mean(c.value, rng) for n, c in by_group.items()} for i, by_group in closest.items()}
-    return Dispersion(groups=tuple(sets), closest=closest, average=average)
-
-
-def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np.ndarray]:
-    """The tensors of each group, at least two."""
-    if isinstance(tensors, Mapping) and not hasattr(tensors, "dims"):
-        sets = {name: np.ascontiguousarray(check_tensors(array, least=1)) for name, array in tensors.items()}
-    else:
-        array = check_tensors(tensors, least=1)
-        labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
-        if len(labels) != len(array):
-            raise InvalidInput(f"{len(labels)} group names for {len(array)} tensors; give one per tensor.")
-        sets = {name: array[[label == name for label in labels]] for name in dict.fromkeys(labels)}
-    for name, array in sets.items():
-        if len(array) < 2:
-            raise InvalidInput(f"group {name!r} has one tensor; a closest match needs at least two.")
-    return sets
+@checked

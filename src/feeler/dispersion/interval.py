@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 N_RESAMPLES = 2000
@@ -24,6 +25,7 @@ class Interval:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"
 
 
+@checked
 def bootstrap_mean(
     values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = N_RESAMPLES, level: float = LEVEL
 ) -> Interval:
@@ -38,6 +40,7 @@ def bootstrap_mean(
     return Interval(estimate=float(values.mean()), low=float(low), high=float(high))
 
 
+@checked
 def bootstrap_difference(
     a: np.ndarray, b: np.ndarray, rng: np.random.Generator, *, n_resamples: int = N_RESAMPLES, level: float = LEVEL
 ) -> Interval:

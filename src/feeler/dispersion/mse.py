@@ -4,12 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix
 from feeler.dispersion.index import Index
 
 CANCELLATION = 1e-4  # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
 
 
+@checked
 def compute_mse(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     """Mean squared error between all pairs of tensors: mean over sensors and samples of (a − b)².
 

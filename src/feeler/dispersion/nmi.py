@@ -5,6 +5,7 @@ from typing import Any
 import numba as nb
 import numpy as np
 
+from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.dispersion.index import Index
@@ -15,6 +16,7 @@ ZEROS = ("keep", "drop")
 CHUNKS = 64  # pieces of the pair list that threads take
 
 
+@checked
 def compute_nmi(
     tensors: Any,
     *,

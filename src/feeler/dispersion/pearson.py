@@ -4,11 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, name_trials
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 
 
+@checked
 def compute_pearson(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     """Pearson r between all pairs of tensors, over all sensors and samples.
 

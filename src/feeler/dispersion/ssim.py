@@ -6,6 +6,7 @@ from typing import Any
 import numba as nb
 import numpy as np
 
+from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.dispersion.index import Index
@@ -18,6 +19,7 @@ BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
 CHUNKS = 64  # pieces of the pair list that threads take
 
 
+@checked
 def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK) -> np.ndarray:
     """Mean SSIM between all pairs of tensors read as grey images (sensor × time).
 

@@ -1,10 +1,14 @@
 """The bases: multiplicative updates from sums over trials, a canonical order and scale, and how alike two sets are."""
 
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from feeler.checked import checked
+
+Bases = Annotated[np.ndarray, "component sensor lag"]
 _TINY = float(np.finfo(np.float32).eps)  # scikit-learn's NMF puts it in place of a vanishing denominator
 
 
@@ -37,7 +41,8 @@ def multiply_bases(
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
 
 
-def locate_components(components: np.ndarray) -> np.ndarray:
+@checked
+def locate_components(components: Bases) -> np.ndarray:
     """Where along the antenna each basis acts: its centre of mass over sensors, 0 at the first and 1 at the last.
 
     A basis of zeros is put at the tip.
@@ -57,7 +62,8 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
     return components / safe[:, None, None], activations * safe[:, None]
 
 
-def compute_basis_similarity(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+@checked
+def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
     """Greatest cosine between each basis of one set and each of another, over all shifts along the lags.
 
     Parameters
@@ -75,7 +81,8 @@ def compute_basis_similarity(first: np.ndarray, second: np.ndarray) -> np.ndarra
     return np.clip(np.fft.irfft(overlap, length).max(axis=2), 0, 1)
 
 
-def match_components(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@checked
+def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarray]:
     """Pair the bases of two sets so that the similarities sum to the most.
 
     Returns
@@ -88,7 +95,8 @@ def match_components(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray,
     return order, similarity[rows, order]
 
 
-def compute_stability(restarts: list[np.ndarray]) -> float:
+@checked
+def compute_stability(restarts: list[Bases]) -> float:
     """How alike the bases of several restarts are: mean cosine of matched bases over all pairs of restarts, in [0, 1].
 
     NaN for a single restart. Random non-negative bases already score far above 0, so compare scores between numbers of

@@ -1,9 +1,11 @@
 """Codes of tensors on fixed bases: each trial by itself, so the same tensor has the same code wherever it stands."""
 
 from collections.abc import Callable
+from typing import Annotated
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.encoding.activations import descend_activations
 from feeler.encoding.convolution import compute_spectra, correlate_with_bases, fourier_length, invert_spectra
 from feeler.encoding.gram import compute_basis_gram
@@ -15,9 +17,10 @@ APPROACH = 150  # steps towards the ridge code [C]: then exact pivoting ends aft
 POLISH = 300  # steps of the code without a ridge [C]: the residual then moves by less than 1e-4 of itself
 
 
+@checked
 def encode(
-    tensors: np.ndarray,
-    components: np.ndarray,
+    tensors: Annotated[np.ndarray, "trial sensor time"],
+    components: Annotated[np.ndarray, "component sensor lag"],
     code: str,
     *,
     sparseness: float | None = 0.8,

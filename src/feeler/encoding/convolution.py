@@ -5,13 +5,20 @@ of it runs into the next trial. Zero padding by L − 1 makes the circular corre
 to these.
 """
 
+from typing import Annotated
+
 import numpy as np
 from scipy import fft
 
+from feeler.checked import checked
 from feeler.compiled import compiled
 
 
-def reconstruct(components: np.ndarray, activations: np.ndarray) -> np.ndarray:
+@checked
+def reconstruct(
+    components: Annotated[np.ndarray, "component sensor lag"],
+    activations: Annotated[np.ndarray, "trial component time"],
+) -> np.ndarray:
     """Tensors from bases and activations.
 
     Parameters

@@ -1,14 +1,20 @@
 """Entropy of bases and activations, by two definitions that answer two questions."""
 
+from typing import Annotated
+
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 SCALES = ("max", "none")
 LEVELS = 256  # [D]: only a histogram of 256 grey levels gives numbers of the size the paper reports (1.9 to 2.8 bits)
 
 
-def compute_histogram_entropy(values: np.ndarray, *, levels: int = LEVELS, scale: str = "max") -> float:
+@checked
+def compute_histogram_entropy(
+    values: np.ndarray, *, levels: Annotated[int, "> 0"] = LEVELS, scale: str = "max"
+) -> float:
     """Entropy of the grey levels of an array taken as a picture, −Σ p log₂ p over its histogram, in bits.
 
     How many values occur, however they are arranged: 0 for a flat picture, log₂(levels) at most. It depends on the
@@ -31,6 +37,7 @@ def compute_histogram_entropy(values: np.ndarray, *, levels: int = LEVELS, scale
     return _entropy(np.bincount(grey.ravel(), minlength=levels).astype(float))
 
 
+@checked
 def compute_mass_entropy(values: np.ndarray) -> float:
     """Entropy of an array taken as a distribution of mass over its entries, −Σ p log₂ p with p = v/Σv, in bits.
 
@@ -41,7 +48,8 @@ def compute_mass_entropy(values: np.ndarray) -> float:
     return _entropy(values.ravel()) if values.max() > 0 else float("nan")
 
 
-def compute_entropies(arrays: np.ndarray, definition: str = "histogram") -> np.ndarray:
+@checked
+def compute_entropies(arrays: Annotated[np.ndarray, "... array element"], definition: str = "histogram") -> np.ndarray:
     """The entropy of each array along the first axis, in bits; definition "histogram" or "mass"."""
     definitions = {"histogram": compute_histogram_entropy, "mass": compute_mass_entropy}
     if definition not in definitions:

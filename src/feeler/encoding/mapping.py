@@ -1,10 +1,12 @@
 """Do the bases map to contact location? How well location follows from the component that dominates a code."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import rankdata
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
@@ -30,10 +32,11 @@ class LocationMapping:
     """The locations, ascending."""
 
 
+@checked
 def map_locations(
-    activations: np.ndarray,
-    locations: np.ndarray,
-    places: np.ndarray,
+    activations: Annotated[np.ndarray, "trial component time"],
+    locations: Annotated[np.ndarray, "trial"],
+    places: Annotated[np.ndarray, "component"],
     *,
     n_shuffles: int = 999,
     rng: np.random.Generator | int | None = 0,

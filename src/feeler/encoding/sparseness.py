@@ -1,12 +1,16 @@
 """Hoyer's sparseness of a vector, and the exact projection onto vectors of a given sparseness."""
 
+from typing import Annotated
+
 import numpy as np
 
+from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.errors import InvalidInput
 
 
-def hoyer_sparseness(vectors: np.ndarray, axis: int = -1) -> np.ndarray:
+@checked
+def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = -1) -> np.ndarray:
     """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1): 0 where all entries are equal, 1 where one entry alone is not zero.
 
     Parameters
@@ -34,6 +38,7 @@ def hoyer_sparseness(vectors: np.ndarray, axis: int = -1) -> np.ndarray:
     return np.where(undefined, np.nan, sparseness)[()]
 
 
+@checked
 def project_to_sparseness(vector: np.ndarray, sparseness: float) -> np.ndarray:
     """The non-negative vector of exactly this sparseness that lies nearest to `vector`.
 

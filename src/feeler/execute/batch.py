@@ -10,6 +10,7 @@ from queue import SimpleQueue
 from types import FrameType
 from typing import Any, Protocol
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute.processes import CRASHES, OutOfMemory
 from feeler.execute.threads import ThreadExecutor
@@ -39,6 +40,7 @@ class Outcome:
     error: Exception | None = None
 
 
+@checked
 def run_batch(
     function: Callable[[Any], Any],
     items: Iterable[tuple[int, Any]],

@@ -137,7 +137,9 @@ def _uninterrupted() -> Iterator[None]:
 
 def _begin(memory_limit: int) -> None:
     """What a worker does before its first task."""
-    multiprocessing.set_start_method("spawn", force=True)  # said not to fork, numba takes no semaphore that a kill leaks
+    multiprocessing.set_start_method(
+        "spawn", force=True
+    )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     gc.freeze()  # what was imported stays
     gc.set_threshold(50_000)  # [C] figures are many objects that live on: looking through them often costs a twentieth

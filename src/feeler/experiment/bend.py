@@ -6,11 +6,14 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
+from feeler.errors import InvalidInput
 from feeler.physics.statics import solve_static
 from feeler.provenance import LICENCE, list_versions, write_canonical
 from feeler.tensors.dataset import label_units
 
 
+@checked
 def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> xr.Dataset:
     """Static posture under a dead force along +x at a fraction of the length.
 
@@ -31,6 +34,8 @@ def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> x
         coordinate ``force`` [N].
     """
     forces = np.atleast_1d(np.asarray(force, dtype=float))
+    if forces.ndim != 1 or not forces.size:
+        raise InvalidInput(f"force must be one force or a row of them [N], got shape {forces.shape}.")
     angle = np.stack([solve_static(antenna, (value, 0.0), at) for value in forces])
     points = antenna.shape(angle)
     dataset = xr.Dataset(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, explain
@@ -28,6 +29,7 @@ class Snapshot:
     saved: tuple[Any, ...]
 
 
+@checked
 class Simulations:
     """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those it has alone.
 

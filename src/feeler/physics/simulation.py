@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
@@ -83,6 +84,7 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
     return array
 
 
+@checked
 class Simulation:
     """One antenna and its objects, stepped by hand.
 

@@ -6,9 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 
+from feeler.checked import checked
 from feeler.plotting.tensor import plot_tensor_grid
 
 
+@checked
 def plot_bases(sets: Mapping[str, np.ndarray], sampling: float, ax: Axes) -> None:
     """A row of bases for each set (component, sensor, lag), base to tip upwards; each basis on its own colour scale.
 

@@ -1,11 +1,15 @@
 """Draw antennas and what touches them, in the plane."""
 
+from collections.abc import Sequence
+from typing import Annotated
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.plotting.style import set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
@@ -14,12 +18,19 @@ OBJECT_COLOUR = "#009E73"
 SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
 
 
+@checked
 def plot_posture(points: np.ndarray, ax: Axes, **line: object) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
     ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
 
 
-def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0) -> Patch:
+@checked
+def make_patch(
+    feature: Feature,
+    origin: Annotated[np.ndarray, "axis"],
+    forward: Annotated[np.ndarray, "axis"],
+    reach: float = 100.0,
+) -> Patch:
     """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along ``forward``."""
     turn = np.stack([forward, [-forward[1], forward[0]]])
     rims = [trace_rim(part, feature.rounding) for part in feature.parts]
@@ -31,7 +42,8 @@ def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach:
     )
 
 
-def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
+@checked
+def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
     """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
     position = antenna.hinge_position / antenna.length
     quantities = (

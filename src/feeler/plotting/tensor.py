@@ -5,7 +5,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.image import AxesImage
 
+from feeler.checked import checked
 
+
+@checked
 def plot_tensor(tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize, labels: bool = True) -> AxesImage:
     """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``."""
     step = time[1] - time[0] if len(time) > 1 else 1.0
@@ -17,6 +20,7 @@ def plot_tensor(tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize,
     return image
 
 
+@checked
 def plot_tensor_grid(
     tensors: list[list[np.ndarray]], time: np.ndarray, ax: Axes, norm: Normalize, rows: list[str], columns: list[str]
 ) -> AxesImage:

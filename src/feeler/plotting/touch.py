@@ -8,6 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch
 from feeler.plotting.style import style
@@ -18,6 +19,7 @@ from feeler.stimulus.trial import Trial
 FRAMES = 48
 
 
+@checked
 def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature of a Dataset's first touch, (sensor, time)."""
     values, ax = tensors["curvature"].values[0], figure.subplots()
@@ -25,6 +27,7 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
 
 
+@checked
 def write_touch_movie(
     antenna: Antenna, trial: Trial, tensors: xr.Dataset, path: Path, n_frames: int = FRAMES, fps: int = 25
 ) -> Path:

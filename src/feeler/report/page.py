@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from feeler.checked import checked
 from feeler.report.section import Section
 
 MIME = {".png": "image/png", ".mp4": "video/mp4"}
@@ -31,6 +32,7 @@ def open_templates(package: str) -> Environment:
     return Environment(loader=PackageLoader(package, ""), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
 
 
+@checked
 def render_page(title: str, lead: str, parts: Sequence[Section | Part]) -> str:
     """Parts and sections, in order, as one page of HTML; ``lead`` is the paragraph below the title."""
     shown = [part if isinstance(part, Part) else _fill(part) for part in parts]

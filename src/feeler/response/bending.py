@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
+@checked
 def measure_bending_stiffness(force: np.ndarray, deflection: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Flexural rigidity EI [N·mm²] that a uniform cantilever would have: ``EI = F a³ / (3 δ)``.
 

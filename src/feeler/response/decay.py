@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from feeler.checked import checked
 from feeler.response.trace import check_trace
 
 
@@ -23,6 +24,7 @@ class DampedCosine:
     """Root-mean-square residual over the root-mean-square signal [1]."""
 
 
+@checked
 def fit_damped_cosine(
     time: np.ndarray, signal: np.ndarray, frequency: float, damping_ratio: float = 0.3
 ) -> DampedCosine:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
@@ -42,6 +43,7 @@ class FreeResponse:
     """Height of the following trough relative to the first deflection [1]."""
 
 
+@checked
 def measure_free_response(
     time: np.ndarray,
     tip: np.ndarray,

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.response.trace import check_trace
 
 
+@checked
 def measure_deflection_ratios(time: np.ndarray, deflection: np.ndarray, tip: np.ndarray) -> np.ndarray:
     """Deflections (point,) over the tip's at the moment when the tip is farthest out.
 

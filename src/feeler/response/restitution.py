@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.response.trace import check_trace
 
 
+@checked
 def measure_restitution(
     time: np.ndarray, gap: np.ndarray, *, touch: tuple[float, float] | None = None, n_samples: int = 4
 ) -> float:

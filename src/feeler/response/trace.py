@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 MIN_SAMPLES = 8
 MAX_JITTER = 1e-3  # largest deviation of a sample interval from the mean, as a share of it
 
 
+@checked
 def check_trace(time: np.ndarray, signal: np.ndarray, name: str = "trace") -> tuple[np.ndarray, np.ndarray]:
     """Time (sample,) [ms] and signal (sample,) as floats, or the reason why they cannot be used.
 

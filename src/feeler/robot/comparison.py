@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.robot.preset import make_robot
 from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, simulate_touches
 from feeler.stimulus import Trial
@@ -15,6 +16,7 @@ DURATION = 2600.0  # ms, the longest slow touch
 STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
 
 
+@checked
 def make_profiles() -> dict[str, Antenna]:
     """The robot (its widths fall linearly) and two controls of the same compliance Σ 1/k_n and damping time c/k."""
     linear = make_robot()
@@ -35,6 +37,7 @@ def simulate_comparison(antenna: Antenna, *, speeds: Sequence[float] = SPEEDS) -
     return np.stack(motions)[:, :, ::STRIDE], trials
 
 
+@checked
 def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str, dict]:
     """Dispersion and accuracy by speed (the robot) and by profile (slow touches), as for the 140-link model.
 

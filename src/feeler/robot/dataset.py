@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
@@ -17,6 +18,7 @@ LENGTHS = ("refuse", "crop", "hold")
 NO_SEED = -1
 
 
+@checked
 def make_dataset(
     recordings: Sequence[Recording], antenna: Antenna | None = None, *, lengths: str = "refuse"
 ) -> xr.Dataset:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.fact import Fact
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 FACTS: dict[str, Fact] = {
@@ -64,6 +65,7 @@ class Hinges:
         return self.modulus * self.width * self.thickness**3 / (12 * self.length)
 
 
+@checked
 def make_hinges(**changes: float | np.ndarray) -> Hinges:
     """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace the defaults."""
     unknown = set(changes) - {"width", "thickness", "length", "modulus"}

@@ -3,6 +3,7 @@
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Hinges, make_hinges
 
@@ -11,6 +12,7 @@ MOUNT = float(FACTS["mount"].value)
 in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to get places on the device."""
 
 
+@checked
 def make_robot(
     *,
     hinges: Hinges | None = None,

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import Aligned, TransferClassifier, TransferScore, align, score_transfer
 from feeler.errors import InvalidInput
@@ -58,6 +60,7 @@ class Touches:
         )
 
 
+@checked
 def make_training(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
@@ -85,6 +88,7 @@ def make_training(
     return touches.take(np.flatnonzero(touches.aligned.touched))
 
 
+@checked
 def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[Trial] | None = None) -> Touches:
     """The training set with the touches of whole surrogate robots added: randomisation of the sensing as well.
 
@@ -96,6 +100,7 @@ def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[
     return training.take(np.flatnonzero(training.aligned.touched))
 
 
+@checked
 def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
     antenna = make_robot() if antenna is None else antenna
@@ -113,6 +118,7 @@ def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording
     )
 
 
+@checked
 def align_recordings(recordings: Sequence[Recording], antenna: Antenna | None = None) -> Aligned:
     """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated touches."""
     return _align(make_robot() if antenna is None else antenna, [recording.values for recording in recordings])
@@ -122,7 +128,8 @@ def _align(antenna: Antenna, motions: Sequence[np.ndarray]) -> Aligned:
     return align(motions, [compute_tip(antenna, motion) for motion in motions])
 
 
-def make_decoder(*, threshold: float = 0.9, seed: int = 0) -> StreamDecoder:
+@checked
+def make_decoder(*, threshold: float = 0.9, seed: Annotated[int, "≥ 0"] = 0) -> StreamDecoder:
     """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random."""
     training = make_training(n_variants=1, rng=np.random.default_rng([seed, 1]))
     nominal = len(make_touches())
@@ -130,7 +137,10 @@ def make_decoder(*, threshold: float = 0.9, seed: int = 0) -> StreamDecoder:
     return decoder.temper(training.motions[nominal:], training.labels[nominal:])
 
 
-def draw_robots(size: float, n_robots: int, seed: int, *, gap: Gap | None = None) -> list[Surrogate]:
+@checked
+def draw_robots(
+    size: float, n_robots: Annotated[int, "> 0"], seed: Annotated[int, "≥ 0"], *, gap: Gap | None = None
+) -> list[Surrogate]:
     """Surrogate robots at a reality gap of ``size``; the same seed gives the same robots."""
     gap = (Gap() if gap is None else gap).scaled(size)
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
@@ -138,6 +148,7 @@ def draw_robots(size: float, n_robots: int, seed: int, *, gap: Gap | None = None
             for k, child in enumerate(children)]  # fmt: skip
 
 
+@checked
 def touch_robots(robots: Sequence[Surrogate], repeats: int = 1) -> list[Touches]:
     """The six tip contacts of each robot, ``repeats`` times; all robots are simulated together."""
     trials, antenna = make_tip_touches(repeats), make_robot()
@@ -149,12 +160,14 @@ def touch_robots(robots: Sequence[Surrogate], repeats: int = 1) -> list[Touches]
     return read
 
 
+@checked
 def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) -> TransferScore:
     """Score touches that were read from robots, all together."""
     values = np.concatenate([touches.values for touches in read])
     return score_transfer(classifier, values, [label for touches in read for label in touches.labels])
 
 
+@checked
 def sweep_gap(
     classifier: TransferClassifier, sizes: Sequence[float], *, n_robots: int, seed: int = 0
 ) -> list[TransferScore]:
@@ -162,6 +175,7 @@ def sweep_gap(
     return [measure_transfer(classifier, touch_robots(draw_robots(size, n_robots, seed))) for size in sizes]
 
 
+@checked
 def sweep_shots(
     training: Touches, shots: Sequence[int], robots: Sequence[Surrogate], *, n_tests: int = 1
 ) -> list[TransferScore]:

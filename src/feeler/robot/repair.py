@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.recording import Recording
 
@@ -17,6 +18,7 @@ BAD = ("refuse", "missing")
 GAPS = ("refuse", "bridge", "keep")
 
 
+@checked
 def find_bad_channels(recording: Recording) -> dict[int, str]:
     """Channels not to be trusted, hinge number → why: empty, dead (never changes) or saturated (stuck at an end)."""
     bad = {}
@@ -43,6 +45,7 @@ def _count_saturated(values: np.ndarray) -> int:
     return longest
 
 
+@checked
 def repair(
     recording: Recording,
     *,

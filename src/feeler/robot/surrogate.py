@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from feeler.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.hinge import FACTS
@@ -81,6 +82,7 @@ class Surrogate:
         return subtract_rest(repair(angles, gaps="bridge"))
 
 
+@checked
 def make_surrogate(
     rng: np.random.Generator, *, gap: Gap | None = None, nominal: Antenna | None = None, name: str = "surrogate"
 ) -> Surrogate:
@@ -116,6 +118,7 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
     )
 
 
+@checked
 def subtract_rest(recording: Recording, before: float = RESTING) -> Recording:
     """Angles relative to their mean over the first ``before`` ms, when nothing touches yet; said in the history."""
     resting = recording.time < before
@@ -125,6 +128,7 @@ def subtract_rest(recording: Recording, before: float = RESTING) -> Recording:
     return replace(recording, values=recording.values - level).noted(f"mean of the first {before:g} ms subtracted")
 
 
+@checked
 def make_tip_touches(repeats: int = 1) -> list[Trial]:
     """The paper's six hardware contacts: ball and box at the tip at three speeds, each ``repeats`` times."""
     return make_touches(locations=LOCATIONS[-1:], speeds=SPEEDS) * repeats

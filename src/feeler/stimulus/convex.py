@@ -1,6 +1,10 @@
 """Convex parts of a polygon, because contact is computed between convex bodies."""
 
+from typing import Annotated
+
 import numpy as np
+
+from feeler.checked import checked
 
 
 def measure_area(corners: np.ndarray) -> float:
@@ -25,7 +29,8 @@ def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarr
     return corners[np.argmax(outward @ corners.T, axis=1)] + rounding * outward
 
 
-def split_convex(corners: np.ndarray) -> list[np.ndarray]:
+@checked
+def split_convex(corners: Annotated[np.ndarray, "corner axis"]) -> list[np.ndarray]:
     """Convex polygons (corner, 2) that together fill a simple counter-clockwise polygon.
 
     A convex polygon is its own single part; any other is cut into triangles by ear clipping and neighbouring parts are

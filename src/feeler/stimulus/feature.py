@@ -27,6 +27,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen, freeze
 from feeler.registry import Registry
@@ -185,6 +186,7 @@ SHAPES: Registry[type[Feature]] = Registry(
 """Every shape by its word; register a new one to use it everywhere."""
 
 
+@checked
 def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **values: Any) -> Feature:
     """A feature by name: every length that must be given and is not among ``values`` becomes ``size`` [mm].
 
@@ -211,6 +213,7 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     return shape(**values, **dict.fromkeys(needed, size))
 
 
+@checked
 def parse_feature(text: str, size: float | None = None) -> Feature:
     """A feature from one line: its kind and, after a colon, its fields, as in ``box:half_height=3,rounding=0.2``.
 

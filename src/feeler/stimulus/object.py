@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.base import check_number, check_vector
@@ -67,6 +68,7 @@ class Object(Frozen):
         return replace(self, **changes)
 
 
+@checked
 def make_object(antenna: Antenna, trial: Trial) -> Object:
     """The object of a trial, placed so that it touches the antenna ``trial.lead`` ms after time 0."""
     placement = place(antenna, trial)
@@ -80,6 +82,7 @@ def make_object(antenna: Antenna, trial: Trial) -> Object:
     )
 
 
+@checked
 def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[Object, ...]:
     """Objects to simulate, trials among them placed; each has a name of its own and starts clear of the antenna at rest.
 
@@ -89,8 +92,6 @@ def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[O
         Two objects of one name, trials with different base motions, one that starts inside the antenna, or none of these.
     """
     objects = list(objects)
-    if wrong := [item for item in objects if not isinstance(item, Object | Trial)]:
-        raise InvalidInput(f"objects must be Objects or Trials, got {str(wrong[0])[:60]!r}.")
     bases = [item.base_motion for item in objects if isinstance(item, Trial)]
     if any(base != bases[0] for base in bases):
         raise InvalidInput(
@@ -112,6 +113,7 @@ def check_names(objects: Sequence[Object]) -> None:
         )
 
 
+@checked
 def check_clear(
     antenna: Antenna,
     objects: Sequence[Object],

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import cosdg, sindg
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.trial import Trial
@@ -29,6 +30,7 @@ class Placement:
     """Velocity (2,) [mm/ms]."""
 
 
+@checked
 def place(antenna: Antenna, trial: Trial) -> Placement:
     """Where the trial's feature starts so that contact begins ``trial.lead`` ms after time 0.
 

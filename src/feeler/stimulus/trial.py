@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.base import BaseMotion, read_base
@@ -55,8 +56,8 @@ class Trial(Frozen):
             object.__setattr__(self, "feature", make_feature(self.feature))
         if not isinstance(self.feature, Feature):
             raise InvalidInput(f"Trial.feature must be a {', '.join(SHAPES)}, got {str(self.feature)[:80]!r}.")
-        if self.side not in SIDES:
-            raise InvalidInput(f"Trial.side must be one of {', '.join(SIDES)}, got {self.side!r}.")
+        if not isinstance(self.side, str) or self.side not in SIDES:
+            raise InvalidInput(f"Trial.side must be one of {', '.join(SIDES)}, got {str(self.side)[:40]!r}.")
         self._check("location", 0.0, 1.0, "a fraction of the length in (0, 1]", upper_open=False)
         self._check("speed", 0.0, np.inf, "> 0 m/s")
         self._check("lead", 0.0, np.inf, "> 0 ms")
@@ -108,6 +109,7 @@ class Trial(Frozen):
         )
 
 
+@checked
 def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:
     """Every feature at every location and speed, speeds slowest to change; other Trial fields shared."""
     return [

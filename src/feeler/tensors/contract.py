@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.dataset import SOURCES
 from feeler.tensors.quantities import DIMS, QUANTITIES
@@ -12,6 +13,7 @@ from feeler.tensors.quantities import DIMS, QUANTITIES
 BLOCK = 64 * 2**20  # bytes looked at together, so that a lazy Dataset of any size can pass
 
 
+@checked
 def validate(dataset: xr.Dataset) -> xr.Dataset:
     """The same Dataset if it keeps the data contract.
 
@@ -30,6 +32,7 @@ def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     return dataset
 
 
+@checked
 def find_breaches(dataset: xr.Dataset, *, whole: bool = True) -> list[str]:
     """What is wrong with a Dataset, in words; empty where nothing is.
 

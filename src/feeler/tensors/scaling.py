@@ -3,14 +3,17 @@
 import numpy as np
 import xarray as xr
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 
+@checked
 def rectify(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarray:
     """The tensors with negative values set to 0, as in the published video [D]."""
     return tensors.clip(min=0) if isinstance(tensors, xr.DataArray) else np.clip(tensors, 0, None)
 
 
+@checked
 def scale_common(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarray:
     """The set divided by its greatest magnitude: one factor for all tensors, so that they stay comparable.
 

@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.tracks import Tracks
 
 SIDES = ("left", "right")
 
 
+@checked
 def compute_antenna_angle(
     tracks: Tracks,
     *,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.speed import CUTOFF, MAX_GAP, MIN_PROMINENCE, Sweeps, find_sweeps
@@ -39,6 +40,7 @@ class Exploration:
         return self.mean * self.length
 
 
+@checked
 def measure_exploration(
     trials: Sequence[Tracks],
     *,

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from scipy.signal import butter, filtfilt, find_peaks
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.angle import find_runs
 
@@ -91,8 +93,9 @@ def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
     return speed
 
 
+@checked
 def find_sweeps(
-    angle: np.ndarray,
+    angle: Annotated[np.ndarray, "time"],
     interval: float,
     *,
     cutoff: float = CUTOFF,

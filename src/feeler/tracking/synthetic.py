@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
@@ -12,6 +13,7 @@ SCALE = 8.0  # [C] px/mm
 BODY_LENGTH = 28.0  # [B] mm, antenna about 1.5 times the body
 
 
+@checked
 def make_synthetic_tracks(
     rng: np.random.Generator,
     *,
@@ -50,6 +52,7 @@ def make_synthetic_tracks(
     return Tracks(position=position, landmarks=LANDMARKS, interval=interval, source="synthetic")
 
 
+@checked
 def save_dltdv(tracks: Tracks, path: str | os.PathLike) -> None:
     """Write tracks as DLTdv8 would: pt1_cam1_X, …, first pixel 1, origin top-left, NaN where a point was lost."""
     header = ",".join(f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY")

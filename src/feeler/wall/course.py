@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import freeze
 from feeler.stimulus.feature import Feature
@@ -120,6 +121,7 @@ def _prolong(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return end + MARGIN * (end - start) / np.hypot(*(end - start))
 
 
+@checked
 def make_turn(angle: float, lengths: Sequence[float] = (RUN_UP, RUN_UP)) -> Course:
     """A wall with one turn of ``angle`` degrees, positive towards the body."""
     return Course(lengths=tuple(lengths), turns=(float(angle),))

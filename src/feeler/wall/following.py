@@ -3,10 +3,12 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import choose_timestep
 from feeler.physics.lanes import Simulations
@@ -113,10 +115,11 @@ class Run:
         return float(self.distance.min())
 
 
+@checked
 def calibrate(
     antenna: Antenna,
     posture: Posture | None = None,
-    distances: np.ndarray = CALIBRATION,
+    distances: Annotated[np.ndarray, "distance"] = CALIBRATION,
     *,
     speed: float = 0.45,
     engine: str = ENGINE,
@@ -144,6 +147,7 @@ def calibrate(
     return fit_distance(sweep.distance, position, used, at_base, float(antenna.segment_length.max()))
 
 
+@checked
 def follow(
     antenna: Antenna,
     course: Course | None = None,

@@ -1,10 +1,12 @@
 """Where an antenna bends most: at a hinge, or on a smoothed curve between hinges."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.sweep import Sweep
 
@@ -27,19 +29,31 @@ class Peak:
     """Whether (shape,) the peak sits at the base hinge, where it says nothing about distance."""
 
 
-def compute_curvature(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+@checked
+def compute_curvature(antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]) -> np.ndarray:
     """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile tensor)."""
-    return np.asarray(angle, dtype=float) / antenna.segment_length
+    return _check_hinges(antenna, angle) / antenna.segment_length
 
 
+def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    angle = np.asarray(angle, dtype=float)
+    if angle.shape[-1] != antenna.n_segments:
+        raise InvalidInput(f"curvature needs the angles of all {antenna.n_segments} hinges, got shape {angle.shape}.")
+    return angle
+
+
+@checked
 def compute_smooth_curvature(
-    antenna: Antenna, angle: np.ndarray, position: np.ndarray, smoothing: float = SMOOTHING
+    antenna: Antenna,
+    angle: Annotated[np.ndarray, "... segment"],
+    position: Annotated[np.ndarray, "point"],
+    smoothing: float = SMOOTHING,
 ) -> np.ndarray:
     """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) / Σ ℓ_n G(s − s_n).
 
     G is a Gaussian of standard deviation ``smoothing`` [mm]; a circular arc keeps its curvature up to both ends.
     """
-    return np.atleast_2d(angle) @ make_kernel(antenna, position, smoothing).T
+    return np.atleast_2d(_check_hinges(antenna, angle)) @ make_kernel(antenna, position, smoothing).T
 
 
 def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOTHING) -> np.ndarray:
@@ -52,6 +66,7 @@ def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOT
     return weight / (weight @ antenna.segment_length)[:, None]
 
 
+@checked
 def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING) -> Peak:
     """The point of greatest curvature, in size, of each shape.
 
@@ -96,6 +111,7 @@ def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
     return np.where(inner == best, place[inner] + np.clip(shift, -0.5, 0.5) * step, place[best])
 
 
+@checked
 def find_sweep_peak(
     sweep: Sweep, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
 ) -> Peak:

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
@@ -54,12 +55,14 @@ class Case:
         return (p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading, *self.measure.values())
 
 
+@checked
 def make_postures(*axes: Iterable[Mapping[str, object]], base: Posture | None = None) -> list[Posture]:
     """Every combination of the choices, one mapping of changed fields from each axis."""
     base = base or Posture()
     return [base.replace(**{k: v for part in parts for k, v in part.items()}) for parts in product(*axes)]
 
 
+@checked
 def compare(
     antennas: Mapping[str, Antenna],
     postures: Iterable[Posture],
@@ -104,6 +107,7 @@ def _fit(name: str, sweep: Sweep, measure: Mapping[str, str]) -> Case:
     )
 
 
+@checked
 def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:
     """Per antenna: number of set-ups, of undefined R², median R² with its interval, least and greatest."""
     table: dict[str, dict[str, float]] = {}
@@ -124,6 +128,7 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
     return table
 
 
+@checked
 def count_orderings(
     cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "constant")
 ) -> dict[tuple, dict[str, int]]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.rod.stepper import Rest, RodStepper
 from feeler.physics.scene import Scene
@@ -63,6 +64,7 @@ def make_scene(
     return Scene(antenna=antenna, objects=(wall,), **base | fields)
 
 
+@checked
 def approach(
     antenna: Antenna,
     posture: Posture | None = None,

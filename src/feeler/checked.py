@@ -1,0 +1,165 @@
+"""``@checked``: arguments of public functions are what their annotations say, or the caller reads which one is not.
+
+One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or texts of, a path text or
+``os.PathLike``, a sequence any list, tuple or array of what it says. ``Annotated[np.ndarray, "trial sensor time"]`` is an array
+of three dimensions, "... segment" one of at least one, and ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range. Other
+values (lengths that must agree, files that must be there) are checked by the functions themselves.
+"""
+
+import collections.abc
+import functools
+import inspect
+import os
+import types
+from collections.abc import Callable
+from dataclasses import is_dataclass
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+Test = Callable[[Any], bool]
+F = TypeVar("F", bound=Callable)
+ITEMS = 1000  # of a long sequence, the first so many are looked at
+PLAIN = {
+    float: ("a number", (int, float, np.integer, np.floating)),
+    int: ("a whole number", (int, np.integer)),
+    bool: ("True or False", (bool, np.bool_)),
+    str: ("text", (str,)),
+    os.PathLike: ("a path", (str, os.PathLike)),
+}
+LISTS = (list, tuple, set, frozenset, collections.abc.Sequence, collections.abc.Iterable, collections.abc.Collection)
+
+
+def checked(target: F) -> F:
+    """A function whose arguments are checked at each call, or a class whose ``__init__`` does so.
+
+    Raises
+    ------
+    InvalidInput
+        When called: an argument is not of its annotated type; names function, parameter, what was got and what is right.
+    """
+    if isinstance(target, type):
+        target.__init__ = _wrap(target.__init__, target.__qualname__)  # type: ignore[misc]
+        return target
+    return _wrap(target, target.__qualname__)
+
+
+def _wrap(function: F, name: str) -> F:
+    parameters = list(inspect.signature(function).parameters.values())
+    positional = [p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+
+    @functools.cache
+    def find_tests() -> dict[str, tuple[Test, str]]:
+        """Resolved at the first call, when the modules that annotations name are there."""
+        hints = _resolve(function)
+        named = {
+            p.name: hints[p.name]
+            for p in parameters
+            if p.name in hints and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
+        }
+        optional = {p.name for p in parameters if p.default is None}
+        return {key: _make_test(hint | None if key in optional else hint) for key, hint in named.items()}
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        tests = find_tests()
+        for key, value in (*zip(positional, args, strict=False), *kwargs.items()):
+            found = tests.get(key)
+            if found is not None and not found[0](value):
+                raise InvalidInput(f"{name}: {key} must be {found[1]}, got {_shorten(value)}.")
+        return function(*args, **kwargs)
+
+    call.find_tests = find_tests  # type: ignore[attr-defined]
+    return call  # type: ignore[return-value]
+
+
+def _resolve(function: Callable) -> dict[str, Any]:
+    try:
+        hints = get_type_hints(function, include_extras=True)
+    except NameError:  # a name that only type checkers import
+        hints = {key: hint for key, hint in function.__annotations__.items() if not isinstance(hint, str)}
+    return {key: hint for key, hint in hints.items() if key != "return"}
+
+
+def _make_test(hint: Any) -> tuple[Test, str]:
+    """Whether a value fits an annotation, and the annotation in words; what is not understood fits."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        tests = [_make_test(option) for option in inner]
+        return (lambda value: any(test(value) for test, _ in tests)), " or ".join(
+            dict.fromkeys(words for _, words in tests)
+        )
+    if hint in (None, type(None)):
+        return (lambda value: value is None), "None"
+    if hint in PLAIN:
+        words, kinds = PLAIN[hint]
+        return (lambda value: isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))), words
+    if hint is np.ndarray:
+        return _is_array, "an array"
+    if origin is Annotated and isinstance(inner[1], str):
+        return _make_closer_test(inner[0], inner[1])
+    if (origin or hint) in LISTS:
+        return _make_list_test(origin, inner)
+    if origin is collections.abc.Callable or hint is Callable:
+        return callable, "something to call"
+    kind = origin or hint
+    if not isinstance(kind, type) or kind in (object, Any) or getattr(kind, "_is_protocol", False):
+        return (lambda value: True), "anything"
+    return (lambda value: isinstance(value, kind)), _say(kind)
+
+
+def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
+    """An array of named dimensions, or a finite number in a range."""
+    if hint is np.ndarray:
+        dims = more.split()
+        fits = (lambda n: n >= len(dims) - 1) if "..." in dims else (lambda n: n == len(dims))
+        return (lambda value: _is_array(value) and fits(np.ndim(value))), f"an array ({', '.join(dims)})"
+    test, words = _make_test(hint)
+    reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[more]
+    return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
+
+
+def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
+    fixed = origin is tuple and Ellipsis not in inner and bool(inner)
+    items = [_make_test(item) for item in inner if item is not Ellipsis]
+    words = f"{len(items)} values ({', '.join(w for _, w in items)})" if fixed else "a sequence"
+    if items and not fixed:
+        words += f", each {items[0][1]}"
+
+    def test(value: Any) -> bool:
+        if isinstance(value, str | bytes | collections.abc.Mapping) or not isinstance(value, collections.abc.Iterable):
+            return False
+        if not hasattr(value, "__len__"):
+            return not fixed  # a generator, which looking would empty
+        if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
+            return value.ndim > 0
+        if fixed:
+            return len(value) == len(items) and all(t(item) for (t, _), item in zip(items, value, strict=True))
+        return not items or all(items[0][0](item) for _, item in zip(range(ITEMS), value, strict=False))
+
+    return test, words
+
+
+def _is_array(value: Any) -> bool:
+    if not isinstance(value, np.ndarray):
+        if value is None or isinstance(value, str | bytes | collections.abc.Mapping):
+            return False
+        try:
+            value = np.asarray(value)
+        except (TypeError, ValueError):
+            return False
+    return value.dtype.kind != "O" or (value.ndim > 0 and all(isinstance(item, str) for item in value.flat))
+
+
+def _say(kind: type) -> str:
+    made = "an object" if is_dataclass(kind) else "a value"
+    return f"{made} of {kind.__module__.split('.')[0]}'s {kind.__name__}"
+
+
+def _shorten(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype} and shape {value.shape}"
+    text = f"{type(value).__name__} {value!r}".replace("\n", " ")
+    return text if len(text) <= 80 else text[:77] + "…"

@@ -1,0 +1,106 @@
+"""``@checked``: what fits passes as it is, what does not is named before anything runs."""
+
+import time
+import timeit
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feeler import Antenna, presets
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+
+
+@checked
+def measure(
+    antenna: Antenna,
+    values: np.ndarray,
+    *,
+    share: float = 0.5,
+    count: int | None = None,
+    pair: tuple[float, float] = (0.0, 1.0),
+    names: Sequence[str] = (),
+    table: Mapping[str, float] | None = None,
+    path: Path | str = "",
+    call: Callable[[int], int] | None = None,
+    deep: bool = False,
+):
+    return "ran"
+
+
+GOOD = [
+    {"share": 1}, {"share": np.float32(0.5)}, {"share": np.int64(2)}, {"count": None}, {"count": np.int32(3)},
+    {"pair": [0, 1]}, {"pair": np.zeros(2)}, {"names": ["a", "b"]}, {"names": np.array(["a"])}, {"table": {}},
+    {"path": Path("a")}, {"call": abs}, {"deep": np.True_}, {"values": [[1, 2], [3, 4]]}, {"values": ["a", "b"]},
+    {"values": 3.0},
+]  # fmt: skip
+BAD = [
+    ({"share": "x"}, "measure: share must be a number, got str 'x'"),
+    ({"share": True}, "share must be a number"),
+    ({"share": None}, "share must be a number, got NoneType None"),
+    ({"count": 1.5}, "count must be a whole number or None"),
+    ({"pair": (0.0,)}, r"pair must be 2 values \(a number, a number\)"),
+    ({"pair": 1.0}, "pair must be 2 values"),
+    ({"names": "abc"}, "names must be a sequence, each text"),
+    ({"names": [1]}, "names must be a sequence, each text"),
+    ({"table": [1]}, "table must be"),
+    ({"path": 3}, "path must be"),
+    ({"call": 3}, "call must be something to call or None"),
+    ({"deep": 1}, "deep must be True or False"),
+    ({"values": None}, "values must be an array"),
+    ({"values": "x"}, "values must be an array"),
+    ({"values": [[1], [1, 2]]}, "values must be an array"),
+    ({"values": object()}, "values must be an array"),
+    ({"antenna": "cockroach"}, "antenna must be an object of feeler's Antenna, got str 'cockroach'"),
+]
+
+
+def call(**changes):
+    arguments = {"antenna": presets.cockroach(), "values": np.zeros(3)} | changes
+    return measure(arguments.pop("antenna"), arguments.pop("values"), **arguments)
+
+
+@pytest.mark.parametrize("changes", GOOD, ids=str)
+def test_what_fits_passes(changes):
+    assert call(**changes) == "ran"
+
+
+@pytest.mark.parametrize(("changes", "match"), BAD, ids=lambda x: str(x)[:30])
+def test_what_does_not_fit_is_named(changes, match):
+    with pytest.raises(InvalidInput, match=match):
+        call(**changes)
+
+
+def test_a_checked_class_checks_what_it_is_made_of():
+    @checked
+    @dataclass(frozen=True, kw_only=True)
+    class Thing:
+        size: float
+        rng: np.random.Generator | None = None
+
+    assert Thing(size=1).size == 1
+    with pytest.raises(InvalidInput, match="Thing: size must be a number"):
+        Thing(size="1")
+    with pytest.raises(InvalidInput, match="rng must be a value of numpy's Generator or None"):
+        Thing(size=1, rng=3)
+
+
+def test_a_name_that_only_type_checkers_import_is_not_judged():
+    @checked
+    def later(value: "Unknown", size: float):  # noqa: F821
+        return size
+
+    assert later(object(), 1.0) == 1.0
+
+
+def test_checking_costs_microseconds():
+    antenna, values = presets.cockroach(), np.zeros(3)
+
+    def spend(function):
+        run = lambda: function(antenna, values, share=0.5, pair=(0.0, 1.0), names=("a", "b"), deep=True)  # noqa: E731
+        return min(timeit.repeat(run, number=100, repeat=40, timer=time.thread_time)) / 100
+
+    assert spend(measure) - spend(measure.__wrapped__) < 20e-6

@@ -1,0 +1,104 @@
+"""Wrong arguments of public functions give errors of feeler, whichever of them is wrong."""
+
+import inspect
+import signal
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import FeelerError, InvalidInput
+
+WRONG = (None, "x", object(), float("nan"), -1, [[1], [1, 2]], np.zeros((2, 3, 4)))
+PATIENCE = 2  # s; what still computes then has accepted its arguments
+NOT_OURS = {"reproduce"}  # runs the paper
+ABSTRACT = {"Feature"}
+
+
+def list_public():
+    """Every public callable by room and name."""
+    rooms = [name for name in dir(feeler) if inspect.ismodule(getattr(feeler, name))]
+    found = {}
+    for room, module in [("feeler", feeler), *((room, getattr(feeler, room)) for room in rooms)]:
+        for name in getattr(module, "__all__", ()):
+            thing = getattr(module, name)
+            if callable(thing) and name not in NOT_OURS:
+                found.setdefault(id(thing), (f"{room}.{name}", thing))
+    return dict(found.values())
+
+
+PUBLIC = list_public()
+CHECKED = {name: thing for name, thing in PUBLIC.items() if hasattr(thing, "find_tests")}
+CLASSES = {name: thing for name, thing in PUBLIC.items() if name.split(".")[0] in ("feeler", "stimulus", "antenna")}
+CLASSES = {name: c for name, c in CLASSES.items() if inspect.isclass(c) and name.split(".")[1] not in ABSTRACT}
+
+
+def make_right(annotation, default):
+    """A value of the annotated type."""
+    if default is not inspect.Parameter.empty:
+        return default
+    words = str(annotation)
+    plain = {float: 0.5, int: 2, str: "a", bool: True, np.ndarray: np.zeros((2, 3))}
+    if annotation in plain:
+        return plain[annotation]
+    if annotation is feeler.Antenna:
+        return feeler.presets.cockroach()
+    if "Feature" in words:
+        return feeler.Ball(radius=1.0)
+    return "a" if "Path" in words else ([] if "Sequence" in words or "list" in words or "tuple" in words else None)
+
+
+def make_arguments(thing):
+    given = inspect.signature(thing).parameters.values()
+    named = [p for p in given if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    return {p.name: make_right(p.annotation, p.default) for p in named}
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_what_does_not_fit_is_named_before_anything_runs(name):
+    thing = CHECKED[name]
+    right = make_arguments(thing)
+    for key, (fits, _) in thing.find_tests().items():
+        for value in WRONG:
+            others = [other for other in thing.find_tests() if other in right and other != key]
+            if fits(value) or not all(thing.find_tests()[other][0](right[other]) for other in others):
+                continue
+            with pytest.raises(InvalidInput, match=f": {key} must be"):
+                thing(**right | {key: value})
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_what_makes_no_object_is_refused(name):
+    right = make_arguments(CLASSES[name])
+    for key in right:
+        for value in WRONG:
+            with suppress(FeelerError):  # what is accepted is accepted
+                CLASSES[name](**right | {key: value})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PUBLIC)
+def test_nothing_wrong_gives_a_foreign_error(name, tmp_path, monkeypatch):
+    def stop(*_):
+        raise FeelerError("accepted")
+
+    monkeypatch.chdir(tmp_path)
+    thing = PUBLIC[name]
+    if inspect.isclass(thing) and (issubclass(thing, Exception) or inspect.isabstract(thing)):
+        return
+    signal.signal(signal.SIGALRM, stop)
+    for key in (right := make_arguments(thing)):
+        for value in WRONG:
+            signal.alarm(PATIENCE)
+            try:
+                thing(**right | {key: value})
+            except FeelerError:
+                pass
+            finally:
+                signal.alarm(0)
+
+
+def test_nearly_all_public_functions_are_checked():
+    functions = {name for name, thing in PUBLIC.items() if inspect.isfunction(thing)}
+    assert len(functions - set(CHECKED)) < 0.25 * len(functions), sorted(functions - set(CHECKED))
