@@ -16,7 +16,7 @@ $(BIN)/.core: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit("feeler needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@echo "setting up $(VENV) (once, a minute or two)"
-	@$(PIP) -e .
+	@$(PIP) -e '.[movie]'
 	@touch $@
 
 $(BIN)/.test: $(BIN)/.core
@@ -40,8 +40,12 @@ test: $(BIN)/.test  ## the default tests
 test-slow: $(BIN)/.test  ## the long tests: fuzzing, kills, full disks
 	@$(BIN)/python -m pytest -q -m slow
 
-check: $(BIN)/.test  ## style
-	@$(PIP) ruff && $(BIN)/ruff check $(CODE) && $(BIN)/ruff format --check $(CODE)
+$(BIN)/.check: $(BIN)/.core
+	@$(PIP) -e '.[check]'
+	@touch $@
+
+check: $(BIN)/.check  ## style and types
+	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from feeler.cli.main import app
+from feeler.cli.app import app
 from feeler.cli.reproduce import _summarise
 from feeler.paper.context import Context
 from feeler.robot import fit_factors, load_recording, repair

@@ -205,5 +205,7 @@ def test_one_way_to_run_side_by_side():
     """No room opens a pool of its own."""
     source = Path(feeler.__file__).parent
     pools = ("ThreadPool", "ProcessPool", "import joblib", "multiprocessing.Pool")
-    opened = {p.relative_to(source).parts[0] for p in source.rglob("*.py") if any(word in p.read_text() for word in pools)}
+    opened = {
+        p.relative_to(source).parts[0] for p in source.rglob("*.py") if any(word in p.read_text() for word in pools)
+    }
     assert opened == {"execute"}

@@ -23,8 +23,8 @@ from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.samples import parse_sample, read_samples
 from feeler.encoding import load_encoder
 from feeler.limits import Limits
+from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
-from feeler.robot.repair import repair
 from feeler.robot.sensor import load_calibration, load_calibration_table
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.csvfile import load_csv

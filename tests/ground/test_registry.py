@@ -35,7 +35,7 @@ def test_what_has_a_home_is_imported_when_asked_for():
 @pytest.mark.parametrize("name", ["disc", None, 3, ["ball"]])
 def test_an_unknown_name_lists_the_valid_ones(name):
     shapes = Registry("shape", {"ball": "math:pi", "box": "math:e"})
-    with pytest.raises(InvalidInput, match="unknown shape .*; valid: ball, box"):
+    with pytest.raises(InvalidInput, match=r"unknown shape .*; valid: ball, box"):
         shapes[name]
 
 

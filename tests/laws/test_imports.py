@@ -66,7 +66,7 @@ def test_one_table_says_what_a_scale_is():
     ("code", "slow"),
     [
         ("import feeler", ("numpy", "scipy", "xarray", "matplotlib", "numba")),
-        ("import feeler.cli.main", ("scipy", "xarray", "matplotlib", "numba")),
+        ("import feeler.cli.app", ("scipy", "xarray", "matplotlib", "numba")),
         ("import feeler.paper.reproduce, feeler.paper.context as c; c.Context()", ("xarray", "matplotlib", "numba")),
     ],
 )

@@ -9,7 +9,7 @@ from pypdf import PdfReader
 
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
-from feeler.plotting.style import DOUBLE, SINGLE
+from feeler.plotting.look import DOUBLE, SINGLE
 from feeler.report.section import Section
 
 WIDTHS = {"wide": DOUBLE, "narrow": SINGLE}

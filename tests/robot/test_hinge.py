@@ -4,24 +4,24 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.robot import FACTS, make_hinges, make_robot
+from feeler.robot import FACTS, make_flexures, make_robot
 
 
 def test_stiffness_of_a_worked_example():
     # E w t³ / (12 ℓ) = 2500 · 11 · 0.05³ / (12 · 0.5) = 0.572916… N·mm/rad
-    stiffness = make_hinges(thickness=0.05, length=0.5).stiffness
+    stiffness = make_flexures(thickness=0.05, length=0.5).stiffness
     assert stiffness[0] == pytest.approx(0.5729166666666667, rel=1e-12)
 
 
 @pytest.mark.parametrize(("field", "power"), [("thickness", 3), ("modulus", 1), ("length", -1), ("width", 1)])
 def test_stiffness_scales_with_each_measure(field, power):
-    base = make_hinges()
-    doubled = make_hinges(**{field: 2 * getattr(base, field)})
+    base = make_flexures()
+    doubled = make_flexures(**{field: 2 * getattr(base, field)})
     np.testing.assert_allclose(doubled.stiffness / base.stiffness, 2.0**power)
 
 
 def test_factors_scale_stiffness_and_damping():
-    theory = make_hinges().stiffness
+    theory = make_flexures().stiffness
     robot = make_robot(stiffness_factor=1.19, damping_factor=2.06)
     np.testing.assert_allclose(robot.stiffness, 1.19 * theory)
     np.testing.assert_allclose(robot.damping, 2.06 * theory)
@@ -47,10 +47,10 @@ def test_every_number_has_a_source_tag():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: make_hinges(thickness=0.0), "hinge thickness must be finite and > 0"),
-        (lambda: make_hinges(width=[1.0, -1.0]), "hinge width"),
-        (lambda: make_hinges(width=[1.0, 2.0], length=[1.0, 2.0, 3.0]), "all of one length"),
-        (lambda: make_hinges(depth=1.0), "unknown hinge field 'depth'; valid: width"),
+        (lambda: make_flexures(thickness=0.0), "hinge thickness must be finite and > 0"),
+        (lambda: make_flexures(width=[1.0, -1.0]), "hinge width"),
+        (lambda: make_flexures(width=[1.0, 2.0], length=[1.0, 2.0, 3.0]), "all of one length"),
+        (lambda: make_flexures(depth=1.0), "unknown hinge field 'depth'; valid: width"),
         (lambda: make_robot(stiffness_factor=-1.0), "stiffness_factor must be finite and > 0"),
         (lambda: make_robot(mass=float("nan")), "mass must be finite and > 0"),
     ],

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
+from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.recording import Recording, load_recording, save_recording
-from feeler.robot.repair import find_bad_channels, repair
 from feeler.robot.sensor import fit_sensors
 
 

@@ -1,7 +1,7 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
 from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
-from feeler.calibration.fit import Fit, fit, make_starts
+from feeler.calibration.fitting import Fit, fit, make_starts
 from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
 from feeler.calibration.identify import (
     Directions,

@@ -1,5 +1,5 @@
 """The command line: each verb parses, calls and reports."""
 
-from feeler.cli.main import main
+from feeler.cli.app import main
 
 __all__ = ["main"]

@@ -92,11 +92,11 @@ def fit(
     method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
 ) -> None:
     """Fit the stiffness and damping factors p1 and p2 to a recorded release."""
-    from feeler.robot import fit_factors, make_hinges
+    from feeler.robot import fit_factors, make_flexures
 
     changes = {name: value for name, value in (("thickness", thickness), ("length", length)) if value is not None}
     read = _read([recording], calibration, "refuse", "refuse")[0]
-    result = fit_factors(read, hinges=make_hinges(**changes), method=method)
+    result = fit_factors(read, hinges=make_flexures(**changes), method=method)
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
             f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio {ringing.damping_ratio:.4f}, "

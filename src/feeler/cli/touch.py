@@ -111,6 +111,7 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
     import numpy as np
     from matplotlib.figure import Figure
 
+    from feeler.errors import MissingExtra
     from feeler.experiment.touch import touch as simulate
     from feeler.plotting import plot_touch, style, write_touch_movie
     from feeler.tensors.formats import save
@@ -125,7 +126,11 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
         for kind in ("png", "svg", "pdf"):
             figure.savefig(out / f"tensor.{kind}")
     if movie:
-        write_touch_movie(antenna, trial, everything, out / "movie.mp4")
+        try:
+            write_touch_movie(antenna, trial, everything, out / "movie.mp4")
+        except MissingExtra as missing:
+            typer.echo(f"no movie: {missing}", err=True)
+            movie = False
     peak, curvature = np.degrees(tensors["angle"].max().item()), tensors["curvature"].max().item()
     typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {curvature:.3g} /mm")
     typer.echo(f"wrote {out}/tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")

@@ -6,7 +6,7 @@ from feeler.decoding.codes import CODES, encode_with, make_codes, make_null
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.confusion import Confused, explain_confusion
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.groups import list_groups, make_groups
+from feeler.decoding.groups import group_tensors, list_groups
 from feeler.decoding.labels import make_labels
 from feeler.decoding.noise import NOISES, Common, Noise, Relative
 from feeler.decoding.splits import compute_jittered, compute_left_out, iterate_left_out, jitter_trials
@@ -28,11 +28,11 @@ __all__ = [
     "compute_sweep",
     "encode_with",
     "explain_confusion",
+    "group_tensors",
     "iterate_left_out",
     "jitter_trials",
     "list_groups",
     "make_codes",
-    "make_groups",
     "make_labels",
     "make_lda",
     "make_null",

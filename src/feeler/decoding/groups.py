@@ -16,7 +16,7 @@ from feeler.tensors.scaling import rectify
 
 
 @checked
-def make_groups(
+def group_tensors(
     tensors: Mapping[str, Any],
     encoder: Any,
     plan: Plan,

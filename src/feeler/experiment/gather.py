@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Plan:
+class Assignment:
     """What is simulated, and what is kept of it."""
 
     antenna: Antenna
@@ -68,7 +68,7 @@ def describe_base(base: BaseMotion | None) -> str:
 class Gathering:
     """Takes outcomes in any order; as a context manager it stores what is left when the simulation ends early."""
 
-    def __init__(self, plan: Plan, store: Store | None, progress: Progress | None) -> None:
+    def __init__(self, plan: Assignment, store: Store | None, progress: Progress | None) -> None:
         self.plan, self.store, self.progress = plan, store, progress
         finished = store.finished if store is not None else set()
         self.pending = [index for index in range(len(plan.trials)) if index not in finished]

@@ -13,7 +13,7 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor
-from feeler.experiment.gather import Gathering, Plan, Progress
+from feeler.experiment.gather import Assignment, Gathering, Progress
 from feeler.experiment.seed import spawn_seeds
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
@@ -119,7 +119,7 @@ def touch(
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
     attrs = describe_attributes(antenna, clock, contact, engine, seed, accuracy)
-    plan = Plan(antenna, trials, spawn_seeds(seed, len(trials)), clock, attrs, save, dtype)
+    plan = Assignment(antenna, trials, spawn_seeds(seed, len(trials)), clock, attrs, save, dtype)
     scenes = [make_scene(antenna, trial, contact) for trial in trials]
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, plan)) if store else None
@@ -179,7 +179,7 @@ def _warn(tensors: xr.Dataset, accuracy: float) -> None:
         )
 
 
-def _open(store: str | os.PathLike, plan: Plan) -> Store:
+def _open(store: str | os.PathLike, plan: Assignment) -> Store:
     """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
     modules = {type(trial.feature).__module__ for trial in plan.trials}
     origin = {"versions": plan.attrs["versions"], "code": describe_code(__name__, *sorted(modules))}

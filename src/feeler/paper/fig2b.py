@@ -13,8 +13,8 @@ from feeler.experiment.impulse import RADIUS, Impulse, hit
 from feeler.experiment.release import release
 from feeler.paper.context import Context
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.plotting.look import PALETTE, style
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PALETTE, style
 from feeler.report.section import Section
 from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
 

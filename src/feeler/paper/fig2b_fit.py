@@ -7,7 +7,7 @@ from feeler.calibration import Directions, Profiles
 from feeler.calibration.problem import FAILED
 from feeler.paper.calibration_report import PAPER_ERROR, PAPER_P, Calibration, compute
 from feeler.paper.context import Context
-from feeler.plotting.style import PALETTE, set_decades
+from feeler.plotting.look import PALETTE, set_decades
 from feeler.report.section import Section
 
 LEVEL = 95.0  # % of the draws

@@ -13,7 +13,7 @@ from feeler.paper.context import Context
 from feeler.paper.data import list_profiles
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.style import PALETTE, PROFILE_COLOURS
+from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.plotting.tensor import plot_tensor
 from feeler.report.section import Section
 from feeler.scale import Scale
@@ -21,7 +21,7 @@ from feeler.wall.distance_map import DistanceMap, map_distance
 from feeler.wall.posture import Posture
 from feeler.wall.sensitivity import BENDS, FRICTIONS, ONE_CHANGE, READINGS, Case, compare, make_postures
 from feeler.wall.sliding import WallTouch, drive, slide
-from feeler.wall.sweep import DISTANCES, Sweep, approach
+from feeler.wall.sweep import DISTANCES, Approach, approach
 
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
 STRAIGHT = {"prebend": "none"}
@@ -32,7 +32,7 @@ CASES = {"none": (), "one change": (ONE_CHANGE,), "all": (READINGS, FRICTIONS, B
 class Fig3Data:
     """What Fig. 3 shows."""
 
-    sweeps: Mapping[str, Sweep]
+    sweeps: Mapping[str, Approach]
     """Quasi-static approach per profile."""
     maps: Mapping[str, DistanceMap]
     """Position → distance per profile, default posture."""

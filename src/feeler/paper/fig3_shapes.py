@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.wall.peak import find_peak, find_sweep_peak
 from feeler.wall.sliding import WallTouch
-from feeler.wall.sweep import Sweep
+from feeler.wall.sweep import Approach
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,7 +26,7 @@ class Shapes:
     """Point of greatest bend (step, 2) [mm], NaN without contact."""
 
     @classmethod
-    def of_sweep(cls, sweep: Sweep) -> "Shapes":
+    def of_sweep(cls, sweep: Approach) -> "Shapes":
         """Equilibria of an approach."""
         position = find_sweep_peak(sweep).position
         state = (sweep.distance, sweep.contact, sweep.inverted, position)

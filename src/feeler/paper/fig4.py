@@ -22,7 +22,7 @@ from feeler.encoding.inputs import check_choice
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors
 from feeler.plotting.bases import plot_bases
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.scale import Scale
 from feeler.tensors.scaling import rectify

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import CODES, Confused, explain_confusion, make_groups, make_labels
+from feeler.decoding import CODES, Confused, explain_confusion, group_tensors, make_labels
 from feeler.decoding.curves import Curves, compute_curves
 from feeler.decoding.plan import Plan
 from feeler.decoding.splits import jitter_trials
@@ -85,7 +85,7 @@ def compute(
         ``jitter(antenna name, location, speed)`` simulates that antenna's slow trials again, in the order of its
         Dataset, each shifted and sped up by ``jitter_trials``; None leaves these splits out.
     """
-    groups = make_groups(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
+    groups = group_tensors(tensors, encoder, plan, quantity=quantity, reference=reference, random_state=random_state)
     report("encoded " + ", ".join(name for members in groups.values() for name in members))
     claimed = {c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES)) for c, g in groups.items()}
     kinds = {c: {k: {n: g.codes[k] for n, g in gs.items()} for k in CODES} for c, gs in groups.items()}

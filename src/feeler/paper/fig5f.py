@@ -20,7 +20,7 @@ from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, load_tensors
 from feeler.paper.fig4 import prepare, spread
 from feeler.plotting.bases import plot_bases
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.scale import Scale
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.decoding.early import EarlyAccuracy
 from feeler.paper.context import Context
 from feeler.paper.fig6_data import Fig6Data, load
+from feeler.plotting.look import PALETTE, style
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PALETTE, style
 from feeler.report.section import Section
 from feeler.robot import Recording, Touches, compute_tip, make_robot
 from feeler.robot.comparison import compute_comparison

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.fit import SigmoidFit, fit_sigmoid
 from feeler.paper.context import Context
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 
 N_ANTENNAE = 4  # [P]

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.paper.context import Context
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.tracking import SIDES, Exploration, Tracks, make_synthetic_tracks, measure_exploration
 

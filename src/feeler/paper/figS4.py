@@ -17,7 +17,7 @@ from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, load_tensors
 from feeler.plotting.accuracy import plot_sweep
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 
 LAYERS = (

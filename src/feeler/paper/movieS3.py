@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from feeler.errors import InvalidInput
 from feeler.paper.context import Context
 from feeler.paper.fig3 import load
+from feeler.plotting.look import PROFILE_COLOURS, style
 from feeler.plotting.movie import write_movie
-from feeler.plotting.style import PROFILE_COLOURS, style
 from feeler.report.section import Section
 from feeler.wall.following import follow
 from feeler.wall.peak import find_peak

@@ -1,6 +1,5 @@
 """Stages: named steps of the run, each kept by a key of everything that its numbers depend on."""
 
-import fcntl
 import os
 import shutil
 import time
@@ -9,6 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+
+from filelock import FileLock
 
 from feeler.errors import FeelerError
 from feeler.execute.threads import hold_blas
@@ -57,8 +58,7 @@ def is_kept(path: Path, context: Context) -> bool:
 def hold(path: Path) -> Iterator[None]:
     """Let one process at a time make ``path``; who comes second waits and then finds it made."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with open(path.with_name(f".{path.name}.lock"), "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with FileLock(path.with_name(f".{path.name}.lock")):
         yield
 
 

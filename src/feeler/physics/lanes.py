@@ -10,7 +10,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
-from feeler.physics.run import advance, explain
+from feeler.physics.run import advance, explain_end
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
 from feeler.stimulus.base import check_number, check_vector
@@ -118,7 +118,7 @@ class Simulations:
         for k in np.flatnonzero(stepper.find_broken()):
             lane = group * self._lanes + int(k)
             if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = explain(stepper, int(k), self._steps[lane] * self.timestep)
+                self.failed[lane] = explain_end(stepper, int(k), self._steps[lane] * self.timestep)
 
     def cancel(self) -> None:
         """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own thread."""

@@ -119,7 +119,7 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
         kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = kept["angle"][lane, max(k - 1, 0)].copy(), kept["velocity"][lane, max(k - 1, 0)].copy()
-            failed[lane] = failed[lane] or explain(stepper, lane, clock.time[k], *before)
+            failed[lane] = failed[lane] or explain_end(stepper, lane, clock.time[k], *before)
         if all(failed):
             break
     return [
@@ -129,7 +129,7 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     ]
 
 
-def explain(
+def explain_end(
     stepper: Stepper, lane: int, time: float, angle: np.ndarray | None = None, velocity: np.ndarray | None = None
 ) -> Exception:
     """The error of a lane that has come to an end, with its last finite state where there is one."""

@@ -1,9 +1,9 @@
 """Style and primitives: take an Axes, draw, compute nothing."""
 
 from feeler.plotting.bases import plot_bases
+from feeler.plotting.look import style
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch, plot_posture, plot_profiles
-from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch, write_touch_movie
 

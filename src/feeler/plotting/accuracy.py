@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 
 from feeler.decoding.curves import Curves
 from feeler.decoding.sweep import Sweep
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 
 
 def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:

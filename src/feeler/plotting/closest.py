@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from feeler.dispersion import Dispersion, Interval
-from feeler.plotting.style import PALETTE
+from feeler.plotting.look import PALETTE
 
 
 def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import imageio_ffmpeg
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from feeler.plotting.style import fix_layout
+from feeler.errors import MissingExtra
+from feeler.plotting.look import fix_layout
 
 DPI = 110
 
@@ -18,7 +18,16 @@ def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object],
 
     Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging rest, which is
     many times faster. The file appears under its name only when it is whole.
+
+    Raises
+    ------
+    MissingExtra
+        imageio-ffmpeg is not installed.
     """
+    try:
+        import imageio_ffmpeg
+    except ImportError as error:
+        raise MissingExtra("movies need ffmpeg: pip install 'feeler[movie]'.") from error
     path = Path(path)
     partial = path.with_suffix(".part.mp4")
     canvas = FigureCanvasAgg(figure)

@@ -10,7 +10,7 @@ from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
-from feeler.plotting.style import set_decades
+from feeler.plotting.look import set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 

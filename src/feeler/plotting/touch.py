@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
+from feeler.plotting.look import style
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch
-from feeler.plotting.style import style
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial

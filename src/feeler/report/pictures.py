@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
-from feeler.plotting.style import DOUBLE, fix_layout, style
+from feeler.plotting.look import DOUBLE, fix_layout, style
 
 
 class Pictures:

@@ -2,9 +2,10 @@
 
 from feeler.robot.comparison import compute_comparison, make_profiles
 from feeler.robot.dataset import make_dataset
-from feeler.robot.fit import RobotFit, fit_factors, make_posture, measure_ringing, simulate_release, solve_factors
+from feeler.robot.factors import RobotFit, fit_factors, make_posture, measure_ringing, simulate_release, solve_factors
 from feeler.robot.gap import Gap
-from feeler.robot.hinge import FACTS, Hinges, make_hinges
+from feeler.robot.hinge import FACTS, Flexures, make_flexures
+from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import (
     Touches,
@@ -20,7 +21,6 @@ from feeler.robot.reality import (
     touch_robots,
 )
 from feeler.robot.recording import Recording, load_recording, save_recording
-from feeler.robot.repair import find_bad_channels, repair
 from feeler.robot.sensor import (
     SensorCalibration,
     fit_sensors,
@@ -33,8 +33,8 @@ from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_
 
 __all__ = [
     "FACTS",
+    "Flexures",
     "Gap",
-    "Hinges",
     "Recording",
     "RobotFit",
     "SensorCalibration",
@@ -54,7 +54,7 @@ __all__ = [
     "load_recording",
     "make_dataset",
     "make_decoder",
-    "make_hinges",
+    "make_flexures",
     "make_posture",
     "make_profiles",
     "make_robot",

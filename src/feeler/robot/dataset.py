@@ -9,9 +9,9 @@ import xarray as xr
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.robot.mending import INTERVAL
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
-from feeler.robot.repair import INTERVAL
 from feeler.tensors import make_tensors, validate
 
 LENGTHS = ("refuse", "crop", "hold")
@@ -30,7 +30,7 @@ def make_dataset(
     Parameters
     ----------
     recordings
-        Hinge angles on an even time base (see :func:`feeler.robot.repair`), as many channels as the antenna's sensors.
+        Hinge angles on an even time base (see :func:`feeler.robot.mending`), as many channels as the antenna's sensors.
     antenna
         The model whose lengths and sensor places apply; default :func:`make_robot`.
     lengths

@@ -24,10 +24,10 @@ def get_example(name: str) -> Path:
 
 def make_examples(folder: Path, seed: int = SEED) -> None:
     """Write the three files again; they all belong to one surrogate robot."""
-    from feeler.robot.fit import make_posture, simulate_release
+    from feeler.robot.factors import make_posture, simulate_release
+    from feeler.robot.mending import repair
     from feeler.robot.preset import make_robot
     from feeler.robot.recording import save_recording
-    from feeler.robot.repair import repair
     from feeler.robot.surrogate import make_surrogate
     from feeler.robot.touches import make_touches
 

@@ -28,7 +28,7 @@ FACTS: dict[str, Fact] = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Hinges:
+class Flexures:
     """Flexure hinges as geometry; each field is one number or one per hinge, base to tip.
 
     Raises
@@ -66,7 +66,7 @@ class Hinges:
 
 
 @checked
-def make_hinges(**changes: float | np.ndarray) -> Hinges:
+def make_flexures(**changes: float | np.ndarray) -> Flexures:
     """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace the defaults."""
     unknown = set(changes) - {"width", "thickness", "length", "modulus"}
     if unknown:
@@ -77,4 +77,4 @@ def make_hinges(**changes: float | np.ndarray) -> Hinges:
         "length": FACTS["hinge_length"].value,
         "modulus": FACTS["modulus"].value,
     }
-    return Hinges(**{**default, **changes})
+    return Flexures(**{**default, **changes})

@@ -5,7 +5,7 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.robot.hinge import FACTS, Hinges, make_hinges
+from feeler.robot.hinge import FACTS, Flexures, make_flexures
 
 MOUNT = float(FACTS["mount"].value)
 """Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move, so it has no place
@@ -15,7 +15,7 @@ in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to g
 @checked
 def make_robot(
     *,
-    hinges: Hinges | None = None,
+    hinges: Flexures | None = None,
     stiffness_factor: float = FACTS["stiffness_factor"].value,
     damping_factor: float = FACTS["damping_factor"].value,
     mass: float = FACTS["mass"].value,
@@ -32,7 +32,7 @@ def make_robot(
     Parameters
     ----------
     hinges
-        Flexure geometry; default :func:`make_hinges`.
+        Flexure geometry; default :func:`make_flexures`.
     stiffness_factor, damping_factor
         p1 [1] and p2 [ms].
     mass
@@ -45,7 +45,7 @@ def make_robot(
     Antenna
         8 segments, every hinge a sensor.
     """
-    hinges = make_hinges() if hinges is None else hinges
+    hinges = make_flexures() if hinges is None else hinges
     for label, factor in (("stiffness_factor", stiffness_factor), ("damping_factor", damping_factor), ("mass", mass)):
         if not (np.isfinite(factor) and factor > 0):
             raise InvalidInput(f"{label} must be finite and > 0, got {factor}.")

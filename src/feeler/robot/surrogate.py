@@ -13,9 +13,9 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.hinge import FACTS
+from feeler.robot.mending import repair
 from feeler.robot.preset import MOUNT, make_robot
 from feeler.robot.recording import Recording
-from feeler.robot.repair import repair
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import SensorCalibration
 from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, TIMESTEP, make_touches, simulate_pairs

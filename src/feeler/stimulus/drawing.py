@@ -22,7 +22,7 @@ DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYL
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve:
+class Stroke:
     """A closed path: what it is called, and its corners (corner, 2) for a tolerance, in the drawing's unit."""
 
     name: str
@@ -33,7 +33,7 @@ class Curve:
 class Drawing:
     """The closed paths of a file, x to the right and y up, and the length of its unit [mm] where it says one."""
 
-    curves: list[Curve]
+    curves: list[Stroke]
     unit: float | None
     centred: bool = True
     """Whether places on the page mean nothing, so that the outline is centred across its motion."""
@@ -87,7 +87,7 @@ def _check_file(path: str | os.PathLike) -> Path:
     return path
 
 
-def _choose(file: str, curves: list[Curve], which: int | str | None) -> Curve:
+def _choose(file: str, curves: list[Stroke], which: int | str | None) -> Stroke:
     listing = ", ".join(f"{number}: {curve.name or 'no id'}" for number, curve in enumerate(curves[:20]))
     if not curves:
         raise InvalidInput(
@@ -105,7 +105,7 @@ def _choose(file: str, curves: list[Curve], which: int | str | None) -> Curve:
     return named[0]
 
 
-def _find_unit(file: str, curve: Curve, unit: float | None, width: float | None, scale: float | None) -> float:
+def _find_unit(file: str, curve: Stroke, unit: float | None, width: float | None, scale: float | None) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
         rough = curve.flatten(np.inf)
@@ -143,7 +143,7 @@ def _read_csv(path: Path) -> Drawing:
     if not rows or {len(row) for row in rows} != {2}:
         raise InvalidInput(f"{path.name} must have two columns, x and y [mm], and nothing else.")
     corners = np.array(rows, dtype=float)
-    return Drawing(curves=[Curve(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False)
+    return Drawing(curves=[Stroke(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False)
 
 
 def _read_svg(path: Path) -> Drawing:
@@ -157,7 +157,7 @@ def _read_svg(path: Path) -> Drawing:
         for whole in document.paths():
             name = whole.element.get("id") or ""
             closed = [piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()]
-            curves += [Curve(name=name, flatten=_make_svg_flatten(piece)) for piece in closed]
+            curves += [Stroke(name=name, flatten=_make_svg_flatten(piece)) for piece in closed]
     return Drawing(curves=curves, unit=_find_svg_unit(document.root))
 
 
@@ -206,7 +206,7 @@ def _read_dxf(path: Path) -> Drawing:
         chains = miner.find_all_simple_chains(miner.Deposit(edges, gap_tol=1e-6))
         loops = [chain for chain in chains if len(chain) > 1 and miner.is_loop(chain, gap_tol=1e-6)]
         named += [("chain of lines", smith.path2d_from_chain(chain)) for chain in loops]
-    curves = [Curve(name=name, flatten=_make_dxf_flatten(outline)) for name, outline in named]
+    curves = [Stroke(name=name, flatten=_make_dxf_flatten(outline)) for name, outline in named]
     factor = ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
     return Drawing(curves=curves, unit=factor)
 

@@ -91,7 +91,11 @@ for _name, _quantity in {
         optional=True,
     ),
     "timestep": Quantity(
-        unit="ms", meaning="integration step that reached the accuracy", dims=("trial",), make=_take("timestep"), optional=True
+        unit="ms",
+        meaning="integration step that reached the accuracy",
+        dims=("trial",),
+        make=_take("timestep"),
+        optional=True,
     ),
     "error": Quantity(
         unit="1",

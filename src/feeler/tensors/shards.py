@@ -36,7 +36,7 @@ def make_array(files: dict[str, Any], name: str, item: Variable, n_trials: int, 
     return _create(files, name, (n_trials, *item.shape), item, (min(INNER, group), *item.shape), (group, *item.shape))
 
 
-def make_labels(files: dict[str, Any], name: str, values: np.ndarray, dims: tuple[str, ...], attrs: dict) -> None:
+def label_trials(files: dict[str, Any], name: str, values: np.ndarray, dims: tuple[str, ...], attrs: dict) -> None:
     """A small array in memory, whole: a label of the trials, or what all trials share."""
     text = values.dtype.kind not in "biuf"
     item = Variable(dims=dims, shape=(), dtype="str" if text else values.dtype.str, attributes=attrs)

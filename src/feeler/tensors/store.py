@@ -42,7 +42,7 @@ from feeler.tensors.records import (
     record_path,
     seal,
 )
-from feeler.tensors.shards import empty, encode_shard, make_array, make_group, make_labels, open_array
+from feeler.tensors.shards import empty, encode_shard, label_trials, make_array, make_group, open_array
 from feeler.tensors.stored import read_store, to_array
 
 MAX_TRIALS = 100_000_000  # [C]
@@ -225,9 +225,9 @@ class Store:
         for name, item in layout.variables.items():
             make_array(files, name, item, n, self.label.group)
         for name, variable in shared.variables.items():
-            make_labels(files, str(name), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
+            label_trials(files, str(name), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
         for name, values in self._collect_labels().items():
-            make_labels(files, name, values, ("trial",), layout.attributes.get(name, {}))
+            label_trials(files, name, values, ("trial",), layout.attributes.get(name, {}))
         attributes = {
             "feeler_store": {"format": FORMAT, "n_trials": n, "n_finished": len(self.finished)},
             **shared.attrs,

@@ -7,11 +7,12 @@ from feeler.wall.peak import Peak, compute_curvature, compute_smooth_curvature, 
 from feeler.wall.posture import Posture
 from feeler.wall.sensitivity import Case, compare, count_orderings, make_postures, summarise
 from feeler.wall.sliding import WallTouch, drive, slide
-from feeler.wall.sweep import DISTANCES, Sweep, approach
+from feeler.wall.sweep import DISTANCES, Approach, approach
 
 __all__ = [
     "DISTANCES",
     "FOLLOWING",
+    "Approach",
     "Case",
     "Controller",
     "Course",
@@ -19,7 +20,6 @@ __all__ = [
     "Peak",
     "Posture",
     "Run",
-    "Sweep",
     "WallTouch",
     "approach",
     "bootstrap_median",

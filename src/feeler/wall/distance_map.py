@@ -7,7 +7,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.peak import Peak, find_sweep_peak
-from feeler.wall.sweep import Sweep
+from feeler.wall.sweep import Approach
 
 FEWEST = 3  # a line through two points always fits
 
@@ -113,3 +113,28 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
 
 
 @checked
+def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: object) -> DistanceMap:
+    """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
+
+    Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact
+    with ``prebend="none"``) in equilibrium, and its peak is not at the base hinge. Positions closer than the longest
+    segment are not told apart.
+    """
+    peak = peak or find_sweep_peak(sweep, **options)
+    standing = sweep.contact if sweep.posture.prebend == "none" else sweep.inverted
+    used = standing & sweep.balanced & ~peak.at_base
+    return fit_distance(sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max()))
+
+
+@checked
+def bootstrap_median(
+    values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
+) -> tuple[float, float, float]:
+    """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    if values.size == 0:
+        return np.nan, np.nan, np.nan
+    medians = np.median(rng.choice(values, (n_resamples, values.size)), axis=1)
+    low, high = np.quantile(medians, [(1 - level) / 2, (1 + level) / 2])
+    return float(np.median(values)), float(low), float(high)

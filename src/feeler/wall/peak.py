@@ -8,7 +8,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.wall.sweep import Sweep
+from feeler.wall.sweep import Approach
 
 METHODS = ("smooth", "hinge")
 QUANTITIES = ("bend", "total")
@@ -113,7 +113,7 @@ def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 @checked
 def find_sweep_peak(
-    sweep: Sweep, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
+    sweep: Approach, *, quantity: str = "bend", method: str = "smooth", smoothing: float = SMOOTHING
 ) -> Peak:
     """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
 

@@ -13,7 +13,7 @@ from feeler.errors import InvalidInput
 from feeler.execute import Executor, ThreadExecutor, run_batch
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, map_distance
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import DISTANCES, Sweep, approach
+from feeler.wall.sweep import DISTANCES, Approach, approach
 
 READINGS = ({"reading": "midline"}, {"reading": "total"})
 FRICTIONS = ({"friction": 0.0}, {"friction": 0.3}, {"friction": 1.0})
@@ -71,7 +71,7 @@ def compare(
     measures: Iterable[Mapping[str, str]] = MEASURES,
     workers: int | None = None,
     executor: Executor | None = None,
-    known: Iterable[tuple[str, Sweep]] = (),
+    known: Iterable[tuple[str, Approach]] = (),
 ) -> list[Case]:
     """Sweep every antenna in every posture and fit the map of every measure.
 

@@ -20,7 +20,7 @@ ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sweep:
+class Approach:
     """Equilibria of one antenna at several distances, farthest first."""
 
     antenna: Antenna
@@ -71,7 +71,7 @@ def approach(
     distances: np.ndarray = DISTANCES,
     *,
     substep: float = SUBSTEP,
-) -> Sweep:
+) -> Approach:
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig. 3A, B).
 
     Each equilibrium is the minimum of Σ ½ k_i (θ_i − rest_i)² with all nodes in front of the wall, reached from the one
@@ -91,7 +91,7 @@ def approach(
 
     Returns
     -------
-    Sweep
+    Approach
         Farthest first. Where the antenna does not reach the wall, ``contact`` is False and nothing is bent.
 
     Raises
@@ -114,7 +114,7 @@ def approach(
     tip = posture.base_angle + angle.sum(axis=1)
     inverted = contact & (np.cos(tip) < 0) & (tip > np.pi / 2) & (tip < 3 * np.pi / 2)
     sign = posture.sign
-    return Sweep(
+    return Approach(
         antenna=bent if sign > 0 else bent.replace(rest_angle=-bent.rest_angle),
         posture=posture,
         distance=distance,

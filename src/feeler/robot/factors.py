@@ -9,7 +9,7 @@ from scipy.signal import find_peaks
 
 from feeler.antenna import Antenna, compute_modes
 from feeler.errors import InvalidInput
-from feeler.robot.hinge import Hinges, make_hinges
+from feeler.robot.hinge import Flexures, make_flexures
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL, TIMESTEP, compute_tip
@@ -127,7 +127,7 @@ def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
 
 
 def fit_factors(
-    recording: Recording, *, hinges: Hinges | None = None, method: str = "update", name: str = "fitted robot"
+    recording: Recording, *, hinges: Flexures | None = None, method: str = "update", name: str = "fitted robot"
 ) -> RobotFit:
     """Factors p1 and p2 for which the model rings as a recorded release does.
 
@@ -139,7 +139,7 @@ def fit_factors(
     recording
         Hinge angles on an even time base, first sample at the release.
     hinges
-        Geometry of the flexures; default :func:`make_hinges`.
+        Geometry of the flexures; default :func:`make_flexures`.
     method
         ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations. ``powell``: the
         paper's optimiser, some hundred evaluations, same answer.
@@ -151,7 +151,7 @@ def fit_factors(
     """
     if method not in METHODS:
         raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
-    hinges = make_hinges() if hinges is None else hinges
+    hinges = make_flexures() if hinges is None else hinges
     angle = _check_release(recording, hinges)
     tip = compute_tip(make_robot(hinges=hinges), angle)
     target = measure_ringing(recording.time, tip)
@@ -180,7 +180,7 @@ def fit_factors(
     )
 
 
-def solve_factors(target: Ringing, hinges: Hinges) -> np.ndarray:
+def solve_factors(target: Ringing, hinges: Flexures) -> np.ndarray:
     """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and damping ratio.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
@@ -219,7 +219,7 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
 
 
 def _ring(
-    hinges: Hinges, factors: np.ndarray, posture: np.ndarray, duration: float, name: str
+    hinges: Flexures, factors: np.ndarray, posture: np.ndarray, duration: float, name: str
 ) -> tuple[Ringing | None, Antenna]:
     antenna = make_robot(hinges=hinges, stiffness_factor=factors[0], damping_factor=factors[1], name=name)
     motion = simulate_release(antenna, posture, duration)
@@ -233,7 +233,7 @@ def _distance(reached: Ringing, target: Ringing) -> float:
     return float(np.hypot(reached.frequency / target.frequency - 1, reached.damping_ratio / target.damping_ratio - 1))
 
 
-def _check_release(recording: Recording, hinges: Hinges) -> np.ndarray:
+def _check_release(recording: Recording, hinges: Flexures) -> np.ndarray:
     if recording.quantity != "angle":
         raise InvalidInput("the fit needs hinge angles; turn capacitance into angles with a sensor calibration first.")
     if recording.n_sensors != hinges.stiffness.size:
