@@ -15,7 +15,7 @@ from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.paper.claims import PROFILES
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, load_tensors, select_speed
+from feeler.paper.data import list_profiles, list_speeds, load_tensors, select_speed
 from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
 from feeler.tensors.scaling import rectify
@@ -155,7 +155,8 @@ def show(context: Context, section: Section) -> None:
         return
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets))
-    by_speed = {name: select_speed(sets[first], SPEEDS[name]) for name in ("slow", "medium", "fast")}
+    slowest_first = reversed(list_speeds(context, first).items())
+    by_speed = {name: select_speed(sets[first], speed) for name, speed in slowest_first}
     by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets}
     rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
     section.heading("What depends on unstated choices")

@@ -18,14 +18,14 @@ from feeler.experiment.touch import DURATION, touch
 from feeler.paper import figS6
 from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, list_speeds, load_tensors
+from feeler.paper.data import list_profiles, list_speeds, list_touches, load_tensors
 from feeler.paper.fig5_splits import compute_splits
 from feeler.paper.figS6 import FigS6Data, list_verdicts
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import name_kinds, plot_kinds
 from feeler.plotting.tensor import plot_tensor_grid
 from feeler.report.section import Section
-from feeler.stimulus.ninety import SPEEDS, trials
+from feeler.stimulus.ninety import SPEEDS
 
 MAIN = ("joint", "raw")
 
@@ -233,9 +233,10 @@ def show(context: Context, section: Section) -> None:
 
 def _make_jitter(context: Context):
     """Slow touches again, each a little off its place or speed: touches that a classifier never saw."""
-    rng, order = np.random.default_rng(context.seed), trials((SPEEDS["slow"],))
+    rng = np.random.default_rng(context.seed)
 
-    def jitter(name: str, location: float, speed: float):
+    def jitter(name: str, location: float, speed: float) -> Any:
+        order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
         moved = jitter_trials(order, rng, location=location, speed=speed)
         options = {"timestep": context.timestep, "engine": context.engine, "workers": context.workers}
         return touch(context.profiles[name], moved, duration=DURATION, **options)

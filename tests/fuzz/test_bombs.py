@@ -1,0 +1,111 @@
+"""Small files that ask for much: an answer in time, bounded memory, one clear error; and a large sound one is read."""
+
+import os
+
+import h5netcdf
+import h5py
+import numpy as np
+import pytest
+import zarr
+
+from feeler.antenna.file import load_antenna
+from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
+from feeler.errors import InvalidInput
+from feeler.guard import open_guarded
+from feeler.limits import Limits
+from feeler.tensors.formats import load, save
+from feeler.tensors.inspect import describe_file
+from feeler.tensors.table import parse_table
+
+from ._files import make_set
+
+LIMITS = Limits(max_bytes=2**27, max_seconds=5)
+
+
+@pytest.fixture(autouse=True)
+def in_process():
+    """Here the guard works as it does for users."""
+
+
+def refuse(path, words="", limits=LIMITS):
+    with pytest.raises(InvalidInput, match=words):
+        load(path, limits)
+
+
+@pytest.mark.parametrize("dtype", ["str", "float64"])
+def test_missing_chunks_by_the_million_are_refused(tmp_path, dtype):
+    group = zarr.create_group(tmp_path / "x.zarr")
+    group.create_array("a", shape=(500_000_000,), chunks=(500,), dtype=str if dtype == "str" else dtype)
+    refuse(tmp_path / "x.zarr", "GiB|memory|took longer")
+
+
+def test_text_that_unpacks_to_gigabytes_is_refused(tmp_path):
+    group = zarr.create_group(tmp_path / "x.zarr")
+    array = group.create_array("a", shape=(20,), chunks=(1,), dtype=str)
+    array[:] = np.array(["a" * 2**25] * 20, dtype=object)
+    refuse(tmp_path / "x.zarr", "memory|MiB of text|damaged|took longer")
+
+
+def test_one_long_key_does_not_hang(tmp_path, monkeypatch):
+    monkeypatch.setenv("FEELER_MAX_SECONDS", "1")
+    (tmp_path / "a.toml").write_text(".".join(["a"] * 200_000) + " = 1")
+    with pytest.raises(InvalidInput, match=r"took longer than 1\.0"):
+        load_antenna(tmp_path / "a.toml")
+
+
+def test_an_encoder_of_one_restart_is_saved_and_loaded(tmp_path):
+    encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=20, n_restarts=1, tol=1e-1, random_state=0)
+    encoder.fit(np.random.default_rng(0).random((2, 4, 12)))
+    got = load_encoder(save_encoder(encoder, tmp_path / "e.safetensors"))
+    assert np.isnan(got.stability_)
+    np.testing.assert_array_equal(got.components_, encoder.components_)
+    assert "kind ConvolutiveNMF, version 1" in describe_file(tmp_path / "e.safetensors")[1]
+
+
+def test_a_table_is_counted_before_it_takes_memory():
+    with pytest.raises(InvalidInput, match="exceed 1,000 cells"):
+        parse_table("a\n" + "1\n" * 100_000, max_cells=1000)
+
+
+def test_a_description_that_is_no_text_ends_in_a_word_about_the_file(tmp_path):
+    save(make_set(), tmp_path / "x.nc")
+    with h5py.File(tmp_path / "x.nc", "a") as file:
+        file.attrs["feeler_description"] = file.attrs["feeler_description"].encode().replace(b"rad", b"\xff\xfe\xff", 1)
+        file.attrs["history"] = np.bytes_(b"\xff\xfe")
+    try:
+        load(tmp_path / "x.nc")
+    except InvalidInput as error:
+        assert "x.nc" in str(error) or "valid set" in str(error)
+
+
+def test_zarr_of_version_2_is_named(tmp_path):
+    zarr.create_group(tmp_path / "x.zarr", zarr_format=2)
+    refuse(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
+
+
+def crash(path):
+    os.kill(os.getpid(), 11)
+
+
+def spin(path):
+    while True:
+        pass
+
+
+@pytest.mark.parametrize(("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 4 s")])
+def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
+    (tmp_path / "file").write_bytes(b"x")
+    with pytest.raises(InvalidInput, match=f"file is damaged or hostile: its reader {words}"):
+        open_guarded(f"{__name__}:{function}", tmp_path / "file", Limits(max_seconds=4))
+
+
+@pytest.mark.slow
+def test_a_sound_file_of_three_gibibytes_is_read(tmp_path):
+    n = 3 * 2**27
+    with h5netcdf.File(tmp_path / "large.nc", "w") as file:
+        file.dimensions = {"x": n}
+        values = file.create_variable("a", ("x",), "f8")
+        for start in range(0, n, 2**24):
+            values[start : start + 2**24] = np.arange(start, start + 2**24, dtype=float)
+    got = load(tmp_path / "large.nc").a
+    assert got.size == n and got.values[2**28 + 7] == 2**28 + 7 and got.values[-1] == n - 1
