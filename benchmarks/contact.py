@@ -3,6 +3,7 @@
 python benchmarks/contact.py [derivative | bit | timestep | shift ...]
 """
 
+import itertools
 import sys
 from dataclasses import replace
 
@@ -33,7 +34,7 @@ def differ(found: np.ndarray, reference: np.ndarray) -> float:
 def derivative() -> None:
     """Change of dθ/d log k, all stiffnesses together, from each eps to the next, as a share of its norm."""
     antenna = cockroach()
-    print("contact  timestep  feature   " + "  ".join(f"{a:g}→{b:g}" for a, b in zip(STEPS, STEPS[1:], strict=False)))
+    print("contact  timestep  feature   " + "  ".join(f"{a:g}→{b:g}" for a, b in itertools.pairwise(STEPS)))
     for name in CONTACTS:
         for timestep in (0.05, 0.02):
             for kind in ("ball", "box", "triangle"):
@@ -46,7 +47,7 @@ def derivative() -> None:
                 ]
                 angle = run(sides, timestep, 100.0)
                 slope = [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(STEPS)]
-                change = [np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in zip(slope, slope[1:], strict=False)]
+                change = [np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(slope)]
                 print(f"{name:8} {timestep:<9g} {kind:9} " + "  ".join(f"{c:.1e}" for c in change), flush=True)
 
 

@@ -1,5 +1,6 @@
 """Smooth contact: its force begins at zero, so derivatives exist and the last bit stays the last bit."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +38,7 @@ def find_slopes(scene: Scene) -> list[np.ndarray]:
 def test_the_derivative_with_respect_to_stiffness_converges(kind, share, location, speed):
     slopes = find_slopes(touch(kind, 1.5, contact="smooth", whole=True, location=location, speed=speed))
     assert np.linalg.norm(slopes[-1]) > 1e-2
-    for coarse, fine in zip(slopes, slopes[1:], strict=False):
+    for coarse, fine in itertools.pairwise(slopes):
         assert np.linalg.norm(coarse - fine) < share * np.linalg.norm(fine)
 
 

@@ -51,7 +51,8 @@ def compare(
     for title, *cells in data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at "
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, "
+        f"{len(touches)} touches at "
         f"{SPEEDS['slow']:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
     typer.echo(f"page: {write_page(data, out, conditions)}")
