@@ -5,7 +5,6 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from feeler.tensors.load import load
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
