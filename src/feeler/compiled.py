@@ -29,9 +29,18 @@ def compiled(function: Callable | None = None, **options: Any) -> Any:
         dispatcher = make(cache=_move_cache())(function)
     if hasattr(getattr(dispatcher, "_cache", None), "_cache_file"):  # absent where nothing is kept or compiled
         file = dispatcher._cache._cache_file
+        file._load_index = partial(_load_index, file._load_index)
         file._source_stamp = stamp_code(function.__module__) or file._source_stamp
         _tell(logging.INFO, f"compiled code is kept in {dispatcher._cache.cache_path}.")
     return dispatcher
+
+
+def _load_index(load: Callable[[], dict]) -> dict:
+    """What numba has kept; nothing where it was kept for a class that has gone or has another name since."""
+    try:
+        return load()
+    except (AttributeError, ImportError):
+        return {}
 
 
 @cache

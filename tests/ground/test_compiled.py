@@ -37,6 +37,16 @@ def test_a_change_in_what_is_called_is_compiled_in_and_a_comment_is_not(tmp_path
     assert run(tmp_path) == ["260", "0"]
 
 
+def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tmp_path):
+    kept = (
+        "from typing import NamedTuple\nfrom feeler.compiled import compiled\nclass {name}(NamedTuple):\n    x: float\n"
+        "@compiled\ndef get(pair): return pair.x\nprint(get({name}(2.0)), sum(get.stats.cache_hits.values()))\n"
+    )
+    for name, hits in (("Pair", "0"), ("Pair", "1"), ("Couple", "0"), ("Couple", "1")):
+        (tmp_path / "kept.py").write_text(kept.format(name=name))
+        assert run(tmp_path, "import kept") == ["2.0", hits]
+
+
 def test_kernels_run_as_plain_python(tmp_path):
     code = "from feeler.encoding.sparseness import *; from feeler.dispersion.nmi import *; import feeler.robot.sensing"
     assert run(tmp_path, f"{code}; print('whole')", NUMBA_DISABLE_JIT="1") == ["whole"]
