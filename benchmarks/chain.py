@@ -22,7 +22,8 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics import mujoco
-from feeler.physics.chain.batch import LANES, ChainStepper
+from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.fields import LANES
 from feeler.physics.clock import Clock
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulate import simulate

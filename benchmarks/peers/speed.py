@@ -19,7 +19,8 @@ import pinocchio as pin
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics import mujoco
-from feeler.physics.chain.batch import LANES, ChainStepper
+from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.chain.fields import LANES
 from feeler.physics.scene import Scene
 
 SEGMENTS = (10, 140, 300, 1000)

@@ -13,6 +13,7 @@ import os
 import types
 from collections.abc import Callable
 from dataclasses import is_dataclass
+from pathlib import Path
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -28,6 +29,7 @@ PLAIN = {
     bool: ("True or False", (bool, np.bool_)),
     str: ("text", (str,)),
     os.PathLike: ("a path", (str, os.PathLike)),
+    Path: ("a path", (str, os.PathLike)),
 }
 LISTS = (list, tuple, set, frozenset, collections.abc.Sequence, collections.abc.Iterable, collections.abc.Collection)
 
@@ -131,7 +133,7 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
     def test(value: Any) -> bool:
         if isinstance(value, str | bytes | collections.abc.Mapping) or not isinstance(value, collections.abc.Iterable):
             return False
-        if not hasattr(value, "__len__"):
+        if not isinstance(value, collections.abc.Sized):
             return not fixed  # a generator, which looking would empty
         if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
             return value.ndim > 0

@@ -221,7 +221,7 @@ def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
         os.utime(file, (0, 0))
     describe_code(TRACKING)
     path.touch()
-    with pytest.raises(StoreError, match=rf"changed while it was running \(tracking/{path.name}\).*Start Python again"):
+    with pytest.raises(StoreError, match=rf"changed while it was running \(tensors/{path.name}\).*Start Python again"):
         describe_code(TRACKING)
 
 

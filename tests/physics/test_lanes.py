@@ -12,7 +12,7 @@ from feeler.stimulus import Ball
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.object import Object
 
-from .scenes import CHAINS, HOOK, touch
+from .scenes import CHAINS, DYNAMIC, HOOK, touch
 
 H = 0.02
 
@@ -97,7 +97,7 @@ def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
     assert freeze(stepper, 2) == freeze(fresh, 0)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", DYNAMIC)
 def test_contacts_add_up_and_lie_on_their_segments(engine):
     """With a base at rest: the contacts of the last step were found where the lanes were before it."""
     scenes = [scene for scene in many() if scene.base_motion is None]

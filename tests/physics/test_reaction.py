@@ -7,13 +7,12 @@ import pytest
 
 from feeler.physics.chain.batch import ChainStepper
 from feeler.physics.clock import Clock
-from feeler.physics.engine import ENGINES
 from feeler.physics.reaction import compute_reaction
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Path
 from feeler.stimulus.base import BaseMotion
 
-from .scenes import touch
+from .scenes import DYNAMIC, touch
 
 
 @pytest.mark.parametrize("damped", [False, True])
@@ -41,7 +40,7 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
     assert touched > 100
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", DYNAMIC)
 def test_at_rest_forces_cancel_and_the_base_holds_the_first_spring(engine):
     scene = touch(n=8, size=0.5, contact="smooth", friction=0.5, speed=0.05)
     velocity = scene.objects[0].velocity

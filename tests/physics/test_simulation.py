@@ -12,8 +12,6 @@ from feeler.physics.simulation import build_scene
 
 from .scenes import make_stub, shake
 
-CHAIN = ("chain", "chain-consistent")
-
 
 def make_ball(**fields: object) -> feeler.Object:
     return feeler.Object(feature=feeler.Ball(radius=1.0), **({"place": (-1.5, 5.0), "velocity": (0.3, 0.0)} | fields))
@@ -194,7 +192,7 @@ def test_a_recorded_base_refuses_to_go_beyond_its_end_and_stays_where_it_is():
         (lambda a: feeler.Simulation(a, contact="soft"), "unknown contact 'soft'; valid: smooth, hard"),
         (lambda a: feeler.Simulation(a, timestep=0.2), "at most 0.1 ms"),
         (lambda a: feeler.Simulation(a, timestep=-1.0), "timestep must be > 0"),
-        (lambda a: feeler.Simulation(a, gravity=(0.0,)), "gravity must be two finite numbers"),
+        (lambda a: feeler.Simulation(a, gravity=(0.0,)), "gravity must be"),
         (lambda a: feeler.Simulations([]), "at least one scene"),
         (lambda a: feeler.Simulations([build_scene(a), build_scene(make_stub(13))]), "one number of segments"),
     ],

@@ -17,7 +17,7 @@ from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.physics.simulate import simulate
 from feeler.stimulus import Trial, make_feature
 
-from .scenes import CHAINS
+from .scenes import CHAINS, DYNAMIC
 
 ENDLESS = Clock(duration=1e8, sample_interval=1e6, timestep=0.02)  # 1e10 steps
 LONG = Clock(duration=4e4, sample_interval=2e4, timestep=0.02)  # seconds, which a thread left alone goes on
@@ -50,7 +50,7 @@ def _give_up(*_: object) -> None:
     raise TimeoutError(f"nothing has ended this test in {PATIENCE} s")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", DYNAMIC)
 def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
     scenes = [stub(f"trial {k}") for k in range(10)]
     scenes[4] = replace(scenes[4], velocity=np.full(8, 1e200))
@@ -107,7 +107,7 @@ def test_a_stop_event_ends_a_group(engine):
 
 def test_a_large_timestep_is_refused_in_the_same_words():
     messages = set()
-    for engine in ENGINES:
+    for engine in DYNAMIC:
         with pytest.raises(InvalidInput, match=r"use at most 0\.1 ms") as refused:
             run_scene(stub(), Clock(duration=2, timestep=0.2), engine)
         messages.add(str(refused.value))

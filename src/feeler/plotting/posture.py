@@ -1,5 +1,7 @@
 """Draw antennas and what touches them, in the plane."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, PathPatch
@@ -35,7 +37,7 @@ def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach:
 
 
 @checked
-def plot_profiles(antenna: Antenna, axes: np.ndarray) -> None:
+def plot_profiles(antenna: Antenna, axes: Sequence[Axes]) -> None:
     """Segment length, mass, hinge stiffness and damping along the antenna, into four Axes."""
     position = antenna.hinge_position / antenna.length
     quantities = (

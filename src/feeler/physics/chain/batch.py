@@ -16,7 +16,6 @@ from feeler.physics.compiling import announce_compiling
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State
 
-LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
 MAX_CONTACTS = 20_000
 
 
@@ -308,7 +307,7 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
     tables = Tables(
         constants=constants,
         work=work,
-        wides=(wide_constants, wide_work, (0,) * (LANES if width == 1 else width)),
+        wides=(wide_constants, wide_work, (0,) * (f.LANES if width == 1 else width)),
         base=np.zeros((1, f.N_BASE, width)),
         obj=np.zeros((n_objects, f.N_OBJECT, width)),
         place=np.zeros((n_objects, f.N_PLACE, width)),
@@ -353,7 +352,7 @@ def _fits(t: Tables, model: ChainModel) -> bool:
 
 
 def _make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Zeros (row, segment, lane) from the start of a cache line, and the same numbers LANES side by side.
+    """Zeros (row, segment, lane) from the start of a cache line, and the same numbers f.LANES side by side.
 
     One lane: row after row, each an odd number of lines, so that equal places of different rows share no cache set.
     More lanes: segment after segment.
@@ -363,6 +362,6 @@ def _make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
     start = -(space.ctypes.data // 8) % 8
     table = space[start : start + rows * columns * width]
     if width == 1:
-        return table.reshape(rows, columns, 1)[:, :n], table.reshape(rows, columns // LANES, LANES)
+        return table.reshape(rows, columns, 1)[:, :n], table.reshape(rows, columns // f.LANES, f.LANES)
     table = table.reshape(columns, rows, width).transpose(1, 0, 2)
     return table, table

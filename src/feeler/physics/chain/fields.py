@@ -1,5 +1,7 @@
 """Rows of the engine's tables: one per quantity, its values segment by segment and lane by lane."""
 
+LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per number
+
 # constants of a segment
 (
     C_LENGTH,

@@ -50,12 +50,13 @@ class RodStepper:
         self.drive = np.array([scene.base_velocity])
         place_nodes(self.model.table, self.lane.base, self.lane.heading, self.lane.points)
 
-    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> None:
+    def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps; ``drives`` (step, 3) replace the commanded base velocity. A lost antenna stays where it was."""
         drive = np.ascontiguousarray(drives[0], dtype=float) if drives else self.drive
         if n_steps and not self.lost:
             self.lost = not march(self.model, self.lane, n_steps, self.timestep, drive, self.inertia)
             self.drive = drive[-1:].copy()
+        return self.lost
 
     def settle(self, base: Sequence[float] | None = None, place: Sequence[Sequence[float]] | None = None) -> Rest:
         """Relax to the equilibrium nearest along the antenna's own damping, and stand still there.
