@@ -119,6 +119,7 @@ def _find(t):
             t.place[o, f.P_FX, lane] = t.place[o, f.P_FY, lane] = 0.0
     for lane in range(t.count.shape[0]):
         t.count[lane] = min(t.count[lane], 0)
+        t.base[0, f.B_PRESS, lane] = t.base[0, f.B_PLACE, lane] = 0.0
     if last < 0:
         return False
     locate(t.work, last, t.width)
@@ -161,7 +162,10 @@ def _push(t, timestep, damped):
     t.loaded[:] = False
     for lane in range(t.count.shape[0]):
         if t.count[lane] > 0:
-            press(t.work, t.place, t.rows[lane], f.ROWS * t.count[lane], t.loaded, timestep, lane)
+            press(
+                t.constants, t.work, t.base, t.place, t.contacts[lane], t.rows[lane], f.ROWS * t.count[lane], t.loaded, timestep,
+                lane,
+            )  # fmt: skip
 
 
 class ChainStepper:
@@ -208,25 +212,8 @@ class ChainStepper:
             base_force=t.base[0, f.B_FX : f.B_FY + 1].T + 0.0,
             base_moment=t.base[0, f.B_MOMENT] + 0.0,
             base_work=t.base[0, f.B_WORK] + 0.0,
-            contact_place=self._find_pressure(),
+            contact_place=t.base[0, f.B_PLACE] / np.where(t.base[0, f.B_PRESS] > 0, t.base[0, f.B_PRESS], np.nan),
         )
-
-    def _find_pressure(self) -> np.ndarray:
-        """Centre of pressure (lane,): where along the antenna the contacts act, weighted by force; NaN without."""
-        t, most = self.tables, max(int(self.tables.count.max()), 0)
-        found = np.full(len(self.scenes), np.nan)
-        if most == 0:
-            return found
-        rows = t.rows[:, : f.ROWS * most].reshape(len(found), most, f.ROWS, f.N_ROW)
-        live = np.arange(most) < t.count[:, None]
-        push = np.where(live, np.maximum(rows[..., f.R_FORCE], 0.0).sum(axis=2), 0.0)
-        segment = np.where(live, t.contacts[:, :most, f.T_SEGMENT], 0).astype(int)
-        share = np.where(live, np.clip(t.contacts[:, :most, f.T_SHARE], 0.0, 1.0), 0.0)
-        for lane in np.flatnonzero(push.sum(axis=1) > 0):
-            antenna = self.scenes[lane].antenna
-            arc = antenna.hinge_position[segment[lane]] + share[lane] * antenna.segment_length[segment[lane]]
-            found[lane] = (push[lane] @ arc) / (push[lane].sum() * antenna.length)
-        return found
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""

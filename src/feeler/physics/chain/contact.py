@@ -213,8 +213,9 @@ def _search(rows, n_rows):
 
 
 @compiled
-def press(work, place, rows, n_rows, loaded, timestep, lane):
-    """Put minus the rows' wrenches into the bias columns; each object's force and the work it does in the step."""
+def press(constants, work, base, place, table, rows, n_rows, loaded, timestep, lane):
+    """Put minus the rows' wrenches into the bias columns; each object's force, the work it does in the step, and where
+    along the antenna all press."""
     clear(work, rows, n_rows, lane)
     for r in range(n_rows):
         force = rows[r, f.R_FORCE]
@@ -227,3 +228,8 @@ def press(work, place, rows, n_rows, loaded, timestep, lane):
             place[o, f.P_FX, lane] += force * rows[r, f.R_W1]
             place[o, f.P_FY, lane] += force * rows[r, f.R_W2]
             place[o, f.P_WORK, lane] += timestep * force * rows[r, f.R_ARM]
+            share = min(max(table[r // f.ROWS, f.T_SHARE], 0.0), 1.0)
+            base[0, f.B_PRESS, lane] += force
+            base[0, f.B_PLACE, lane] += force * (
+                constants[f.C_START, i, lane] + share * constants[f.C_PORTION, i, lane]
+            )

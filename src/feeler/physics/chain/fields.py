@@ -13,8 +13,10 @@ LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per 
     C_RADIUS,
     C_REACH,  # length plus radius
     C_INVWEIGHT,
-) = range(9)
-N_CONSTANTS = 9
+    C_START,  # arc length of its hinge, and its own length, over the antenna's length
+    C_PORTION,
+) = range(11)
+N_CONSTANTS = 11
 
 # what the whole antenna feels, and its base: a point that moves as it is told to
 (
@@ -31,12 +33,14 @@ N_CONSTANTS = 9
     B_FY,
     B_MOMENT,
     B_WORK,  # [mJ] done so far
+    B_PRESS,  # sum of the normal forces of all contacts [N], and of their places weighted by them
+    B_PLACE,
     B_GRAVITY_X,  # of everything [mm/ms²]
     B_GRAVITY_Y,
     B_PULL_X,  # constant force at the tip [N]; scenes have none, other users of the sweeps may
     B_PULL_Y,
-) = range(17)
-N_BASE = 17
+) = range(19)
+N_BASE = 19
 
 # constants of an object and of its contact
 (

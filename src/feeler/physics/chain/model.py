@@ -71,6 +71,8 @@ def _make_constants(antenna: Antenna) -> np.ndarray:
     table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = antenna.stiffness, antenna.damping, antenna.rest_angle
     table[f.C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
     table[f.C_REACH] = antenna.segment_length + antenna.radius
+    table[f.C_START] = antenna.hinge_position / antenna.length
+    table[f.C_PORTION] = antenna.segment_length / antenna.length
     table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
     return table
 
