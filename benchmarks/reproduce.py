@@ -6,7 +6,6 @@ table is made (docs/make_table.py).
 
 import json
 import os
-import re
 import subprocess
 import sys
 import time
@@ -16,16 +15,15 @@ from tempfile import TemporaryDirectory
 RESULTS = Path(__file__).parent / "results" / "reproduce.json"
 
 
-def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict], dict[str, int]]:
-    """Seconds of one run as a user waits for them, its stages, and how many claims got which verdict."""
+def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict], dict[str, dict[str, int]]]:
+    """Seconds of one run as a user waits for them, its stages, and how many claims (paper, ours) got which verdict."""
     command = [sys.executable, "-m", "feeler", "reproduce", "--scale", scale, "--out", str(out), "--log-json", *options]
     start = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds = time.perf_counter() - start
     events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
-    claims = re.search("claims: .*", done.stdout).group()
-    print(scale, *options, f"{seconds:.1f} s;", claims)
-    counts = {verdict: int(n) for n, verdict in re.findall(r"(\d+) ([a-z ]+)", claims)}
+    counts = next(event["claims"] for event in events if event["event"] == "report")
+    print(scale, *options, f"{seconds:.1f} s;", counts)
     return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None], counts
 
 

@@ -45,8 +45,10 @@ def make_table(results: dict) -> str:
 
 def _make_total(scale: str, found: dict) -> str:
     command = "`make reproduce`" if scale == "quick" else f"`make reproduce SCALE={scale}`"
-    claims = found["claims"]
-    headline = f"{claims['reproduced']} of {sum(claims.values())} claims reproduced, {claims['not reproduced']} not"
+    claims = found["claims"]["paper"]
+    evidence = [claims[verdict] for verdict in ("reproduced", "partly", "not reproduced")]
+    headline = "{} claims reproduced, {} partly, {} not".format(*evidence)
+    headline += f"; {sum(claims.values()) - sum(evidence)} of {sum(claims.values())} carry no evidence"
     return f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | {headline} |"
 
 

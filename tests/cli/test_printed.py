@@ -66,6 +66,6 @@ def test_where_machines_listen_only_json_is_said(tmp_path, capsys, log_json):
     _summarise(Context(scale="smoke", out=tmp_path), [], 1.0, log_json)
     out, err = capsys.readouterr()
     if log_json:
-        assert out == "" and err.startswith('{"event": "report"') and '"not comparable": ' in err
+        assert out == "" and err.startswith('{"event": "report"') and '"paper": {"reproduced": ' in err
     else:
         assert err == "" and "report.html" in out

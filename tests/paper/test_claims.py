@@ -3,9 +3,10 @@
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.paper.claims import Claim, judge, load_claims
+from feeler.paper.claims import Claim, load_claims
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES
+from feeler.paper.verdicts import EVIDENCE, OTHERS, count_verdicts, judge, summarise_counts
 
 CONTEXT = Context()
 
@@ -29,7 +30,7 @@ def test_there_are_enough_claims_and_each_names_a_section():
     assert len(claims) >= 30
     assert len({claim.id for claim in claims}) == len(claims)
     assert {claim.section for claim in claims} <= {stage.name for stage in STAGES}
-    assert all(claim.why for claim in claims if claim.kind == "none")
+    assert {claim.whose for claim in claims} == {"paper", "ours"}
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,13 @@ def test_there_are_enough_claims_and_each_names_a_section():
     [
         (make_claim(target=2.0, tolerance=0.1), {"a": 2.1}, "reproduced"),
         (make_claim(target=2.0, tolerance=0.1), {"a": 3.0}, "not reproduced"),
-        (make_claim(target=2.0, tolerance=0.1), {"a": {"value": 3.0, "low": 1.0, "high": 4.0}}, "partly"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": 2.3}, "partly"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": {"value": 3.0, "low": 1.0, "high": 4.0}}, "not reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 1, "c": 3}, "reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
+        (make_claim(kind="share"), {"a": 0.8}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.6}, "partly"),
+        (make_claim(kind="share"), {"a": 0.4}, "not reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 2}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": 2, "b": 1}, "not reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": {"value": 1, "low": 0, "high": 3}, "b": 2}, "partly"),
@@ -46,13 +53,62 @@ def test_there_are_enough_claims_and_each_names_a_section():
         (make_claim(kind="below", target=1.0), {"a": 0.5}, "reproduced"),
         (make_claim(kind="none", why="lost"), {"a": 0.5}, "not comparable"),
         (make_claim(), {}, "not comparable"),
-        (make_claim(target=1.0), {"a": {"undefined": "no peak"}}, "not reproduced"),
-        (make_claim(kind="order", keys=("a", "b"), null="n"), {"a": 1, "b": 2, "n": 1.5}, "partly"),
-        (make_claim(kind="order", keys=("a", "b"), null="n"), {"a": 1, "b": 2, "n": 0.5}, "reproduced"),
+        (make_claim(target=1.0), {"a": {"undefined": "no peak"}}, "not comparable"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": {"undefined": "no peak"}}, "not comparable"),
+        (make_claim(standing="circular", why="so made", target=1.0), {"a": 1.0}, "circular"),
+        (make_claim(standing="by construction", why="an input", target=1.0), {"a": 7.0}, "by construction"),
     ],
 )
 def test_rules(claim, values, verdict):
     assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("apart", "ours", "null", "verdict"),
+    [
+        ("greater", (0.2, 0.9), (0.1, 0.1), "reproduced"),
+        ("greater", (0.2, 0.9), (0.2, 0.1), "no evidence"),  # the first group's null reaches it
+        ("greater", (0.2, 0.9), (0.1, 0.15), "no evidence"),  # the null has the same order
+        ("greater", (0.9, 0.2), (0.15, 0.1), "no evidence"),  # also where the order is not the claimed one
+        ("greater", (0.9, 0.2), (0.1, 0.15), "not reproduced"),
+        ("less", (0.2, 0.9), (1.0, 0.95), "reproduced"),
+        ("less", (0.2, 0.9), (0.1, 0.05), "no evidence"),
+    ],
+)
+def test_what_identical_touches_do_as_well_is_no_evidence(apart, ours, null, verdict):
+    claim = make_claim(kind="order", keys=("a", "b"), null=("m", "n"), apart=apart)
+    assert judge(claim, dict(zip("abmn", (*ours, *null), strict=True)), CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ({"x.a": 1.0, "y.a": 1.05}, "reproduced"),
+        ({"x.a": 9.0, "y.a": 7.0}, "not reproduced"),
+        ({"x.a": 1.0, "y.a": 7.0}, "depends on a definition"),
+    ],
+)
+def test_only_what_every_definition_says_is_a_verdict(values, verdict):
+    claim = make_claim(keys=("{definition}.a",), definitions=("x", "y"), target=1.0, tolerance=0.1)
+    judged = judge(claim, values, CONTEXT)
+    assert judged.verdict == verdict
+    assert [found["values"] for found in judged.describe()["definitions"]] == [{k: v} for k, v in values.items()]
+    assert ("nearest: x" in judged.why) == (verdict == "depends on a definition")
+
+
+def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
+    paper = [make_claim(id=str(k), target=target, tolerance=0.1) for k, target in enumerate((1.0, 1.0, 5.0))]
+    own = make_claim(id="own", whose="ours", target=1.0, tolerance=0.1)
+    made = make_claim(id="made", standing="by construction", why="an input", target=1.0)
+    judged = [judge(claim, {"a": 1.0}, CONTEXT) for claim in (*paper, own, made)]
+    counts = count_verdicts(judged)
+    assert [counts[word] for word in EVIDENCE] == [2, 0, 1]
+    assert sum(counts[word] for word in OTHERS) == counts["by construction"] == 1
+    assert count_verdicts(judged, "ours")["holds"] == sum(count_verdicts(judged, "ours").values()) == 1
+    assert summarise_counts(judged).startswith(
+        "claims of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
+    )
+    assert summarise_counts(judged).endswith("claims of our own: 1 holds")
 
 
 @pytest.mark.parametrize(("scale", "verdict"), [("smoke", "not comparable"), ("quick", "not reproduced")])
@@ -67,6 +123,10 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
     [
         ({"due": "huge"}, "unknown scale 'huge'; valid: smoke"),
         ({"kind": "valeu"}, "unknown kind 'valeu'; valid: value"),
+        ({"standing": "circular"}, "add a sentence as `why`"),
+        ({"kind": "none"}, "add a sentence as `why`"),
+        ({"null": ("m", "n")}, "1 keys but 2 nulls"),
+        ({"definitions": ("x",)}, "must hold {definition}"),
     ],
 )
 def test_a_misspelt_rule_is_refused(fields, message):

@@ -6,16 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from feeler.paper.claims import judge_claims, load_claims
+from feeler.paper.claims import load_claims
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES, reproduce
+from feeler.paper.verdicts import judge_claims
 from feeler.scale import SCALES
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results" / "reproduce.json"
-
-
-def list_keys(claim):
-    return {*claim.keys, *filter(None, [claim.null])}
 
 
 def is_due(claim, scale):
@@ -30,14 +27,14 @@ def sections(whole):
 
 @pytest.mark.parametrize("claim", [c for c in load_claims() if is_due(c, "smoke")], ids=lambda claim: claim.id)
 def test_the_section_writes_what_a_claim_asks_for(sections, claim):
-    assert list_keys(claim) <= set(sections[claim.section].values), f"no such value in section {claim.section}"
+    assert claim.list_keys() <= set(sections[claim.section].values), f"no such value in section {claim.section}"
 
 
 @pytest.mark.parametrize("claim", load_claims(), ids=lambda claim: claim.id)
 def test_a_run_at_paper_scale_wrote_what_a_claim_asks_for(claim):
     """From the values that ``benchmarks/reproduce.py paper`` kept, so that a misspelt key fails whatever scale it is due at."""
     values = json.loads(RESULTS.read_text())["paper"]["values"]
-    assert list_keys(claim) <= set(values.get(claim.section, {})), f"no such value in section {claim.section}"
+    assert claim.list_keys() <= set(values.get(claim.section, {})), f"no such value in section {claim.section}"
 
 
 def test_a_claim_that_is_due_is_judged(sections):

@@ -103,19 +103,17 @@ def _make_bars(log_json: bool):
 
 
 def _summarise(context, made, seconds: float, log_json: bool) -> None:
-    from collections import Counter
+    from feeler.paper.verdicts import count_verdicts, judge_claims, summarise_counts
 
-    from feeler.paper.claims import VERDICTS, judge_claims
-
-    found = Counter(judged.verdict for judged in judge_claims(made, context))
-    counts = {verdict: found[verdict] for verdict in VERDICTS} if context.is_cockroach else {}
+    judged = judge_claims(made, context) if context.is_cockroach else []
     report, figures = context.out / "report.html", context.out / "figures"
     if log_json:
+        counts = {whose: count_verdicts(judged, whose) for whose in ("paper", "ours")}
         event = {"event": "report", "path": str(report), "claims": counts, "seconds": round(seconds, 1)}
         print(json.dumps(event), file=sys.stderr, flush=True)
         return
-    if counts:
-        typer.echo("claims: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items()))
+    if judged:
+        typer.echo(summarise_counts(judged))
     pdf = f", {context.out / 'figures.pdf'}" if context.vector else ""
     typer.echo(f"report: {report}   figures: {figures}{pdf}   ({seconds:.1f} s)")
 

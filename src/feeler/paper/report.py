@@ -10,8 +10,8 @@ from typing import Any
 
 from pypdf import PdfReader, PdfWriter
 
-from feeler.paper.claims import VERDICTS, Judged
 from feeler.paper.context import Context
+from feeler.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
 from feeler.physics.contact import get_contact
 from feeler.provenance import list_versions
 from feeler.report.page import Part, open_templates, render_page
@@ -23,8 +23,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     numbers to ``figures/``."""
     templates: Any = open_templates("feeler.paper").get_template("report.html").module
     if context.is_cockroach:
-        counts = {verdict: sum(judged.verdict == verdict for judged in claims) for verdict in VERDICTS}
-        first = Part(name="claims", title="What holds", body=templates.verdicts(claims, counts))
+        first = Part(name="claims", title="What holds", body=_fill_verdicts(templates, claims))
     else:
         title = "The paper's measures, of this antenna"
         first = Part(name="claims", title=title, body=templates.measures(claims))
@@ -40,8 +39,14 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     page = render_page(title, _describe(context), [first, *sections, places, methods])
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
-    _write_numbers(context.out / "numbers.json", context, sections)
+    _write_numbers(context.out / "numbers.json", context, sections, claims)
     return _write(context.out / "report.html", page)
+
+
+def _fill_verdicts(templates: Any, claims: list[Judged]) -> Any:
+    paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
+    counts = {word: paper[word] for word in EVIDENCE}
+    return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours)
 
 
 def _load_places() -> list[dict[str, str]]:
@@ -91,10 +96,11 @@ def _write_pdf(path: Path, sections: list[Section]) -> None:
     partial.replace(path)
 
 
-def _write_numbers(path: Path, context: Context, sections: list[Section]) -> None:
-    """Everything the claims are judged by; no times, no machine: equal runs leave equal bytes."""
+def _write_numbers(path: Path, context: Context, sections: list[Section], claims: list[Judged]) -> None:
+    """Every claim with its verdict, and everything it is judged by; no times, no machine: equal runs leave equal bytes."""
     values = {section.name: to_json(section.values) for section in sections}
     data = {"configuration": context.describe(), "versions": list_versions(), "values": values}
+    data["claims"] = [judged.describe() for judged in claims] if context.is_cockroach else []
     _write(path, json.dumps(data, sort_keys=True, indent=1))
 
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
-from feeler.paper.claims import judge_claims
 from feeler.paper.context import Context
 from feeler.paper.report import write_report
 from feeler.paper.stage import Stage, find_kept, run_stage
+from feeler.paper.verdicts import judge_claims
 from feeler.report.section import Section
 
 STAGES = (
