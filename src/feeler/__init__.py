@@ -59,6 +59,7 @@ _ROOMS = (
     "encoding",
     "execute",
     "experiment",
+    "information",
     "paper",
     "physics",
     "plotting",

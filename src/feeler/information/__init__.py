@@ -1,0 +1,23 @@
+"""Information: how much a noisy tensor tells about the touch. Arrays in, numbers out; no simulator needed."""
+
+from feeler.information.bits import Information, compute_information, find_noise, measure_information
+from feeler.information.energy import compute_energies, compute_energy, scale_peaks
+from feeler.information.fisher import compute_bounds, compute_fisher
+from feeler.information.sensitivity import PARAMETERS, Parameter, differentiate_touches
+from feeler.information.separation import compute_separation
+
+__all__ = [
+    "PARAMETERS",
+    "Information",
+    "Parameter",
+    "compute_bounds",
+    "compute_energies",
+    "compute_energy",
+    "compute_fisher",
+    "compute_information",
+    "compute_separation",
+    "differentiate_touches",
+    "find_noise",
+    "measure_information",
+    "scale_peaks",
+]

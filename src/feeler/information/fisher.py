@@ -1,0 +1,44 @@
+"""Fisher information about continuous properties of a touch, and the least error that any unbiased reader can reach."""
+
+from typing import Annotated
+
+import numpy as np
+
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+
+
+@checked
+def compute_fisher(derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, "> 0"]) -> np.ndarray:
+    """Fisher information (parameter, parameter) = ∂x/∂θ_a · ∂x/∂θ_b / σ² of a tensor x(θ) in white Gaussian noise.
+
+    Parameters
+    ----------
+    derivatives
+        ∂x/∂θ (parameter, …) [unit of the tensor per unit of the parameter].
+    sd
+        Standard deviation of each entry's noise, in the unit of the tensor.
+    """
+    flat = np.asarray(derivatives, dtype=float).reshape(len(derivatives), -1)
+    if not np.isfinite(flat).all():
+        raise InvalidInput("derivatives must be finite; a touch without contact has no information to give.")
+    return flat @ flat.T / sd**2
+
+
+@checked
+def compute_bounds(fisher: Annotated[np.ndarray, "parameter parameter"], joint: bool = True) -> np.ndarray:
+    """Cramér–Rao bounds (parameter,): the least standard deviation of an unbiased estimate, in units of the parameters.
+
+    ``joint``: the other parameters are unknown too, √(F⁻¹)_aa; otherwise they are known, 1/√F_aa, which is never greater.
+    A parameter that the tensor does not tell, or not apart from the others, has the bound ∞.
+    """
+    fisher = np.asarray(fisher, dtype=float)
+    diagonal = np.diag(fisher)
+    with np.errstate(divide="ignore"):
+        alone = 1 / np.sqrt(diagonal)
+    if not joint or not np.all(diagonal > 0):
+        return alone
+    scaled = fisher * alone[:, None] * alone
+    if np.linalg.matrix_rank(scaled, hermitian=True) < len(scaled):
+        return np.full(len(scaled), np.inf)
+    return alone * np.sqrt(np.diag(np.linalg.inv(scaled)))

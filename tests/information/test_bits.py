@@ -1,0 +1,144 @@
+"""Bits against closed forms: two Gaussians, a linear channel, noise whose level tells."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.stats import chi2, norm
+
+from feeler.errors import InvalidInput
+from feeler.information import (
+    compute_energies,
+    compute_energy,
+    compute_information,
+    compute_separation,
+    find_noise,
+    measure_information,
+    scale_peaks,
+)
+
+DRAWS = 20_000
+
+
+def make_pair(distance, shape=(5, 40)):
+    """Two tensors that far apart, in no special direction."""
+    rng = np.random.default_rng(1)
+    first, step = rng.standard_normal((2, *shape))
+    return np.stack([first, first + distance * step / np.linalg.norm(step)])
+
+
+def agree(value, error, truth, slack=1e-6):
+    return abs(value - truth) <= 4.5 * error + slack
+
+
+@pytest.mark.parametrize("separation", [0.3, 1.0, 2.5, 6.0])
+def test_two_gaussians(separation):
+    """Accuracy Φ(d′/2); bits by quadrature of the binary-input Gaussian channel."""
+    sd = 0.7
+    found = compute_information(make_pair(separation * sd), sd, n_draws=DRAWS)
+    assert agree(found.accuracy, found.accuracy_error, norm.cdf(separation / 2))
+    lost, _ = quad(
+        lambda x: norm.pdf(x, separation**2 / 2, separation) * np.logaddexp(0, -x) / np.log(2),
+        separation**2 / 2 - 12 * separation,
+        separation**2 / 2 + 12 * separation,
+    )
+    assert agree(found.bits, found.bits_error, 1 - lost)
+    assert found.bits_error < 0.01
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0])
+def test_a_linear_channel(ratio):
+    """Many touches, normally spread along one direction: ½ log₂(1 + signal-to-noise ratio)."""
+    spread = norm.ppf((np.arange(200) + 0.5) / 200)
+    direction = np.random.default_rng(2).standard_normal(30)
+    tensors = spread[:, None] * direction / np.linalg.norm(direction)
+    found = compute_information(tensors, 1 / np.sqrt(ratio), n_draws=40)
+    assert agree(found.bits, found.bits_error, 0.5 * np.log2(1 + ratio), slack=0.01)
+
+
+def test_levels_of_noise_alone_tell():
+    """Equal tensors under two levels of noise: the energy of the noise is a χ² variable, and the rest is a threshold."""
+    entries, low, high = 50, 1.0, 1.2
+    found = compute_information(np.zeros((2, entries)), np.array([low, high]), n_draws=DRAWS)
+    edge = entries * np.log((high / low) ** 2) / (1 / low**2 - 1 / high**2)
+    truth = (chi2.cdf(edge / low**2, entries) + chi2.sf(edge / high**2, entries)) / 2
+    assert agree(found.accuracy, found.accuracy_error, truth)
+
+
+def test_the_short_way_equals_noise_drawn_whole():
+    rng = np.random.default_rng(3)
+    tensors, sd = rng.standard_normal((6, 12)), np.array([1.5, 1.5, 2.0, 1.2, 1.5, 1.6])
+    found = compute_information(tensors, sd, n_draws=DRAWS)
+    sent = rng.integers(6, size=60_000)
+    noisy = tensors[sent] + sd[sent, None] * rng.standard_normal((sent.size, 12))
+    log = -12 * np.log(sd) - ((noisy[:, None] - tensors) ** 2).sum(axis=2) / (2 * sd**2)
+    posterior = np.exp(log - log.max(axis=1, keepdims=True))
+    posterior /= posterior.sum(axis=1, keepdims=True)
+    right = posterior.argmax(axis=1) == sent
+    assert agree(found.accuracy, np.hypot(found.accuracy_error, right.std() / np.sqrt(sent.size)), right.mean())
+    bits = np.log2(6 * posterior[np.arange(sent.size), sent])
+    assert agree(found.bits, np.hypot(found.bits_error, bits.std() / np.sqrt(sent.size)), bits.mean())
+
+
+def test_nothing_is_lost_by_turning_or_moving_the_set():
+    rng = np.random.default_rng(4)
+    tensors = rng.standard_normal((7, 20))
+    turned = tensors @ np.linalg.qr(rng.standard_normal((20, 20)))[0] + 100.0
+    a, b = (compute_information(x, 1.0, n_draws=4000) for x in (tensors, turned))
+    assert agree(a.bits, np.hypot(a.bits_error, b.bits_error), b.bits)
+
+
+def test_between_nothing_and_all():
+    tensors = np.random.default_rng(5).standard_normal((8, 9))
+    assert compute_information(tensors, 1e-3).bits == pytest.approx(3.0, abs=1e-6)
+    assert compute_information(tensors, 1e-3).accuracy == pytest.approx(1.0, abs=1e-6)
+    blind = compute_information(tensors, 1e4)
+    assert blind.bits < 1e-4
+    assert blind.accuracy == pytest.approx(1 / 8, abs=1e-3)
+    assert compute_information(np.ones((4, 6)), 1.0).bits == pytest.approx(0.0, abs=1e-6)
+
+
+def test_noise_at_an_accuracy():
+    distance = 2.0
+    sd, error = find_noise(make_pair(distance), 0.75, n_draws=5000)
+    truth = brentq(lambda s: norm.cdf(distance / 2 / s) - 0.75, 0.1, 10)
+    assert agree(sd, error, truth)
+    assert error < 0.05
+    assert np.isnan(find_noise(np.ones((3, 4)))[0])
+    with pytest.raises(InvalidInput, match="between 1/2"):
+        find_noise(make_pair(1.0), 0.5)
+
+
+def test_separation_is_that_of_the_nearest():
+    places = np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])
+    assert compute_separation(places, 0.5) == pytest.approx([10.0, 2.0, 2.0])
+
+
+def test_windows_are_what_each_window_gives():
+    tensors = np.random.default_rng(6).standard_normal((5, 3, 12))
+    windows = compute_energies(tensors, [4, 9, 12], start=2)
+    for end, energy in zip([4, 9, 12], windows, strict=True):
+        assert energy == pytest.approx(compute_energy(tensors[:, :, 2:end]))
+    bits = [measure_information(energy, 1.0, n_draws=2000).bits for energy in windows]
+    assert bits == sorted(bits)
+
+
+def test_peaks():
+    scaled = scale_peaks(np.array([[1.0, -4.0], [0.5, 0.1]]))
+    assert np.abs(scaled).max(axis=1) == pytest.approx([1, 1])
+    with pytest.raises(InvalidInput, match="tensor 1 is zero"):
+        scale_peaks(np.array([[1.0], [0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("tensors", "sd", "message"),
+    [
+        (np.ones((1, 3)), 1.0, "at least two"),
+        (np.array([[1.0], [np.nan]]), 1.0, "finite"),
+        (np.ones((2, 3)), 0.0, "sd must be one number > 0"),
+        (np.ones((2, 3)), np.ones(3), "one for each of the 2"),
+    ],
+)
+def test_wrong_arguments_are_named(tensors, sd, message):
+    with pytest.raises(InvalidInput, match=message):
+        compute_information(tensors, sd)

@@ -1,0 +1,67 @@
+"""Fisher information against the linear channel, and the engine's differences against themselves."""
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.information import compute_bounds, compute_fisher, differentiate_touches
+
+
+def test_bounds_are_what_least_squares_reaches():
+    """x = A θ + noise: the bound is the error of the least-squares estimate, σ² (AᵀA)⁻¹."""
+    rng = np.random.default_rng(0)
+    design, sd = rng.standard_normal((40, 3)), 0.3
+    fisher = compute_fisher(design.T, sd)
+    noisy = sd * rng.standard_normal((20_000, 40))
+    reached = (noisy @ np.linalg.pinv(design).T).std(axis=0)
+    assert compute_bounds(fisher) == pytest.approx(reached, rel=0.03)
+    assert compute_bounds(fisher, joint=False) == pytest.approx(sd / np.linalg.norm(design, axis=0))
+    assert np.all(compute_bounds(fisher) >= compute_bounds(fisher, joint=False))
+
+
+def test_what_cannot_be_told_has_no_bound():
+    twice = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0]])
+    assert np.all(np.isinf(compute_bounds(compute_fisher(twice, 1.0))))
+    assert np.isinf(compute_bounds(compute_fisher(np.array([[1.0], [0.0]]), 1.0))[1])
+    with pytest.raises(InvalidInput, match="finite"):
+        compute_fisher(np.array([[np.nan]]), 1.0)
+
+
+@pytest.fixture(scope="module")
+def derived():
+    trials = [
+        feeler.Trial(feature=feature, location=0.7, speed=0.3)
+        for feature in (feeler.Ball(radius=1.5), feeler.Box(half_width=1.5, half_height=1.5))
+    ]
+    return differentiate_touches(feeler.presets.cockroach(), trials, duration=40.0)
+
+
+def test_differences_converge(derived):
+    assert derived["derivative"].shape == (3, 2, 56, 40)
+    assert float(derived["change"].max()) < 0.05
+
+
+def test_no_change_before_contact(derived):
+    assert abs(derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))).max() == 0
+
+
+def test_faster_is_earlier():
+    """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent of the time since contact."""
+    antenna, trial = feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06)
+    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)["derivative"].values[0, 0]
+    angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[0]  # lanes as above, compiled already
+    shift = np.gradient(angle, axis=1) * (np.arange(80.0) - trial.lead) / 100
+    late = slice(30, 78)
+    assert np.corrcoef(found[:, late].ravel(), shift[:, late].ravel())[0, 1] > 0.98
+
+
+def test_what_has_no_size_is_refused():
+    with pytest.raises(InvalidInput, match="leave the parameter 'size' out"):
+        differentiate_touches(
+            feeler.presets.cockroach(), feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3), ["size"]
+        )
+    with pytest.raises(InvalidInput, match="unknown parameter of a touch"):
+        differentiate_touches(
+            feeler.presets.cockroach(), feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3), ["mass"]
+        )
