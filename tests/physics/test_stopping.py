@@ -3,6 +3,7 @@
 import os
 import signal
 from dataclasses import replace
+from functools import partial
 from threading import Event, Timer
 
 import numpy as np
@@ -10,11 +11,12 @@ import pytest
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.execute import ThreadExecutor, run_groups
 from feeler.physics.clock import Clock
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_group, run_scene
 from feeler.physics.scene import Motion, Scene, make_scene
-from feeler.physics.simulate import simulate
+from feeler.physics.simulate import run_lanes, simulate
 from feeler.stimulus import Trial, make_feature
 
 from .scenes import CHAINS, DYNAMIC
@@ -64,29 +66,25 @@ def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_first_ctrl_c_keeps_what_is_finished(engine):
-    told = {}
-
-    def finished(index, outcome):
-        told[index] = outcome
-        if len(told) == 1:
-            press_ctrl_c()
-
-    with pytest.raises(KeyboardInterrupt):
-        simulate([stub() for _ in range(80)], SHORT, engine=engine, workers=1, finished=finished)
-    assert 1 <= len(told) < 80
-    assert all(isinstance(outcome, Motion) for outcome in told.values())
+    told = []
+    run, groups = partial(run_lanes, clock=SHORT, engine=engine), [[index] for index in range(40)]
+    with ThreadExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
+        for _, outcomes in run_groups(run, groups, lambda group: [stub()], executor=executor):
+            told += outcomes
+            if len(told) == 1:
+                press_ctrl_c()
+    assert 1 <= len(told) < 40
+    assert all(isinstance(outcome, Motion) for outcome in told)
 
 
 @pytest.mark.parametrize("engine", CHAINS)
 def test_the_second_ctrl_c_waits_for_nothing(engine):
-    """The first one lets what is running end; nobody is told of what the second one cut off."""
+    """The first one lets what is running end; the second one cuts it off."""
     simulate([stub()] * 9, SHORT, engine=engine, workers=2)  # compiled by now
-    told = []
     for delay in (0.2, 0.4):
         Timer(delay, press_ctrl_c).start()
     with pytest.raises(KeyboardInterrupt):
-        simulate([stub()] * 9, LONG, engine=engine, workers=2, finished=lambda *ended: told.append(ended))
-    assert not told
+        simulate([stub()] * 9, LONG, engine=engine, workers=2)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

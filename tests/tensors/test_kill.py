@@ -19,7 +19,7 @@ import xarray as xr
 import feeler
 from feeler.errors import FeelerError
 from feeler.execute import OutOfMemory, ProcessExecutor, WorkerCrashed
-from feeler.physics import simulate as physics
+from feeler.experiment import job
 from feeler.tensors.formats import load
 
 from ._sets import find_finished
@@ -128,21 +128,21 @@ def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
 
 @pytest.mark.parametrize("error", [MemoryError("Unable to allocate 9 GiB"), WorkerCrashed("a worker process ended")])
 def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, monkeypatch, error):
-    real = physics._run_group
+    real = job.run_lanes
 
-    def crash(engine, clock, accuracy, scenes):
+    def crash(scenes, *how):
         if any("0.56 L" in scene.label for scene in scenes):
             raise error
-        return real(engine, clock, accuracy, scenes)
+        return real(scenes, *how)
 
-    monkeypatch.setattr(physics, "_run_group", crash)
+    monkeypatch.setattr(job, "run_lanes", crash)
     with pytest.raises((OutOfMemory, WorkerCrashed), match=r"not enough memory|a worker process ended") as caught:
         run(store=folder / "a.zarr")
     assert isinstance(caught.value, FeelerError)
     rest = [index for index in range(N_TRIALS) if index != 6]
     xr.testing.assert_identical(caught.value.tensors, pick(undisturbed, rest))
     assert find_finished(folder / "a.zarr") == rest
-    monkeypatch.setattr(physics, "_run_group", real)
+    monkeypatch.setattr(job, "run_lanes", real)
     xr.testing.assert_identical(run(store=folder / "a.zarr"), undisturbed)
 
 

@@ -83,23 +83,23 @@ def test_other_trials_are_refused_by_name(tmp_path):
 
 
 def test_a_trial_that_diverges_keeps_the_others(tmp_path, monkeypatch, undisturbed):
-    from feeler.physics import simulate as module
+    from feeler.experiment import job as module
 
-    real = module._run_group
+    real = module.run_lanes
 
-    def sabotage(engine, clock, accuracy, scenes):
-        outcomes = real(engine, clock, accuracy, scenes)
+    def sabotage(scenes, *how):
+        outcomes = real(scenes, *how)
         return [
             SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
             for s, o in zip(scenes, outcomes, strict=True)
         ]
 
-    monkeypatch.setattr(module, "_run_group", sabotage)
+    monkeypatch.setattr(module, "run_lanes", sabotage)
     with pytest.raises(SimulationDiverged, match=r"0\.56 L") as caught:
         run(store=tmp_path / "a.zarr")
     rest = [n for n in range(N_TRIALS) if n != 6]
     xr.testing.assert_identical(caught.value.tensors, pick(undisturbed, rest))
-    monkeypatch.setattr(module, "_run_group", real)
+    monkeypatch.setattr(module, "run_lanes", real)
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
 
 

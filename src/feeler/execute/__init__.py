@@ -1,6 +1,7 @@
 """How many trials are run: threads, processes or any executor with ``submit``, behind one small interface."""
 
 from feeler.execute.batch import Executor, Outcome, run_batch
+from feeler.execute.groups import run_groups
 from feeler.execute.processes import CRASHES, OutOfMemory, ProcessExecutor, WorkerCrashed
 from feeler.execute.threads import ThreadExecutor
 
@@ -13,4 +14,5 @@ __all__ = [
     "ThreadExecutor",
     "WorkerCrashed",
     "run_batch",
+    "run_groups",
 ]

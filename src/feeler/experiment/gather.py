@@ -1,122 +1,114 @@
-"""Gathering: finished motions, reduced to sensors as they come, and stored group by group."""
+"""Gathering: trials handed out in groups, and what comes back kept, in a store or in memory."""
 
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from feeler.antenna.antenna import Antenna
-from feeler.physics.clock import Clock
-from feeler.physics.scene import Motion
-from feeler.provenance import compute_digest, make_plain
-from feeler.stimulus.base import BaseMotion
+from feeler.errors import StoreError
+from feeler.execute import Executor, run_groups
+from feeler.experiment.job import Job, Reading, Share, ShareResult
+from feeler.physics.engine import get_engine
+from feeler.physics.run import make_groups
+from feeler.physics.scene import make_scene
 from feeler.stimulus.trial import Trial
-from feeler.tensors.dataset import reduce_motion, stack_readings
 from feeler.tensors.store import Store
 from feeler.tensors.stored import MAX_LISTED
 
-LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True)
-class Assignment:
-    """What is simulated, and what is kept of it."""
-
-    antenna: Antenna
-    trials: list[Trial]
-    seeds: list[int]
-    clock: Clock
-    attrs: dict[str, Any]
-    save: Sequence[str] | None
-    dtype: str
-
-    def list_made(self) -> list[dict[str, Any]]:
-        """Everything that each trial's numbers depend on, beside what all share."""
-        return [make_plain(trial) | {"seed": seed} for trial, seed in zip(self.trials, self.seeds, strict=True)]
-
-    def make_tensors(self, indices: Sequence[int], readings: Sequence[dict[str, np.ndarray]]) -> xr.Dataset:
-        """The Dataset of these trials from their readings."""
-        trials = [self.trials[index] for index in indices]
-        labels = {
-            "feature": [trial.name for trial in trials],
-            "kind": [trial.feature.kind for trial in trials],
-            "size": [trial.feature.size for trial in trials],
-            **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
-            "base": [describe_base(trial.base) for trial in trials],
-            "antenna": [self.antenna.name] * len(trials),
-            "source": ["simulation"] * len(trials),
-            "seed": [self.seeds[index] for index in indices],
-        }
-        tensors = stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
-        return tensors.assign_coords(trial=list(indices))
-
-
-def describe_base(base: BaseMotion | None) -> str:
-    """A base motion in one line: nothing where it is clamped, a recorded path by its fingerprint."""
-    if base is None:
-        return ""
-    if base.time is not None:
-        return f"path {compute_digest(base)[:8]}"
-    return f"velocity {base.velocity[0]:g} {base.velocity[1]:g} mm/ms, turn {base.turn:g} rad/ms"
-
-
 class Gathering:
-    """Takes outcomes in any order; as a context manager it stores what is left when the simulation ends early."""
+    """Runs what a store lacks of a set of trials, or all of it.
 
-    def __init__(self, plan: Assignment, store: Store | None, progress: Progress | None) -> None:
-        self.plan, self.store, self.progress = plan, store, progress
-        finished = store.finished if store is not None else set()
-        self.pending = [index for index in range(len(plan.trials)) if index not in finished]
-        self._size = store.label.group if store is not None else 1
-        self._missing = Counter(index // self._size for index in self.pending)
-        self._count = dict(self._missing)
-        self._readings: dict[int, dict[str, np.ndarray]] = {}
-        self._done = len(plan.trials) - len(self.pending)
+    With a store, a share is one of its groups: a worker writes the group's shards, and this process its record. Without
+    one, a share fills the engine's lanes once.
+    """
 
-    def add(self, place: int, outcome: object) -> None:
-        """The outcome of the pending trial at ``place``."""
-        index = self.pending[place]
-        if isinstance(outcome, Motion):
-            self._readings[index] = reduce_motion(self.plan.antenna, outcome, self.plan.save, self.plan.dtype)
-        group = index // self._size
-        self._missing[group] -= 1
-        if not self._missing[group]:
-            self._finish(group)
+    def __init__(self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress | None) -> None:
+        self.job, self.trials, self.store, self.progress = job, trials, store, progress
+        self.errors: dict[int, Exception] = {}
+        self._readings: dict[int, Reading] = {}
+        self._done = len(store.finished) if store is not None else 0
 
-    def _finish(self, group: int) -> None:
-        rows = range(group * self._size, (group + 1) * self._size)
-        if self.store is not None:
-            self._append([index for index in rows if index in self._readings])
-        self._done += self._count[group]
+    def run(self, executor: Executor) -> None:
+        """Every trial that is not finished yet."""
+        try:
+            for group, found in run_groups(self.job.perform, self._make_groups(), self._pick, executor=executor):
+                self._take(group, found)
+        finally:
+            self._append_rest()
+
+    def _make_groups(self) -> list[Sequence[int]]:
+        if self.store is None:
+            scenes = [make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials]
+            return [*make_groups(scenes, get_engine(self.job.engine))]
+        n, size, finished = len(self.trials), self.store.label.group, self.store.finished
+        rows = (range(start, min(start + size, n)) for start in range(0, n, size))
+        return [group for row in rows if (group := [index for index in row if index not in finished])]
+
+    def _pick(self, group: Sequence[int]) -> Share:
+        """The share of a group; a group that the store holds a part of comes back, as old and new trials share a shard."""
+        trials = [self.trials[index] for index in group]
+        if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
+            return Share(indices=group, trials=trials)
+        return Share(indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group)
+
+    def _count(self, index: int) -> int:
+        """Trials in the group of a trial."""
+        size = self.store.label.group  # type: ignore[union-attr]
+        return min(size, len(self.trials) - index // size * size)
+
+    def _take(self, group: Sequence[int], found: ShareResult | Exception) -> None:
+        if isinstance(found, StoreError):
+            raise found
+        if isinstance(found, Exception):
+            found = ShareResult(errors=dict.fromkeys(group, found))
+        self.errors |= found.errors
+        if found.stored is not None and self.store is not None:
+            self.store.admit(found.stored)
+        self._readings |= found.readings
+        if self.store is not None and len(self._readings) >= self.store.label.group:
+            self._append_rest()
+        self._done += len(group)
         if self.progress:
-            self.progress(self._done, len(self.plan.trials))
+            self.progress(self._done, len(self.trials))
 
-    def _append(self, indices: list[int]) -> None:
-        if indices and self.store is not None:
-            tensors = self.plan.make_tensors(indices, [self._readings.pop(index) for index in indices])
-            derived = {"curvature"} - {*(self.plan.save or ())}
-            self.store.append(indices, tensors.drop_vars(derived))
+    def _append_rest(self) -> None:
+        """Store what came back without having been stored."""
+        if self._readings and self.store is not None:
+            indices = sorted(self._readings)
+            trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
+            self._readings.clear()
+            tensors = self.job.drop_derived(self.job.make_tensors(indices, trials, readings))
+            self.store.append(indices, tensors)
 
     def make_tensors(self) -> xr.Dataset | None:
         """The Dataset of all that was not stored."""
         indices = sorted(self._readings)
         if not indices:
             return None
-        tensors = self.plan.make_tensors(indices, [self._readings[index] for index in indices])
+        trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
+        tensors = self.job.make_tensors(indices, trials, readings)
         if len(indices) <= MAX_LISTED:
-            made = self.plan.list_made()
-            tensors.attrs["trials"] = json.dumps([made[index] for index in indices], sort_keys=True)
+            tensors.attrs["trials"] = json.dumps(self.job.list_made(indices, trials), sort_keys=True)
         return tensors
 
-    def __enter__(self) -> "Gathering":
-        return self
+    def count_reasons(self) -> dict[str, int]:
+        """How many trials failed, by the kind of error."""
+        return dict(Counter(type(error).__name__ for error in self.errors.values()))
 
-    def __exit__(self, *_: object) -> None:
-        if self.store is not None:
-            for group in sorted({index // self._size for index in self._readings}):
-                self._append([index for index in sorted(self._readings) if index // self._size == group])
+
+class Made(Sequence[Any]):
+    """What each trial of a set was made with, put together when it is asked for."""
+
+    def __init__(self, job: Job, trials: Sequence[Trial]) -> None:
+        self._job, self._trials = job, trials
+
+    def __len__(self) -> int:
+        return len(self._trials)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._job.list_made([index], [self._trials[index]])[0]

@@ -13,16 +13,16 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
-from feeler.execute import Executor
-from feeler.experiment.gather import Assignment, Gathering, Progress
-from feeler.experiment.seed import spawn_seeds
+from feeler.execute import Executor, ThreadExecutor
+from feeler.experiment.gather import Gathering, Made, Progress
+from feeler.experiment.job import Job
+from feeler.experiment.seed import check_seed
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.physics.scene import make_scene
-from feeler.physics.simulate import simulate
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
+from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import choose_quantities
 from feeler.tensors.disk import sweep_old
@@ -110,8 +110,8 @@ def touch(
     SimulationDiverged
         After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps them).
     """
-    trials = [trials] if isinstance(trials, Trial) else list(trials)
-    if not trials:
+    trials = [trials] if isinstance(trials, Trial) else trials if isinstance(trials, Sequence) else list(trials)
+    if not len(trials):
         raise InvalidInput("trials is empty; give at least one Trial.")
     contact = get_contact(contact)
     clock = _make_clock(duration, sample_interval, timestep, accuracy, contact, engine)
@@ -120,26 +120,28 @@ def touch(
     save = _choose(save, trials, accuracy)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
-    attrs = describe_attributes(antenna, clock, contact, engine, seed, accuracy)
-    plan = Assignment(antenna, trials, spawn_seeds(seed, len(trials)), clock, attrs, save, dtype)
-    scenes = [make_scene(antenna, trial, contact) for trial in trials]
+    job = Job(
+        antenna=antenna,
+        contact=contact,
+        clock=clock,
+        engine=engine,
+        accuracy=accuracy,
+        save=save,
+        dtype=dtype,
+        seed=check_seed(seed),
+        attrs=describe_attributes(antenna, clock, contact, engine, seed, accuracy),
+    )
+    for trial in trials:
+        place(antenna, trial)
     with ExitStack() as stack:
-        kept = stack.enter_context(_open(store, plan)) if store else None
-        gathering = stack.enter_context(Gathering(plan, kept, progress))
-        options = {
-            "engine": engine,
-            "workers": workers,
-            "executor": executor,
-            "accuracy": accuracy,
-            "finished": gathering.add,
-        }
-        todo = [scenes[index] for index in gathering.pending]
-        outcomes = simulate(todo, clock, keep=False, **options)
+        kept = stack.enter_context(_open(store, job, trials)) if store else None
+        gathering = Gathering(job, trials, kept, progress)
+        gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
     tensors = gathering.make_tensors() if kept is None else read_store(store) if kept.finished else None
     tensors = tensors.load() if load and tensors is not None else tensors
     if accuracy is not None and tensors is not None:
         _warn(tensors, accuracy)
-    return _hand_over(tensors, outcomes)
+    return _hand_over(tensors, gathering)
 
 
 def _make_clock(
@@ -181,12 +183,12 @@ def _warn(tensors: xr.Dataset, accuracy: float) -> None:
         )
 
 
-def _open(store: str | os.PathLike, plan: Assignment) -> Store:
+def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
     """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
-    modules = {type(trial.feature).__module__ for trial in plan.trials}
-    origin = {"versions": plan.attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
-    origin |= {"save": plan.save, "dtype": plan.dtype}
-    return open_store(store, plan.attrs["configuration"] | origin, len(plan.trials), made=plan.list_made())
+    modules = {type(trial.feature).__module__ for trial in trials}
+    origin = {"versions": job.attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
+    origin |= {"save": job.save, "dtype": job.dtype}
+    return open_store(store, job.attrs["configuration"] | origin, len(trials), made=Made(job, trials))
 
 
 def describe_attributes(
@@ -205,11 +207,11 @@ def describe_attributes(
     }
 
 
-def _hand_over(tensors: xr.Dataset | None, outcomes: list) -> xr.Dataset:
+def _hand_over(tensors: xr.Dataset | None, gathering: Gathering) -> xr.Dataset:
     """The tensors, or the first error with the finished trials' tensors on it."""
-    error = next((outcome for outcome in outcomes if isinstance(outcome, Exception)), None)
-    if error is None:
+    if not gathering.errors:
         return tensors
+    error = gathering.errors[min(gathering.errors)]
     error.tensors = tensors
     if isinstance(error, SimulationDiverged):
         _dump_state(error)

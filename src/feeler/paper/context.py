@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
-from feeler.experiment.seed import spawn_seeds
+from feeler.experiment.seed import check_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
@@ -41,7 +41,7 @@ class Context:
 
     def __post_init__(self) -> None:
         SCALES[self.scale]  # refuses what is no scale
-        spawn_seeds(self.seed, 0)  # refuses what is no seed
+        check_seed(self.seed)  # refuses what is no seed
         object.__setattr__(self, "timestep", choose_timestep(self.timestep, self.engine))
         Clock(duration=1.0, timestep=self.timestep)
         get_contact().check_timestep(self.timestep)

@@ -1,9 +1,14 @@
 """Writing so that it lasts: a file is complete under its name or absent, and a finished one survives a power cut."""
 
 import contextlib
+import errno
 import os
 import secrets
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+
+from feeler.errors import FeelerError, StoreError
 
 TEMPORARY = ".tmp"
 
@@ -57,3 +62,20 @@ def _find_age(path: Path) -> float:
         return -path.stat().st_mtime
     except OSError:  # somebody else removed it
         return 0.0
+
+
+@contextlib.contextmanager
+def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
+    """Turn the system's errors into a StoreError that says what is safe and what to do."""
+    try:
+        yield
+    except FeelerError:
+        raise
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            room = shutil.disk_usage(path if path.exists() else path.absolute().parent).free
+            raise StoreError(
+                f"no room left for the store {path} ({room / 2**20:.1f} MiB free): {state}. "
+                "Free some space and run the same command again; it goes on where it stopped."
+            ) from error
+        raise StoreError(f"cannot write the store {path}: {error.strerror or error}; {state}.") from error

@@ -99,9 +99,10 @@ def make_layout(dataset: xr.Dataset) -> Layout:
     return Layout(variables=variables, labels=labels, shared=shared, coordinates=coordinates, attributes=attributes)
 
 
-def check_same(layout: Layout, dataset: xr.Dataset) -> None:
+def check_same(layout: Layout, other: Layout) -> None:
     """Raise StoreError where trials do not fit the layout: other variables, shapes, shared values or attributes."""
-    other = make_layout(dataset)
+    if layout == other:
+        return
     found = [f"variable {name!r}" for name in {*layout.variables, *layout.labels} ^ {*other.variables, *other.labels}]
     found += [
         f"{name}: {item.dtype}{item.shape} → {other.variables[name].dtype}{other.variables[name].shape}"

@@ -6,12 +6,9 @@ shards, and it holds their digests: killed at any moment, a store holds each fin
 computed again. For other readers a store is one consolidated Zarr v3 group.
 """
 
-import errno
 import os
-import shutil
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +19,8 @@ import xarray as xr
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.provenance import make_plain
 from feeler.tensors.configuration import find_differences
-from feeler.tensors.disk import TEMPORARY, sync_folder, write_atomic
+from feeler.tensors.disk import TEMPORARY, explain, sync_folder, write_atomic
+from feeler.tensors.group import StoredGroup, encode_rows, make_record, write_group
 from feeler.tensors.lock import Lock
 from feeler.tensors.reading import list_folder
 from feeler.tensors.records import (
@@ -30,10 +28,10 @@ from feeler.tensors.records import (
     LABEL,
     PROGRESS,
     Label,
+    Layout,
     Record,
     check_same,
     check_shards,
-    compute_sum,
     find_groups,
     find_shard,
     make_layout,
@@ -42,7 +40,7 @@ from feeler.tensors.records import (
     record_path,
     seal,
 )
-from feeler.tensors.shards import empty, encode_shard, label_trials, make_array, make_group, open_array
+from feeler.tensors.shards import label_trials, make_array, make_group, open_array
 from feeler.tensors.stored import read_store, to_array
 
 MAX_TRIALS = 100_000_000  # [C]
@@ -94,13 +92,13 @@ def open_store(
         raise InvalidInput(f"made must hold one entry for each of the {n_trials} trials, got {len(made)}.")
     size = group_size or int(np.clip(n_trials // 40, SMALL, GREAT))
     label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
-    return Store(Path(path), label, [make_plain(item) for item in made])
+    return Store(Path(path), label, made)
 
 
 class Store:
     """A store that is open for writing; use :func:`open_store`, and ``feeler.load`` to read one."""
 
-    def __init__(self, path: Path, label: Label, made: list[Any]) -> None:
+    def __init__(self, path: Path, label: Label, made: Sequence[Any]) -> None:
         self.path, self.label, self._made = path, label, made
         self.finished: set[int] = set()
         self._copied = 0
@@ -139,8 +137,12 @@ class Store:
         """Raise where a finished trial was made with other parameters than are asked for now."""
         for record in self._records.values() if self._made else ():
             for trial, made in zip(record.trials, record.made, strict=False):
-                if made != self._made[trial]:
-                    raise _differ(self.path, find_differences(made, self._made[trial], f"trial {trial}"))
+                if made != (asked := make_plain(self._made[trial])):
+                    raise _differ(self.path, find_differences(made, asked, f"trial {trial}"))
+
+    def holds(self, trial: int) -> bool:
+        """Whether some trial of the group of this one is finished."""
+        return trial // self.label.group in self._records
 
     def append(self, indices: int | Iterable[int], trials: xr.Dataset) -> None:
         """Store trials, a Dataset in the order of ``indices`` (from 0); when this returns they survive a power cut.
@@ -162,59 +164,63 @@ class Store:
                 f"trial {min(stored)} is already stored in {self.path}; compute only those not in `finished`."
             )
         state = f"trials {min(wanted)} to {max(wanted)} are not stored; the {len(self.finished)} finished ones are safe"
-        with explain(self.path, state):
-            self._check_layout(trials)
-            for group in sorted({index // self.label.group for index in wanted}):
-                rows = [row for row, index in enumerate(wanted) if index // self.label.group == group]
-                self._write_group(group, [wanted[row] for row in rows], trials.isel(trial=rows))
-            if len(self.finished) > GROWTH * self._copied + SMALL * self.label.group:
-                self._copy()
-
-    def _check_layout(self, trials: xr.Dataset) -> None:
+        size = self.label.group
         if self.label.layout is not None:
-            check_same(self.label.layout, trials)
+            check_same(self.label.layout, make_layout(trials))
+        with explain(self.path, state):
+            for group in sorted({index // size for index in wanted}):
+                rows = [row for row, index in enumerate(wanted) if index // size == group]
+                indices, some = [wanted[row] for row in rows], trials.isel(trial=rows)
+                made = [self._made[index] for index in indices] if self._made else []
+                if group in self._records:
+                    self._extend(self._records[group], indices, some, made)
+                else:
+                    self.admit(write_group(self.path, size, indices, some, made))
+
+    def admit(self, group: StoredGroup) -> None:
+        """Count a group's trials as finished; when this returns they survive a power cut.
+
+        Raises
+        ------
+        StoreError
+            They do not fit the others, or the disk is full (finished trials are safe).
+        """
+        with explain(self.path, f"the {len(self.finished)} finished trials are safe"):
+            self._check_layout(group.layout)
+            write_atomic(record_path(self.path, group.record.group), seal(group.record))
+            self._enter(group.record)
+
+    def _enter(self, record: Record) -> None:
+        self._records[record.group] = record
+        self.finished.update(record.trials)
+        if len(self.finished) > GROWTH * self._copied + SMALL * self.label.group:
+            self._copy()
+
+    def _check_layout(self, layout: Layout) -> None:
+        if self.label.layout is not None:
+            check_same(self.label.layout, layout)
             return
-        self.label = replace(self.label, layout=make_layout(trials))
-        for name in self.label.layout.variables:  # type: ignore[union-attr]
-            (self.path / name).mkdir(exist_ok=True)
+        self.label = replace(self.label, layout=layout)
         sync_folder(self.path)
         self._write_label()
         self._copy()
 
-    def _write_group(self, group: int, indices: list[int], trials: xr.Dataset) -> None:
-        old, layout = self._records.get(group), self.label.layout
+    def _extend(self, old: Record, indices: list[int], trials: xr.Dataset, made: list[Any]) -> None:
+        """Add trials to a group that has some: until all is done each shard may be the old or the new one."""
+        layout, size, group = self.label.layout, self.label.group, old.group
         assert layout is not None
-        order = np.argsort(indices)
-        labels = {name: make_plain(trials.variables[name].values[order]) for name in layout.labels}
-        new = Record(
-            group=group,
-            trials=sorted(indices),
-            labels=labels,
-            shards={},
-            made=[self._made[index] for index in sorted(indices)] if self._made else [],
-        )
-        shards = {name: self._encode(name, group, indices, trials, old) for name in layout.variables}
-        sums = {name: [compute_sum(raw)] for name, raw in shards.items()}
-        new = replace(new if old is None else _merge(old, new), shards=sums)
-        if old is not None:  # from here on each shard may be the old or the new one; the old trials are in both
-            both = {name: old.shards[name] + sums[name] for name in sums}
-            write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
+        rows = [trial % size for trial in old.trials]
+        shards = {}
+        for name, item in layout.variables.items():
+            kept = open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
+            shards[name] = encode_rows(layout, name, size, indices, trials, (rows, kept[rows]))
+        new = _merge(old, make_record(layout, size, indices, trials, made, shards))
+        both = {name: old.shards[name] + new.shards[name] for name in shards}  # the old trials are in both
+        write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
         for name, raw in shards.items():
             write_atomic(find_shard(self.path, name, new, self.label), raw)
         write_atomic(record_path(self.path, group), seal(new))
-        self._records[group] = new
-        self.finished.update(indices)
-
-    def _encode(self, name: str, group: int, indices: list[int], trials: xr.Dataset, old: Record | None) -> bytes:
-        """The bytes of a group's shard: these trials, and those it holds already."""
-        item, size = self.label.layout.variables[name], self.label.group  # type: ignore[union-attr]
-        values = empty(item, size)
-        if old is not None:
-            kept = open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
-            rows = [index - group * size for index in old.trials]
-            values[rows] = kept[rows]
-        values[[index - group * size for index in indices]] = trials.variables[name].values
-        return encode_shard(item, values, size)
+        self._enter(new)
 
     def _copy(self) -> None:
         """Write what makes the store a Zarr group for other readers; it need not survive a power cut."""
@@ -362,20 +368,3 @@ def _differ(path: Path, differences: list[str]) -> StoreError:
         f"the store {path} was made by another configuration (stored → asked): {'; '.join(differences)}. "
         "Use a new store, or the stored configuration."
     )
-
-
-@contextmanager
-def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
-    """Turn the system's errors into a StoreError that says what is safe and what to do."""
-    try:
-        yield
-    except FeelerError:
-        raise
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            room = shutil.disk_usage(path if path.exists() else path.absolute().parent).free
-            raise StoreError(
-                f"no room left for the store {path} ({room / 2**20:.1f} MiB free): {state}. "
-                "Free some space and run the same command again; it goes on where it stopped."
-            ) from error
-        raise StoreError(f"cannot write the store {path}: {error.strerror or error}; {state}.") from error

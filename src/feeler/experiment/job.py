@@ -1,0 +1,116 @@
+"""Job: what a worker does with the trials it is given, wherever it runs: simulate, reduce to sensors, store."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.experiment.seed import spawn_seed
+from feeler.physics.clock import Clock
+from feeler.physics.contact import Contact
+from feeler.physics.engine import get_engine
+from feeler.physics.run import make_groups
+from feeler.physics.scene import Motion, make_scene
+from feeler.physics.simulate import run_lanes
+from feeler.provenance import compute_digest, make_plain
+from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.trial import Trial
+from feeler.tensors.dataset import reduce_motion, stack_readings
+from feeler.tensors.group import StoredGroup, write_group
+
+LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
+Reading = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """Some trials of a set, for one worker."""
+
+    indices: Sequence[int]
+    trials: Sequence[Trial]
+    store: Path | None = None
+    """The store to which the worker adds them as a group of its own; None: they go back to the caller."""
+    group_size: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShareResult:
+    """What became of a share."""
+
+    readings: dict[int, Reading] = field(default_factory=dict)
+    errors: dict[int, Exception] = field(default_factory=dict)
+    stored: StoredGroup | None = None
+    """What the worker has written in place of the readings."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """How trials become what is kept of them; the same for all of a set."""
+
+    antenna: Antenna
+    contact: Contact
+    clock: Clock
+    engine: str
+    accuracy: float | None
+    save: Sequence[str] | None
+    dtype: str
+    seed: int
+    attrs: dict[str, Any]
+
+    def perform(self, share: Share) -> ShareResult:
+        """Simulate the trials of a share, keep what the sensors felt, and store it where the share says so."""
+        done = ShareResult()
+        scenes = [make_scene(self.antenna, trial, self.contact) for trial in share.trials]
+        for lanes in make_groups(scenes, get_engine(self.engine)):
+            results = run_lanes([scenes[place] for place in lanes], self.clock, self.engine, self.accuracy)
+            for place, result in zip(lanes, results, strict=True):
+                if isinstance(result, Motion):
+                    done.readings[share.indices[place]] = reduce_motion(self.antenna, result, self.save, self.dtype)
+                else:
+                    done.errors[share.indices[place]] = result
+        return self._store(share, done) if share.store is not None and done.readings else done
+
+    def _store(self, share: Share, done: ShareResult) -> ShareResult:
+        kept = [place for place, index in enumerate(share.indices) if index in done.readings]
+        indices, trials = [share.indices[place] for place in kept], [share.trials[place] for place in kept]
+        tensors = self.make_tensors(indices, trials, [done.readings[index] for index in indices])
+        made = self.list_made(indices, trials)
+        stored = write_group(share.store, share.group_size, indices, self.drop_derived(tensors), made)  # type: ignore[arg-type]
+        return ShareResult(errors=done.errors, stored=stored)
+
+    def drop_derived(self, tensors: xr.Dataset) -> xr.Dataset:
+        """The Dataset without what a store derives when it is read."""
+        return tensors.drop_vars({"curvature"} - {*(self.save or ())})
+
+    def list_made(self, indices: Sequence[int], trials: Sequence[Trial]) -> list[dict[str, Any]]:
+        """Everything that each trial's numbers depend on, beside what all share."""
+        pairs = zip(indices, trials, strict=True)
+        return [make_plain(trial) | {"seed": spawn_seed(self.seed, index)} for index, trial in pairs]
+
+    def make_tensors(self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]) -> xr.Dataset:
+        """The Dataset of these trials from their readings."""
+        labels = {
+            "feature": [trial.name for trial in trials],
+            "kind": [trial.feature.kind for trial in trials],
+            "size": [trial.feature.size for trial in trials],
+            **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
+            "base": [describe_base(trial.base) for trial in trials],
+            "antenna": [self.antenna.name] * len(trials),
+            "source": ["simulation"] * len(trials),
+            "seed": [spawn_seed(self.seed, index) for index in indices],
+        }
+        tensors = stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
+        return tensors.assign_coords(trial=list(indices))
+
+
+def describe_base(base: BaseMotion | None) -> str:
+    """A base motion in one line: nothing where it is clamped, a recorded path by its fingerprint."""
+    if base is None:
+        return ""
+    if base.time is not None:
+        return f"path {compute_digest(base)[:8]}"
+    return f"velocity {base.velocity[0]:g} {base.velocity[1]:g} mm/ms, turn {base.turn:g} rad/ms"
