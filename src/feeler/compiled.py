@@ -27,11 +27,12 @@ def compiled(function: Callable | None = None, **options: Any) -> Any:
         dispatcher = make(cache=True)(function)
     except RuntimeError:  # numba finds no folder that it may write to
         dispatcher = make(cache=_move_cache())(function)
-    if hasattr(getattr(dispatcher, "_cache", None), "_cache_file"):  # absent where nothing is kept or compiled
-        file = dispatcher._cache._cache_file
+    kept: Any = getattr(dispatcher, "_cache", None)
+    if hasattr(kept, "_cache_file"):  # absent where nothing is kept or compiled
+        file = kept._cache_file
         file._load_index = partial(_load_index, file._load_index)
         file._source_stamp = stamp_code(function.__module__) or file._source_stamp
-        _tell(logging.INFO, f"compiled code is kept in {dispatcher._cache.cache_path}.")
+        _tell(logging.INFO, f"compiled code is kept in {kept.cache_path}.")
     return dispatcher
 
 
@@ -66,7 +67,8 @@ def _move_cache() -> bool:
     except OSError:
         _tell(logging.WARNING, "no folder can be written to; each process compiles anew, which takes up to a minute.")
         return False
-    config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    config.reload_config()
     _tell(
         logging.WARNING, f"neither feeler's folder nor your home can be written to; compiled code is kept in {folder}."
     )

@@ -15,6 +15,9 @@ class SimulationDiverged(FeelerError, RuntimeError):
     ``label`` and ``time`` [ms] say which and when; ``angle`` [rad] and ``velocity`` [rad/ms] are the last finite state.
     """
 
+    state_file = ""
+    """Where :func:`feeler.touch` has kept that state."""
+
     def __init__(self, label: str, time: float, angle=None, velocity=None) -> None:
         super().__init__(
             f"the simulation of '{label}' diverged at {time:g} ms. Use a smaller timestep, a slower or smaller feature, "

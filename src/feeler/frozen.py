@@ -1,6 +1,6 @@
 """Objects that stay as they were checked: copies and pickles too keep arrays read-only, and equal ones compare equal."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -8,11 +8,12 @@ import numpy as np
 
 def freeze(values: object, dtype: type = float) -> np.ndarray:
     """A read-only copy of ``values``."""
-    array = np.array(values, dtype=dtype)
+    array: np.ndarray = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
 
 
+@dataclass(frozen=True, eq=False)
 class Frozen:
     """Base of frozen dataclasses with arrays among their fields; declare those with ``eq=False``.
 
@@ -54,7 +55,7 @@ def _make_plain(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _same(a: object, b: object) -> bool:
+def _same(a: Any, b: Any) -> bool:
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return np.array_equal(a, b)
     return a == b

@@ -1,6 +1,8 @@
 """Ready antennas: ``cockroach(profile)`` and ``robot()``; every number with its source in ``FACTS`` of its room."""
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach
@@ -9,7 +11,7 @@ from feeler.errors import InvalidInput
 
 
 @checked
-def robot(**changes: object) -> Antenna:
+def robot(**changes: Any) -> Antenna:
     """The eight-hinge robotic antenna; see :func:`feeler.robot.make_robot` for what can be changed."""
     from feeler.robot import make_robot
 
@@ -17,7 +19,7 @@ def robot(**changes: object) -> Antenna:
 
 
 PRESETS: dict[str, Callable[[], Antenna]] = {
-    **{name: (lambda name=name: cockroach(name)) for name in PROFILE_NAMES},
+    **{name: partial(cockroach, name) for name in PROFILE_NAMES},
     "cockroach": cockroach,
     "robot": robot,
 }

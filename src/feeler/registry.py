@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from pkgutil import resolve_name
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from feeler.errors import InvalidInput
 
 T = TypeVar("T")
+E = TypeVar("E")
 
 
 class Registry(Mapping[str, T], Generic[T]):
@@ -25,7 +26,13 @@ class Registry(Mapping[str, T], Generic[T]):
         self._entries: dict[str, T | str] = dict(homes or {})
         self._waiting = set(self._entries)
 
-    def register(self, name: str, entry: T | None = None) -> Callable[[T], T] | T:
+    @overload
+    def register(self, name: str) -> Callable[[E], E]: ...
+
+    @overload
+    def register(self, name: str, entry: T) -> T: ...
+
+    def register(self, name: str, entry: Any = None) -> Any:
         """Add ``entry`` under ``name``; without an entry, a decorator that does.
 
         Raises
@@ -34,7 +41,7 @@ class Registry(Mapping[str, T], Generic[T]):
             The name is taken or is no text.
         """
         if entry is None:
-            return lambda found: self.register(name, found)  # type: ignore[return-value]
+            return lambda found: self.register(name, found)
         if not isinstance(name, str) or not name:
             raise InvalidInput(f"the name of a new {self.noun} must be text, got {name!r}.")
         if name in self._entries:

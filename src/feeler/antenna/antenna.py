@@ -1,7 +1,7 @@
 """An antenna: a chain of rigid segments joined by damped hinge springs, in one plane."""
 
-from dataclasses import dataclass, field, replace
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -44,11 +44,11 @@ class Antenna(Frozen):
     """Stiffness of each segment's proximal hinge [N·mm/rad], ≥ 0, not all zero."""
     damping: np.ndarray
     """Damping of each hinge [N·mm·ms/rad], ≥ 0."""
-    rest_angle: np.ndarray = 0.0
+    rest_angle: np.ndarray = 0.0  # type: ignore[assignment]  # one number stands for as many as segments
     """Angle of each hinge at which its spring is slack [rad], positive towards +x."""
-    sensors: np.ndarray | None = None
+    sensors: np.ndarray = None  # type: ignore[assignment]  # chosen when the segments are known
     """Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly."""
-    name: str = field(default="custom")
+    name: str = "custom"
     """Name that labels its tensors."""
 
     def __post_init__(self) -> None:
@@ -105,7 +105,7 @@ class Antenna(Frozen):
         """Arc length (segment,) of each hinge from the base [mm]; the first is 0."""
         return np.concatenate(([0.0], np.cumsum(self.segment_length)[:-1]))
 
-    def replace(self, **changes: object) -> "Antenna":
+    def replace(self, **changes: Any) -> "Antenna":
         """The same antenna with some fields changed, validated again."""
         return replace(self, **changes)
 

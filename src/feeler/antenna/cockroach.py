@@ -70,11 +70,11 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     """
     if profile not in PROFILE_NAMES:
         raise InvalidInput(f"unknown profile {profile!r}; valid: {', '.join(PROFILE_NAMES)}.")
-    n = int(FACTS["n_segments"].value)
+    n = int(_v("n_segments"))
     exponential = Antenna(
         segment_length=_segment_length(n),
         segment_mass=_segment_mass(n),
-        radius=FACTS["collision_radius"].value,
+        radius=np.full(n, _v("collision_radius")),
         stiffness=Exponential(base=_v("stiffness_base"), rate=_v("stiffness_rate")).sample(n),
         damping=Exponential(base=_v("damping_base"), rate=_v("damping_rate")).sample(n),
         sensors=_sensors(sensors, n),
@@ -84,7 +84,7 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
 
 
 def _v(name: str) -> float:
-    return float(FACTS[name].value)
+    return FACTS[name].number
 
 
 def _segment_length(n: int) -> np.ndarray:

@@ -25,3 +25,15 @@ class Fact:
     def __post_init__(self) -> None:
         if not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
             raise ValueError(f"unknown source tag {self.tag!r}; valid: {', '.join(SOURCE_TAGS)}")
+
+    @property
+    def number(self) -> float:
+        """The value of a fact that is one number."""
+        if isinstance(self.value, tuple):
+            raise TypeError(f"this fact holds {len(self.value)} numbers, not one: {self.value}")
+        return float(self.value)
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All numbers of the fact."""
+        return self.value if isinstance(self.value, tuple) else (self.value,)

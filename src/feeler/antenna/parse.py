@@ -84,7 +84,8 @@ class _Reader:
         self.check_keys("", content, ("schema", "name", "n_segments", *UNITS, "sensors"))
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
-        values, sources = {}, {}
+        values: dict[str, Any] = {}
+        sources: dict[str, Source] = {}
         for quantity in UNITS:
             if quantity in content:
                 table = self.table(quantity, content[quantity])
@@ -93,10 +94,10 @@ class _Reader:
                 self.fail("", quantity, f"is missing; a file has the tables {', '.join(UNITS)} and sensors")
         sensors = self.table("sensors", content.get("sensors", {}))
         self.check_keys("sensors", sensors, ("hinges", *SOURCE_KEYS))
-        hinges = self.hinges(sensors.get("hinges"), n)
+        values["sensors"] = self.hinges(sensors.get("hinges"), n)
         if sensors:
             sources["sensors"] = self.source("sensors", sensors)
-        antenna = self.attempt("", "", lambda: Antenna(**values, sensors=hinges, name=name))
+        antenna = self.attempt("", "", lambda: Antenna(**values, name=name))
         return AntennaFile(antenna=antenna, sources={key: item for key, item in sources.items() if item != Source()})
 
     def fail(self, table: str, key: str, words: str, cause: Exception | None = None) -> None:
@@ -199,10 +200,13 @@ class _Reader:
         missing = [key for key in keys if key not in table]
         if missing:
             self.fail(name, "profile", f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}")
-        read = self.numbers if kind == "tabulated" else lambda t, k, v, _: self.number(t, k, v)
-        values = {key: read(name, key, table[key], 10_000) for key in keys}
-        if kind == "tabulated":
-            values = {key: tuple(value) for key, value in values.items()}
+        values: dict[str, Any] = {}
+        for key in keys:
+            values[key] = (
+                tuple(self.numbers(name, key, table[key], 10_000))
+                if kind == "tabulated"
+                else self.number(name, key, table[key])
+            )
         return self.attempt(name, "profile", lambda: PROFILES[kind](**values).sample(n))
 
     def hinges(self, value: Any, n: int) -> list[int] | None:

@@ -1,12 +1,15 @@
 """Profiles: one quantity along the antenna as a function of segment number, described by a few numbers."""
 
 from dataclasses import dataclass, fields
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 @runtime_checkable
@@ -18,7 +21,7 @@ class Profile(Protocol):
         ...
 
 
-def _check_finite(profile: object) -> None:
+def _check_finite(profile: "DataclassInstance") -> None:
     for field in fields(profile):
         value = np.asarray(getattr(profile, field.name), dtype=float)
         if not np.all(np.isfinite(value)):

@@ -1,6 +1,6 @@
 """Families of hinges: few numbers that give stiffness and damping along an antenna; positive ones searched as logs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,12 +44,12 @@ class Hinges:
         if np.any(self.low[list(self.positive)] <= 0):
             raise InvalidInput("the lower bound of a positive parameter must be > 0: it is searched as a logarithm.")
 
-    def to_x(self, p: np.ndarray) -> np.ndarray:
+    def to_x(self, p: Sequence[float] | np.ndarray) -> np.ndarray:
         """Searched vector of parameters ``p``."""
         p = np.asarray(p, dtype=float)
         return np.where(self.positive, np.log(np.where(self.positive, p, 1.0)), p)
 
-    def to_p(self, x: np.ndarray) -> np.ndarray:
+    def to_p(self, x: Sequence[float] | np.ndarray) -> np.ndarray:
         """Parameters of a searched vector."""
         x = np.asarray(x, dtype=float)
         return np.where(self.positive, np.exp(np.where(self.positive, x, 0.0)), x)

@@ -1,6 +1,6 @@
 """Optimisers: from one start to a local minimum of the error."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -33,7 +33,9 @@ class Minimum:
 
 
 @checked
-def search(problem: Problem, start: np.ndarray, method: str = "least-squares", max_evaluations: int = 1500) -> Minimum:
+def search(
+    problem: Problem, start: Sequence[float] | np.ndarray, method: str = "least-squares", max_evaluations: int = 1500
+) -> Minimum:
     """Search from parameters ``start`` with one method and give the best point it saw."""
     optimise = METHODS[method]
     low, high = problem.hinges.bounds
@@ -44,7 +46,7 @@ def search(problem: Problem, start: np.ndarray, method: str = "least-squares", m
             f"{problem.hinges.high.tolist()}. Move the start or widen the bounds."
         )
     before, spent = problem.evaluations, problem.seconds
-    problem.best_x, problem.best_error = None, np.inf
+    problem.best_x, problem.best_error = x, np.inf
     optimise(problem, np.clip(x, low, high), max_evaluations)
     return Minimum(
         method=method,

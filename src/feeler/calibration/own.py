@@ -115,10 +115,13 @@ def _compute_half_width(xs: np.ndarray, deviation: np.ndarray, confidence: float
 def simulate_tip(hinges: Hinges, xs: Sequence[np.ndarray], protocol: Protocol, time: np.ndarray) -> np.ndarray:
     """Tip displacement (vector, sample) after a step at ``time`` [ms] from release, first value 1."""
     tips = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs])
-    for tip in tips:
-        if isinstance(tip, Exception):
-            raise tip
-    return np.array([_interpolate(time, own, tip / tip[0]) for own, tip in tips])
+    found = []
+    for outcome in tips:
+        if isinstance(outcome, Exception):
+            raise outcome
+        own, tip = outcome
+        found.append(_interpolate(time, own, tip / tip[0]))
+    return np.array(found)
 
 
 def _interpolate(time: np.ndarray, own: np.ndarray, tip: np.ndarray) -> np.ndarray:
@@ -188,7 +191,7 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
         free = measure_free_response(time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
-    if free.overdamped:
+    if free.frequency is None:
         raise InvalidInput(
             f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped frequency to fit. Record "
             "with less noise, or leave it out."
@@ -232,8 +235,8 @@ def make_synthetic_traces(
     hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = replace(protocol or Protocol(), step_duration=duration + 1.0)
-    xs = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
-    tips = simulate_tip(hinges, xs, protocol, time)
+    xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
+    tips = simulate_tip(hinges, list(xs), protocol, time)
     noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))
     names = tuple(f"synthetic{k + 1}" for k in range(n_animals))
     return Traces(time=time, displacement=noisy, names=names, source="synthetic")

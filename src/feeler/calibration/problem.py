@@ -1,7 +1,7 @@
 """A calibration problem: hinges to search, targets to meet, and the protocol between them."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,15 +30,15 @@ class Problem:
     protocol: Protocol = field(default_factory=Protocol)
     evaluations: int = 0
     failures: int = 0
-    best_x: np.ndarray | None = None
-    best_error: float = np.inf
+    best_x: np.ndarray = field(init=False, repr=False)
+    best_error: float = field(init=False, default=np.inf)
     seconds: float = 0.0
     """Processor time of the simulations."""
     journal: Journal | None = None
     watch: Callable[[int, float], None] | None = None
     """Called after each group of simulations with ``evaluations`` and ``best_error``."""
 
-    def measure(self, p: np.ndarray) -> Measured:
+    def measure(self, p: Sequence[float] | np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""
         return self.protocol.measure(self.hinges.build(np.asarray(p, dtype=float)), self.targets.names)
 
@@ -48,12 +48,13 @@ class Problem:
 
     def compute_many(self, xs: np.ndarray) -> np.ndarray:
         """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to measure."""
-        entries = [None if self.journal is None else self.journal.find(x) for x in xs]
-        new = [k for k, entry in enumerate(entries) if entry is None]
-        for k, entry in zip(new, self._simulate(xs[new]) if new else (), strict=True):
-            entries[k] = entry
-            if self.journal is not None:
+        known = [None if self.journal is None else self.journal.find(x) for x in xs]
+        new = [k for k, entry in enumerate(known) if entry is None]
+        made = dict(zip(new, self._simulate(xs[new]) if new else (), strict=True))
+        if self.journal is not None:
+            for k, entry in made.items():
                 self.journal.add(xs[k], entry)
+        entries = [made[k] if entry is None else entry for k, entry in enumerate(known)]
         residuals = np.stack([entry[0] for entry in entries])
         self.evaluations += len(xs)
         self.seconds += sum(entry[1] for entry in entries)
@@ -94,7 +95,7 @@ class Problem:
         distance = np.diag(points[:n] - points[n:])
         return ((residuals[:n] - residuals[n:]) / distance[:, None]).T
 
-    def score(self, p: np.ndarray) -> tuple[Measured, float, float]:
+    def score(self, p: Sequence[float] | np.ndarray) -> tuple[Measured, float, float]:
         """What parameters ``p`` give: quantities, normalised distance, median symmetric accuracy."""
         measured = self.measure(p)
         values = self.targets.values

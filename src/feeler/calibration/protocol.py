@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Protocol:
     def measure_many(self, antennas: Sequence[Antenna], names: Sequence[str]) -> "list[Measured | FeelerError]":
         """The named quantities of many antennas; those that could not be simulated give their error instead."""
         names = tuple(names)
-        outcomes = [dict() for _ in antennas]
+        outcomes: list[dict] = [{} for _ in antennas]
         if any(name in STEP_QUANTITIES for name in names):
             durations = sorted({min(SHORT_STEP, self.step_duration), self.step_duration})
             self._add(outcomes, antennas, self._step_scene, durations, self._read_step)
@@ -151,7 +152,7 @@ def _follow_tip(antenna: Antenna, scene: Scene, motion: Motion) -> tuple[np.ndar
     return motion.time, antenna.shape(motion.angle)[:, -1, 0] - antenna.shape()[-1, 0]
 
 
-def _collect(outcome: dict[str, object], names: tuple[str, ...]) -> "Measured | FeelerError":
+def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | FeelerError":
     if "error" in outcome:
         return outcome["error"]
     unknown = [name for name in names if name not in outcome]

@@ -4,7 +4,10 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 
 class ProgressBar:
@@ -24,7 +27,9 @@ class ProgressBar:
     ) -> None:
         self._title, self._json, self._clock = title, log_json, clock
         self._stream = sys.stderr if stream is None else stream
-        self._began, self._first, self._bar, self._task = clock(), None, None, None
+        self._began = clock()
+        self._first: int | None = None
+        self._bar: Progress | None = None
 
     def __call__(self, done: int, total: int) -> None:
         if self._first is None:
@@ -50,8 +55,8 @@ class ProgressBar:
             columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
             self._bar = Progress(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
             self._bar.start()
-            self._task = self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
-        self._bar.update(self._task, completed=done, rate=f"{rate:.3g}/s")
+            self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
+        self._bar.update(self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s")
         if done >= total:
             self.close()
 

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
+from feeler.physics.engine import choose_timestep
 
 PREPARED = ("feeler.paper.reproduce", "feeler.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
@@ -54,7 +55,7 @@ def reproduce(
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
-        scale=scale, seed=seed, engine=engine, timestep=timestep, workers=workers, antenna=chosen,
+        scale=scale, seed=seed, engine=engine, timestep=choose_timestep(timestep, engine), workers=workers, antenna=chosen,
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start = time.perf_counter()

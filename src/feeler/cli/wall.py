@@ -80,7 +80,7 @@ def follow(
     words = (
         f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest {run.nearest:.2f} mm"
     )
-    if not oracle:
+    if run.map is not None:
         touched = run.estimate_error == run.estimate_error  # NaN: the antenna never touched
         off = (
             f"estimate off by {run.estimate_error:.2f} mm" if touched else "it never touched, so there was no estimate"

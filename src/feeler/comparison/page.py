@@ -3,6 +3,7 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.checked import checked
@@ -16,7 +17,7 @@ from feeler.report import Section, render_page
 
 def plot(data: Comparison, figure: Figure) -> None:
     """Dispersion of tensors above, accuracy below."""
-    top, bottom = figure.subfigures(2, 1)
+    top, bottom = np.ravel(np.array(figure.subfigures(2, 1), dtype=object))
     for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
         plot_index(data.dispersion["raw"], index, ax)
         ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)

@@ -43,11 +43,12 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = COD
     array = check_tensors(tensors, least=1)
     if unknown := [kind for kind in kinds if kind not in CODES]:
         raise InvalidInput(f"unknown code {unknown[0]!r}; known: {', '.join(CODES)}.")
+    codes = {}
     if set(kinds) - {"raw"}:
         if encoder is None:
             raise InvalidInput("codes need an encoder; only 'raw' does without.")
-        encoder.fit(array)
-    return {kind: encoder.activations_ if kind == "joint" else encode_with(array, encoder, kind) for kind in kinds}
+        codes["joint"] = encoder.fit(array).activations_
+    return {kind: codes[kind] if kind == "joint" else encode_with(array, encoder, kind) for kind in kinds}
 
 
 @checked
@@ -55,9 +56,11 @@ def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: En
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
         raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
-    if kind != "raw" and encoder is None:
+    if kind == "raw":
+        return tensors
+    if encoder is None:
         raise InvalidInput(f"the code {kind!r} needs an encoder; only 'raw' does without.")
-    return tensors if kind == "raw" else np.asarray(encoder.transform(tensors, code=kind))
+    return np.asarray(encoder.transform(tensors, code=kind))
 
 
 @checked

@@ -96,8 +96,8 @@ class StreamDecoder(BaseEstimator):
         self._check()
         if len(X) != len(y) or not len(X):
             raise InvalidInput(f"fit needs one label per touch, got {len(X)} touches and {len(y)} labels.")
-        cut = [(self._cut(np.asarray(touch, dtype=float)), label) for touch, label in zip(X, y, strict=True)]
-        cut = [(touch, label) for touch, label in cut if touch is not None]
+        found = [(self._cut(np.asarray(touch, dtype=float)), label) for touch, label in zip(X, y, strict=True)]
+        cut = [(touch, label) for touch, label in found if touch is not None]
         self.classes_ = sorted({label for _, label in cut})
         if len(self.classes_) < 2:
             raise InvalidInput(f"a decoder needs touches of at least 2 classes with contact, got {len(self.classes_)}.")
@@ -120,12 +120,12 @@ class StreamDecoder(BaseEstimator):
         Use simulations with drawn mechanics: a decoder tempered on its own training touches would trust itself fully.
         """
         check_is_fitted(self, "expected_at_")
-        moments = np.unique(np.clip(moments, 0, self.window - 1))
+        chosen = np.unique(np.clip(moments, 0, self.window - 1))
         evidence, true = [], []
         for touch, label in zip(X, y, strict=True):
             cut = self._cut(np.asarray(touch, dtype=float))
             if cut is not None and label in self.classes_:
-                evidence.append(self._accumulate(cut)[moments])
+                evidence.append(self._accumulate(cut)[chosen])
                 true.append(self.classes_.index(label))
         if not evidence:
             raise InvalidInput("temper needs touches with contact and with labels that the decoder knows; got none.")

@@ -28,13 +28,13 @@ def measure_early_accuracy(
     decoder: StreamDecoder, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int]
 ) -> EarlyAccuracy:
     """Replay touches (sensor, time), score the answers at moments after contact; unnoticed touches count as wrong."""
-    moments = np.asarray(moments, dtype=int)
-    right, decided = np.zeros((len(X), moments.size), bool), np.zeros((len(X), moments.size), bool)
+    at = np.asarray(moments, dtype=int)
+    right, decided = np.zeros((2, len(X), at.size), dtype=bool)
     noticed = 0
     for k, (touch, label) in enumerate(zip(X, y, strict=True)):
         states = [state for state in decoder.replay(touch) if state.since_contact >= 0]
         noticed += bool(states)
-        for j, moment in enumerate(moments):
+        for j, moment in enumerate(at):
             if states:
                 state = states[min(moment, len(states) - 1)]
                 right[k, j] = state.label == label
@@ -43,7 +43,7 @@ def measure_early_accuracy(
     with np.errstate(invalid="ignore"):
         decided_right = np.where(count > 0, (right & decided).sum(axis=0) / count, np.nan)
     return EarlyAccuracy(
-        since_contact=moments,
+        since_contact=at,
         accuracy=right.mean(axis=0),
         decided=decided.mean(axis=0),
         decided_right=decided_right,

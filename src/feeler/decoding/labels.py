@@ -8,6 +8,8 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
+Labels = Sequence[Any] | np.ndarray
+"""One class per trial."""
 CLASS = ("feature", "size", "location")  # [P] six features (three shapes, two sizes) at five locations: 30 classes
 
 

@@ -7,24 +7,25 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
+from feeler.decoding.labels import Labels
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 
 
 @checked
-def iterate_left_out(groups: Sequence[Any]) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
+def iterate_left_out(groups: Labels) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Each group's name with the trials outside it (train) and inside it (test)."""
-    groups = np.asarray(groups)
-    names = np.unique(groups)
+    group = np.asarray(groups)
+    names = np.unique(group)
     if names.size < 2:
         raise InvalidInput(f"all trials belong to one group ({names[0]!r}); leaving it out leaves nothing to train on.")
     for name in names:
-        yield name, np.flatnonzero(groups != name), np.flatnonzero(groups == name)
+        yield name, np.flatnonzero(group != name), np.flatnonzero(group == name)
 
 
 @checked
-def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], **options: Any) -> dict[Any, Sweep]:
+def compute_left_out(codes: Any, labels: Labels, groups: Labels, **options: Any) -> dict[Any, Sweep]:
     """One sweep per group: trained on the other groups, tested on this one, e.g. on a size never touched before.
 
     Parameters
@@ -37,11 +38,11 @@ def compute_left_out(codes: Any, labels: Sequence[Any], groups: Sequence[Any], *
     **options
         Of ``compute_sweep``.
     """
-    codes, labels = check_tensors(codes, least=1), np.asarray(labels)
+    codes, named = check_tensors(codes, least=1), np.asarray(labels)
     if len(labels) != len(codes) or len(groups) != len(codes):
         raise InvalidInput(f"{len(codes)} trials, {len(labels)} labels, {len(groups)} groups; they must match.")
     return {
-        name: compute_sweep(codes[train], labels[train], held_out=(codes[test], labels[test]), **options)
+        name: compute_sweep(codes[train], named[train], held_out=(codes[test], named[test]), **options)
         for name, train, test in iterate_left_out(groups)
     }
 
@@ -78,7 +79,7 @@ def jitter_trials(
 @checked
 def compute_jittered(
     codes: Any,
-    labels: Sequence[Any],
+    labels: Labels,
     trials: Sequence[Any],
     simulate: Callable[[list[Any]], Any],
     *,
@@ -102,10 +103,9 @@ def compute_jittered(
     **options
         Of ``compute_sweep``.
     """
-    labels = np.asarray(labels)
     if len(trials) != len(labels):
         raise InvalidInput(f"{len(trials)} trials but {len(labels)} labels; give one label per trial.")
     rng = np.random.default_rng(random_state)
     jittered = jitter_trials(trials, rng, location=location, speed=speed, n_each=n_each)
-    held_out = (simulate(jittered), np.tile(labels, n_each))
+    held_out = (simulate(jittered), np.tile(np.asarray(labels), n_each))
     return compute_sweep(codes, labels, held_out=held_out, random_state=random_state, **options)

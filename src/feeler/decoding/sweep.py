@@ -10,6 +10,7 @@ from sklearn.base import clone
 from feeler.checked import checked
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
+from feeler.decoding.labels import Labels
 from feeler.decoding.noise import NOISES, Noise, draw_rotated
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
@@ -72,7 +73,7 @@ class Sweep:
 @checked
 def compute_sweep(
     codes: Any,
-    labels: Sequence[Any],
+    labels: Labels,
     *,
     ratios: Sequence[float] = RATIOS,
     n_copies: int = N_COPIES,
@@ -80,7 +81,7 @@ def compute_sweep(
     estimator: Any = None,
     noise: str | Noise = "relative",
     encode: Encode | None = None,
-    held_out: tuple[Any, Sequence[Any]] | None = None,
+    held_out: tuple[Any, Labels] | None = None,
     rotate: bool = False,
     random_state: int = 0,
     n_jobs: int | None = None,
@@ -181,11 +182,11 @@ def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.nda
     return train, labels, test, test_labels
 
 
-def _check_labels(codes: np.ndarray, labels: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
-    labels = np.asarray(labels)
-    if labels.shape != (len(codes),):
-        raise InvalidInput(f"{len(codes)} trials but labels of shape {labels.shape}; give one label per trial.")
-    return codes, labels
+def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.ndarray]:
+    found = np.asarray(labels)
+    if found.shape != (len(codes),):
+        raise InvalidInput(f"{len(codes)} trials but labels of shape {found.shape}; give one label per trial.")
+    return codes, found
 
 
 def _draw_encoded(sets, ratio, n_copies, noise, encode, rng):

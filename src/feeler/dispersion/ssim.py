@@ -108,7 +108,7 @@ def _make_taps() -> np.ndarray:
 
 
 def _pad(images: np.ndarray, border: str) -> np.ndarray:
-    mode = BORDERS[border]
+    mode: Any = BORDERS[border]  # one of the words of numpy.pad
     if mode is None:
         return np.ascontiguousarray(images)
     return np.pad(images, ((0, 0), (RADIUS, RADIUS), (RADIUS, RADIUS)), mode=mode)

@@ -54,7 +54,7 @@ def encode(
     basis_spectra = compute_spectra(components, length)
     kernel, edge = compute_basis_gram(components)
     ridged = _add_ridge(kernel, edge, ridge)
-    l1 = l1_of_unit_vector(n_times, sparseness) if code == "sparse" else 0.0
+    l1 = 0.0 if sparseness is None or code != "sparse" else l1_of_unit_vector(n_times, sparseness)
     activations = np.zeros((n_trials, n_components, n_times))
 
     def encode_block(block: slice) -> bool:

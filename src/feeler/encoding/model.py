@@ -123,8 +123,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         data = Data(tensors, self.n_lags)
         with open_pool(_count_threads(self.n_jobs)) as run:
             found = [
-                factorise(data, *start, self._settings(), run)
-                for start in self._make_starts(tensors, data, components, activations)
+                factorise(data, bases, codes, self._settings(), run)
+                for bases, codes in self._make_starts(tensors, data, components, activations)
             ]
         self._keep(found, tensors, data.energy)
         return self

@@ -71,10 +71,11 @@ def run_batch(
     if retries < 0 or (window is not None and window < 1):
         raise InvalidInput(f"retries must be ≥ 0 and window ≥ 1, got {retries} and {window}.")
     own = ThreadExecutor() if executor is None else None
-    batch = _Batch(function, own or executor, retries)
+    chosen: Any = executor or own
+    batch = _Batch(function, chosen, retries)
     try:
         with _Interrupt(on_first=batch.cancel, on_second=batch.stop) as interrupt:
-            yield from batch.run(iter(items), window or _window(own or executor), interrupt)
+            yield from batch.run(iter(items), window or _window(chosen), interrupt)
             if interrupt.asked:
                 raise KeyboardInterrupt
     finally:
@@ -83,7 +84,7 @@ def run_batch(
             own.kill()
 
 
-def _window(executor: Executor) -> int:
+def _window(executor: Any) -> int:
     workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
     if callable(getattr(executor, "nthreads", None)):  # a Dask client: threads by worker
         workers = sum(executor.nthreads().values())
@@ -107,10 +108,10 @@ class _Batch:
         more = True
         while more or self.flying:
             while more and not interrupt.asked and len(self.flying) < window:
-                index, item = next(items, (None, None))
-                more = index is not None
-                if more:
-                    self._submit(index, item, 0)
+                following = next(items, None)
+                more = following is not None
+                if following is not None:
+                    self._submit(*following, 0)
             more = more and not interrupt.asked
             if self.flying:
                 outcome = self._settle(*self.done.get())
@@ -160,7 +161,7 @@ class _Interrupt:
     def __init__(self, on_first: Callable[[], None], on_second: Callable[[], None]) -> None:
         self.asked = False
         self._on_first, self._on_second = on_first, on_second
-        self._before = None
+        self._before: Any = None
 
     def __enter__(self) -> "_Interrupt":
         if threading.current_thread() is threading.main_thread():

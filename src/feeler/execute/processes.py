@@ -76,8 +76,8 @@ class ProcessExecutor:
         if self._pool is None or not self._pool.active:
             self.kill()
             prepare_workers()
-            options = {"initializer": _begin, "initargs": (self.memory_limit,), "context": _CONTEXT}
-            self._pool = ProcessPool(self.workers, **options)
+            limit = (self.memory_limit,)
+            self._pool = ProcessPool(self.workers, initializer=_begin, initargs=limit, context=_CONTEXT)
         answer: Future = Future()
         task = self._pool.schedule(_answer, (message,))
         answer.set_running_or_notify_cancel()
@@ -175,7 +175,10 @@ def _lacks_memory(error: BaseException | None) -> bool:
 
 
 def _die_with_parent() -> None:
-    wait([multiprocessing.parent_process().sentinel])
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    wait([parent.sentinel])
     os._exit(1)
 
 

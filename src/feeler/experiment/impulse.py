@@ -8,9 +8,10 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
+from feeler.physics.contact import Contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import run_scene
-from feeler.physics.scene import Contact, Motion, Path, Scene, make_scene
+from feeler.physics.scene import Motion, Path, Scene, make_scene
 from feeler.physics.statics import compute_point
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import FRICTION, Trial
@@ -124,7 +125,7 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
     velocity = [speed * forward, *legs, speed * distal]
     end = LEAD + edges * lever / speed
-    path = Path(velocity=tuple(tuple(map(float, v)) for v in velocity), end=tuple(map(float, end)))
+    path = Path(velocity=tuple((float(x), float(y)) for x, y in velocity), end=tuple(map(float, end)))
     return replace(scene, paths=(path,), label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
@@ -140,7 +141,7 @@ def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = PO
     deflection = np.stack([place @ forward for place in along])
     tip = (antenna.shape(motion.angle)[:, -1] - rest) @ forward
     centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
-    path = scene.paths[0] if scene.paths else Path(velocity=(cylinder.velocity,))
+    path = (scene.paths[0] if scene.paths else None) or Path(velocity=(cylinder.velocity,))
     return Impulse(
         time=motion.time - LEAD,
         points=tuple(points),

@@ -49,7 +49,7 @@ def release(
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=choose_timestep(timestep, engine))
     scene = Scene(antenna=antenna, angle=start, label=f"release of {antenna.name}")
     motion = run_scene(scene, clock, engine)
-    trial = {"feature": ["release"], "size": [0.0], "location": [at / antenna.length], "speed": [0.0]}
+    trial: dict[str, list] = {"feature": ["release"], "size": [0.0], "location": [at / antenna.length], "speed": [0.0]}
     made_with = {"antenna": antenna, "clock": clock, "engine": engine, "at": at, "deflection": deflection}
     whole = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
     return make_motion_tensors(

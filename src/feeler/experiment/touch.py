@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -137,7 +138,7 @@ def touch(
         kept = stack.enter_context(_open(store, job, trials)) if store else None
         gathering = Gathering(job, trials, kept, progress)
         gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
-    tensors = gathering.make_tensors() if kept is None else read_store(store) if kept.finished else None
+    tensors = gathering.make_tensors() if kept is None else read_store(kept.path) if kept.finished else None
     tensors = tensors.load() if load and tensors is not None else tensors
     if accuracy is not None and tensors is not None:
         _warn(tensors, accuracy)
@@ -163,11 +164,10 @@ def _make_clock(
     return clock
 
 
-def _choose(save: Sequence[str] | None, trials: Sequence[Trial], accuracy: float | None) -> list[str] | None:
+def _choose(save: Sequence[str] | None, trials: Sequence[Trial], accuracy: float | None) -> Sequence[str] | None:
     """What to record: where bases move also how, and with an accuracy what was reached."""
-    more = ["base_pose"] * any(trial.base is not None for trial in trials) + ["timestep", "error"] * (
-        accuracy is not None
-    )
+    more = ["base_pose"] if any(trial.base is not None for trial in trials) else []
+    more += ["timestep", "error"] if accuracy is not None else []
     chosen = choose_quantities(save)
     return [*(chosen if save is None else save), *more] if more else save
 
@@ -209,9 +209,9 @@ def describe_attributes(
 
 def _hand_over(tensors: xr.Dataset | None, gathering: Gathering) -> xr.Dataset:
     """The tensors, or the first error with the finished trials' tensors on it."""
-    if not gathering.errors:
+    if not gathering.errors and tensors is not None:
         return tensors
-    error = gathering.errors[min(gathering.errors)]
+    error: Any = gathering.errors[min(gathering.errors)]
     error.tensors = tensors
     if isinstance(error, SimulationDiverged):
         _dump_state(error)

@@ -111,7 +111,7 @@ class Simulations:
 
     def _check_path(self, lane: int, n_steps: int) -> None:
         scene = self.get_scene(lane)
-        if scene.follows:
+        if scene.base_motion is not None and scene.follows:
             scene.base_motion.compute_pose(np.array([(self._steps[lane] + n_steps) * self.timestep]))
 
     def _note_broken(self, stepper: Stepper, group: int) -> None:

@@ -119,7 +119,7 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
         kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = kept["angle"][lane, max(k - 1, 0)].copy(), kept["velocity"][lane, max(k - 1, 0)].copy()
-            failed[lane] = failed[lane] or explain_end(stepper, lane, clock.time[k], *before)
+            failed[lane] = failed[lane] or explain_end(stepper, int(lane), clock.time[k], *before)
         if all(failed):
             break
     return [

@@ -76,6 +76,7 @@ class Scene:
 
     def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
         """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in place after each."""
+        assert self.base_motion is not None
         pose = self.base_motion.compute_pose(timestep * np.arange(first, first + n_steps + 1))
         return np.diff(pose, axis=0) / timestep
 

@@ -1,6 +1,6 @@
 """Many scenes at once, on all cores, in any order, with the same numbers as one by one."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 
 from feeler.execute import Executor, ThreadExecutor, run_groups
@@ -8,7 +8,7 @@ from feeler.physics.accuracy import run_accurately
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.run import Result, make_groups, run_group
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Motion, Scene
 
 
 def simulate(
@@ -38,6 +38,14 @@ def simulate(
         if own is not None:
             own.kill()
     return results
+
+
+def expect_motions(results: Sequence[Result | None]) -> list[Motion]:
+    """All results as motions; the first that is an error is raised."""
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+    return [result for result in results if isinstance(result, Motion)]
 
 
 def run_lanes(scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None) -> list[Result]:

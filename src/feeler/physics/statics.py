@@ -1,5 +1,7 @@
 """Statics: the posture of an antenna under dead forces, solved directly and not by waiting for a simulation to settle."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
@@ -28,7 +30,7 @@ def compute_point(antenna: Antenna, angle: np.ndarray, at: float) -> np.ndarray:
     return (1 - share) * points[..., n, :] + share * points[..., n + 1, :]
 
 
-def solve_static(antenna: Antenna, force: tuple[float, float], at: float = 1.0) -> np.ndarray:
+def solve_static(antenna: Antenna, force: Sequence[float] | np.ndarray, at: float = 1.0) -> np.ndarray:
     """Hinge angles (segment,) [rad] at equilibrium under a dead force (x, y) [N] at fraction ``at`` of the length.
 
     Minimises ``Σ ½ k (θ − θ₀)² − F·r(θ)`` by Newton's method with load steps; exact for any deflection.
@@ -40,9 +42,9 @@ def solve_static(antenna: Antenna, force: tuple[float, float], at: float = 1.0) 
     FeelerError
         No equilibrium was found (for example past the collapse of a pushed antenna).
     """
-    force = np.asarray(force, dtype=float)
-    if force.shape != (2,) or not np.all(np.isfinite(force)):
-        raise InvalidInput(f"force must be two finite numbers (x, y) in N, got {force}.")
+    load = np.asarray(force, dtype=float)
+    if load.shape != (2,) or not np.all(np.isfinite(load)):
+        raise InvalidInput(f"force must be two finite numbers (x, y) in N, got {load}.")
     if np.any(antenna.stiffness <= 0):
         raise InvalidInput(
             "a static load needs stiffness > 0 in every hinge; a free hinge has no equilibrium of its own."
@@ -50,13 +52,11 @@ def solve_static(antenna: Antenna, force: tuple[float, float], at: float = 1.0) 
     angle, done, step = antenna.rest_angle.copy(), 0.0, 1.0
     while done < 1.0:
         share = min(1.0, done + step)
-        found = _newton(antenna, angle, share * force, at)
+        found = _newton(antenna, angle, share * load, at)
         if found is None:
             step /= 2
             if step < 1e-4:
-                raise FeelerError(
-                    f"no equilibrium found beyond {done:.1%} of the force {force} N; use a smaller force."
-                )
+                raise FeelerError(f"no equilibrium found beyond {done:.1%} of the force {load} N; use a smaller force.")
         else:
             angle, done, step = found, share, 2 * step
     return angle

@@ -1,5 +1,7 @@
 """Draw accuracy against noise."""
 
+from typing import Any
+
 from matplotlib.axes import Axes
 
 from feeler.decoding.curves import Curves
@@ -23,7 +25,7 @@ def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
     ax.tick_params(labelsize=6)
 
 
-def plot_sweep(sweep: Sweep, ax: Axes, **style: object) -> None:
+def plot_sweep(sweep: Sweep, ax: Axes, **style: Any) -> None:
     """One accuracy curve on noisy copies, mean ± 1 SD."""
     mean, sd = 100 * sweep.noisy.mean(axis=1), 100 * sweep.noisy.std(axis=1)
     (line,) = ax.plot(100 * sweep.ratios, mean, lw=1, marker=".", ms=3, **style)

@@ -1,9 +1,11 @@
 """Movies that a browser plays: H.264 in mp4, drawn in the plane, without OpenGL or a screen."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -12,10 +14,11 @@ from feeler.errors import MissingExtra
 from feeler.plotting.look import fix_layout
 
 DPI = 110
+DrawFrame = Callable[[int], Sequence[Artist] | None]
 
 
 @checked
-def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object], n_frames: int, fps: int = 25) -> Path:
+def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = 25) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging rest, which is
@@ -57,7 +60,7 @@ def write_movie(path: Path, figure: Figure, draw_frame: Callable[[int], object],
     return partial.replace(path)
 
 
-def _draw(figure: Figure, canvas: FigureCanvasAgg, changed: object, background: object) -> object:
+def _draw(figure: Figure, canvas: FigureCanvasAgg, changed: Sequence[Artist] | None, background: Any) -> Any:
     """Draw one frame; returns the picture of everything that does not change, if the changing artists are known."""
     if not changed:
         canvas.draw()

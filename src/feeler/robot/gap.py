@@ -1,6 +1,7 @@
 """The reality gap as numbers: how far a surrogate robot may differ from the model that trains the classifier."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -91,7 +92,7 @@ def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenn
 def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out: place, speed, size, direction and friction drawn."""
     factor = float(np.exp(gap.size * rng.standard_normal()))
-    changed = {
+    changed: dict[str, Any] = {
         "location": float(np.clip(trial.location + gap.location * rng.standard_normal(), 0.05, 1.0)),
         "speed": trial.speed * float(np.exp(gap.speed * rng.standard_normal())),
         "approach": float(np.clip(trial.approach + gap.approach * rng.standard_normal(), 30.0, 150.0)),

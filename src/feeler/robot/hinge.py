@@ -1,6 +1,7 @@
 """The robotic antenna's hinges: geometry, theoretical stiffness, and the numbers with their sources."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -71,10 +72,6 @@ def make_flexures(**changes: float | np.ndarray) -> Flexures:
     unknown = set(changes) - {"width", "thickness", "length", "modulus"}
     if unknown:
         raise InvalidInput(f"unknown hinge field {sorted(unknown)[0]!r}; valid: width, thickness, length, modulus.")
-    default = {
-        "width": np.array(FACTS["width"].value),
-        "thickness": FACTS["thickness"].value,
-        "length": FACTS["hinge_length"].value,
-        "modulus": FACTS["modulus"].value,
-    }
-    return Flexures(**{**default, **changes})
+    facts = {"width": "width", "thickness": "thickness", "length": "hinge_length", "modulus": "modulus"}
+    values: dict[str, Any] = {name: FACTS[fact].value for name, fact in facts.items()}
+    return Flexures(**values | changes)

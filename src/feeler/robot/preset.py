@@ -7,7 +7,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
 
-MOUNT = float(FACTS["mount"].value)
+MOUNT = FACTS["mount"].number
 """Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move, so it has no place
 in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to get places on the device."""
 
@@ -16,10 +16,10 @@ in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to g
 def make_robot(
     *,
     hinges: Flexures | None = None,
-    stiffness_factor: float = FACTS["stiffness_factor"].value,
-    damping_factor: float = FACTS["damping_factor"].value,
-    mass: float = FACTS["mass"].value,
-    radius: float = FACTS["radius"].value,
+    stiffness_factor: float = FACTS["stiffness_factor"].number,
+    damping_factor: float = FACTS["damping_factor"].number,
+    mass: float = FACTS["mass"].number,
+    radius: float = FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
     """The robotic antenna: k = p1·k_th and c = p2·k_th in every hinge, k_th from the flexure's geometry.
@@ -50,11 +50,11 @@ def make_robot(
         if not (np.isfinite(factor) and factor > 0):
             raise InvalidInput(f"{label} must be finite and > 0, got {factor}.")
     n = hinges.stiffness.size
-    segment_length = np.append(np.full(n - 1, FACTS["spacing"].value), FACTS["last_link"].value)
+    segment_length = np.append(np.full(n - 1, FACTS["spacing"].number), FACTS["last_link"].number)
     return Antenna(
         segment_length=segment_length,
         segment_mass=_share_mass(mass, segment_length, hinges.width),
-        radius=radius,
+        radius=np.full(n, radius),
         stiffness=stiffness_factor * hinges.stiffness,
         damping=damping_factor * hinges.stiffness,
         sensors=np.arange(1, n + 1),
@@ -64,7 +64,7 @@ def make_robot(
 
 def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
     """Mass (segment,) [g] of links of one areal density; the mount takes the device's remaining length, full width."""
-    length, body_width, _ = FACTS["body"].value
+    length, body_width, _ = FACTS["body"].numbers
     link_area = segment_length * width
     mount_area = max(length - segment_length.sum(), MOUNT) * body_width
     return mass * link_area / (link_area.sum() + mount_area)

@@ -65,7 +65,7 @@ def make_training(
     antenna: Antenna | None = None,
     trials: Sequence[Trial] | None = None,
     *,
-    n_variants: int = 0,
+    n_variants: Annotated[int, "≥ 0"] = 0,
     gap: Gap | None = None,
     rng: np.random.Generator | None = None,
 ) -> Touches:
@@ -77,12 +77,13 @@ def make_training(
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
     motions = simulate_touches(antenna, trials)
-    if n_variants < 0 or (n_variants and rng is None):
-        raise InvalidInput(f"n_variants must be ≥ 0 and needs rng=, got n_variants={n_variants}, rng={rng}.")
-    size = Gap() if gap is None else gap
-    variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
-    pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
-    motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs)]
+    if n_variants:
+        if rng is None:
+            raise InvalidInput(f"{n_variants} variants are drawn at random; give rng=.")
+        size = Gap() if gap is None else gap
+        variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
+        pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
+        motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs)]
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
     touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna, motions=tuple(motions))
     return touches.take(np.flatnonzero(touches.aligned.touched))

@@ -1,6 +1,7 @@
 """The surrogate's electronics: from true hinge angles to the capacitances that a real device would write down."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class Sensing:
         step = gap.quantum * SENSITIVITY
         return np.round(capacitance / step) * step if step > 0 else capacitance
 
-    def bench(self, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    def bench(self, rng: np.random.Generator) -> dict[str, Any]:
         """A calibration table (reading,): each hinge bent by itself through known angles, up and down, several times.
 
         Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].

@@ -63,7 +63,7 @@ class Surrogate:
         jitter = np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45) * INTERVAL
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True
-        labels = {} if trial is None else {
+        labels: dict[str, str | float] = {} if trial is None else {
             "feature": trial.feature.name, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
         }  # fmt: skip
         return Recording(
@@ -105,7 +105,7 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
     if gap.play == 0:
         return antenna
     spring = antenna.stiffness[0] / gap.play
-    mass = FACTS["mass"].value - antenna.segment_mass.sum()
+    mass = FACTS["mass"].number - antenna.segment_mass.sum()
     return Antenna(
         segment_length=np.append(MOUNT, antenna.segment_length),
         segment_mass=np.append(max(mass, antenna.segment_mass[0]), antenna.segment_mass),

@@ -79,17 +79,15 @@ def simulate_pairs(
     """
     from feeler.physics.clock import Clock
     from feeler.physics.scene import make_scene
-    from feeler.physics.simulate import simulate
+    from feeler.physics.simulate import expect_motions, simulate
 
     durations = [duration or choose_duration(trial) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
         clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=timestep)
         results = simulate([make_scene(*pairs[i]) for i in group], clock, engine=engine, workers=workers)
-        for i, result in zip(group, results, strict=True):
-            if isinstance(result, Exception):
-                raise result
-            motions[i] = np.ascontiguousarray(result.angle[: round(durations[i] / INTERVAL)].T)
+        for i, motion in zip(group, expect_motions(results), strict=True):
+            motions[i] = np.ascontiguousarray(motion.angle[: round(durations[i] / INTERVAL)].T)
     return motions
 
 

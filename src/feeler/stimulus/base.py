@@ -84,9 +84,9 @@ class BaseMotion(Frozen):
 
     def mirror(self) -> "BaseMotion":
         """The mirror image about the y axis."""
-        if self.time is None:
+        if self.time is None or self.pose is None:
             return BaseMotion(velocity=(-self.velocity[0], self.velocity[1]), turn=-self.turn)
-        return BaseMotion(time=self.time, pose=self.pose * [-1.0, 1.0, -1.0])
+        return BaseMotion(time=self.time, pose=self.pose * np.array([-1.0, 1.0, -1.0]))
 
     @cached_property
     def _spline(self) -> Any:

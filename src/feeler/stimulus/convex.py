@@ -46,8 +46,9 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     return float((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
 
 
-def _clip_ears(corners: np.ndarray) -> list[tuple[int, int, int]]:
-    ring, triangles, here = list(range(len(corners))), [], 0
+def _clip_ears(corners: np.ndarray) -> list[tuple[int, ...]]:
+    ring, here = list(range(len(corners))), 0
+    triangles: list[tuple[int, ...]] = []
     while len(ring) > 3:
         around = (*range(here, len(ring)), *range(here))  # go on where the last ear was: its neighbours are often ears
         ear = next((i for i in around if _is_ear(corners, ring, i)), None)
@@ -77,7 +78,7 @@ def _is_ear(corners: np.ndarray, ring: list[int], i: int) -> bool:
     return not inside.any()
 
 
-def _merge(corners: np.ndarray, triangles: list[tuple[int, int, int]]) -> list[list[int]]:
+def _merge(corners: np.ndarray, triangles: list[tuple[int, ...]]) -> list[list[int]]:
     """Take out each inner edge between two parts that are convex together, in one pass over the edges."""
     parts = {number: list(triangle) for number, triangle in enumerate(triangles)}
     owner = {edge: number for number, ring in parts.items() for edge in _edges(ring)}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -184,7 +185,7 @@ def _bisect(
         yield from _bisect(curve, middle, stop, tolerance, depth + 1)
 
 
-def _find_svg_unit(root: object) -> float | None:
+def _find_svg_unit(root: Any) -> float | None:
     """Page width in mm over its width in the drawing's own units; None where the page has no physical size."""
     found = re.fullmatch(r"\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([a-zA-Z]+)\s*", root.get("width") or "")
     if not found or found[2].lower() not in UNITS:
@@ -211,7 +212,7 @@ def _read_dxf(path: Path) -> Drawing:
     return Drawing(curves=curves, unit=factor)
 
 
-def _make_dxf_flatten(outline: object) -> Callable[[float], np.ndarray]:
+def _make_dxf_flatten(outline: Any) -> Callable[[float], np.ndarray]:
     def flatten(tolerance: float) -> np.ndarray:
         return np.array([(point.x, point.y) for point in outline.flattening(min(tolerance, 1e9))])
 

@@ -23,7 +23,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,16 +51,31 @@ class Feature(Frozen, ABC):
 
     name: str = ""
     """The label that its touches carry; default: the shape's word."""
-    kind: ClassVar[str]
-    """The shape's word, under which it is registered in ``SHAPES``."""
-    rounding: ClassVar[float]
-    """Distance [mm] by which every part is grown, ≥ 0; each shape states its own, as a field or a property."""
-    symmetric: ClassVar[bool] = False
-    """Whether the shape is its own mirror image about the line of motion."""
-    unbounded: ClassVar[bool] = False
-    """Whether the foremost face goes on without end; its parts are then as large as an engine needs."""
-    wide: ClassVar[bool] = False
-    """Whether it may be larger than the antenna."""
+
+    if TYPE_CHECKING:  # each shape states these two, as a constant of its class, a field or a property
+
+        @property
+        def kind(self) -> str:
+            """The shape's word, under which it is registered in ``SHAPES``."""
+
+        @property
+        def rounding(self) -> float:
+            """Distance [mm] by which every part is grown, ≥ 0."""
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the shape is its own mirror image about the line of motion; of a new shape not, unless it says so."""
+        return False
+
+    @property
+    def unbounded(self) -> bool:
+        """Whether the foremost face goes on without end; its parts are then as large as an engine needs."""
+        return False
+
+    @property
+    def wide(self) -> bool:
+        """Whether it may be larger than the antenna."""
+        return False
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -132,7 +147,8 @@ class Feature(Frozen, ABC):
     def scale(self, factor: float) -> "Feature":
         """The same shape with every length times ``factor``."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return replace(self, **{name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)})
+        scaled: dict[str, Any] = {name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)}
+        return replace(self, **scaled)
 
     def to_plain(self) -> dict[str, Any]:
         """The feature as plain data: its kind and fields; :func:`make_feature` gives it back."""
@@ -200,7 +216,7 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     """
     if isinstance(kind, Mapping):
         values = {**kind, **values}
-        kind = values.pop("kind", None)
+        kind = str(values.pop("kind", None))
     shape = SHAPES[kind]
     known = {field.name: field for field in fields(shape)}
     if unknown := values.keys() - known.keys():

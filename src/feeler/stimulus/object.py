@@ -118,7 +118,7 @@ def check_clear(
     antenna: Antenna,
     objects: Sequence[Object],
     angle: np.ndarray | None = None,
-    pose: Sequence[float] = (0.0, 0.0, 0.0),
+    pose: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
 ) -> None:
     """Refuse objects that overlap the antenna with hinge angles (segment,) [rad], by default at rest.
 

@@ -25,7 +25,7 @@ class Outline(Feature):
         in which edges cross.
     """
 
-    vertices: tuple[tuple[float, float], ...]
+    vertices: np.ndarray
     """Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept counter-clockwise, foremost at 0."""
     rounding: float = 0.0
     """Distance [mm] by which the polygon is grown, ≥ 0."""

@@ -131,6 +131,7 @@ def _check_way(trial: Trial, touching: float, back: float, again: float) -> None
 
 def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
     """The placement for a base that moves: as if it had carried the unbent antenna until contact."""
+    assert trial.base_motion is not None
     (x0, y0, start), (x, y, turn) = trial.base_motion.compute_pose(np.array([0.0, trial.lead]))
     c, s = np.cos(turn), np.sin(turn)
     rotate = np.array([[c, s], [-s, c]])  # from +y towards +x

@@ -65,5 +65,5 @@ class Triangle(Feature):
 
     def make_parts(self) -> list:
         """The core's corners, the leading one first."""
-        w, h = self.half_width, 2.0 * self.half_height
+        w, h = self.half_width, 2.0 * (self.half_height or self.half_width)
         return [[(0.0, 0.0), (-h, w), (-h, -w)]]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -110,7 +111,7 @@ class Trial(Frozen):
 
 
 @checked
-def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: object) -> list[Trial]:
+def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: Any) -> list[Trial]:
     """Every feature at every location and speed, speeds slowest to change; other Trial fields shared."""
     return [
         Trial(feature=feature, location=location, speed=speed, **fields)

@@ -79,7 +79,7 @@ class Wall(Feature):
 
     def _lay_out(self) -> tuple[np.ndarray, np.ndarray]:
         """Places and heights of all repetitions."""
-        place, height = self.profile.T
+        place, height = np.asarray(self.profile).T
         shift = np.ptp(place) * (np.arange(self.repeat) - (self.repeat - 1) / 2)
         places = (shift[:, None] + place[1:]).ravel()
         return np.append(shift[0] + place[0], places), np.append(height[0], np.tile(height[1:], self.repeat))

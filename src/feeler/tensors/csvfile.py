@@ -52,7 +52,7 @@ def save_csv(dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "a
         **roles,
     }
     text.write(f"{DESCRIPTION}{json.dumps(content, ensure_ascii=True)}\n")
-    unit = COLUMN_UNITS.get(one[variable].attrs.get("units"), "value")
+    unit = COLUMN_UNITS.get(str(one[variable].attrs.get("units")), "value")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_ms", *(f"sensor{n + 1}_{unit}" for n in range(one.sizes["sensor"]))])
     for time, row in zip(one.time.values, one[variable].values[0].T, strict=True):

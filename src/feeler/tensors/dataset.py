@@ -18,7 +18,7 @@ SOURCES = ("simulation", "robot", "surrogate")
 def make_tensors(
     *,
     time: np.ndarray,
-    segment: Sequence[int],
+    segment: Sequence[int] | np.ndarray,
     position: np.ndarray,
     segment_length: np.ndarray,
     trials: Mapping[str, Sequence[object]],
@@ -68,7 +68,7 @@ def make_tensors(
         **{name: ("trial", np.asarray(list(values))) for name, values in trials.items()},
     }
     if any("axis" in dims for dims, _ in variables.values()):
-        coordinates["axis"] = ("axis", ["x", "y"])
+        coordinates["axis"] = ("axis", np.array(["x", "y"]))
     return label_units(xr.Dataset(variables, coordinates, attrs=_plain(attrs or {})))
 
 
@@ -120,7 +120,7 @@ def stack_readings(
 ) -> xr.Dataset:
     """The Dataset of what :func:`reduce_motion` kept of several motions; ``fields`` go to :func:`make_tensors`."""
     index = antenna.sensors - 1
-    stacked = {name: np.stack([reading[name] for reading in readings]) for name in readings[0]}
+    stacked: dict[str, Any] = {name: np.stack([reading[name] for reading in readings]) for name in readings[0]}
     kinds = [values.dtype.name for values in stacked.values()]
     return make_tensors(
         time=time,

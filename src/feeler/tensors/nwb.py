@@ -4,6 +4,7 @@ import json
 import os
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -71,7 +72,7 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
     return json.dumps({"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str)
 
 
-def _add_trials(file: object, dataset: xr.Dataset, stop: float) -> None:
+def _add_trials(file: Any, dataset: xr.Dataset, stop: float) -> None:
     labels = {str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)}
     for name, item in labels.items():
         file.add_trial_column(name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]")

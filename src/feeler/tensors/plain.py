@@ -48,7 +48,8 @@ def check_variable(name: Any, variable: xr.Variable) -> None:
 def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> xr.Dataset:
     """The Dataset that :func:`describe` described, with its numbers from ``arrays`` (any shape of the right size)."""
     try:
-        variables, coordinates = {}, {}
+        variables: dict[str, Any] = {}
+        coordinates: dict[str, Any] = {}
         for name, entry in content["variables"].items():
             values = _values(name, entry, arrays, source)
             attributes = dict(entry.get("attributes") or {})

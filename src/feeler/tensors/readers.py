@@ -108,7 +108,7 @@ def read_zarr(path: str) -> Answer:
         named |= set(str(own.get("coordinates", "")).split())
         text = item.dtype.kind not in "biuf"
         values = item[...] if text else item
-        variables[name] = _describe(values, item.metadata.dimension_names or (), own)
+        variables[name] = _describe(values, getattr(item.metadata, "dimension_names", None) or (), own)
         if not text:
             arrays[name] = item
     return _mark(variables, named, attributes), arrays

@@ -212,9 +212,8 @@ def read_record(path: Path, group: int, label: Label) -> Record:
         rows = {*range(group * label.group, min((group + 1) * label.group, label.n_trials))}
         good = record.group == group and {*record.trials} <= rows and record.trials == sorted({*record.trials})
         good = good and layout is not None and record.shards.keys() == layout.variables.keys()
-        good = good and {name: len(record.trials) for name in layout.labels} == {
-            n: len(v) for n, v in record.labels.items()
-        }
+        counts = {name: len(values) for name, values in record.labels.items()}
+        good = good and layout is not None and counts == dict.fromkeys(layout.labels, len(record.trials))
     except (TypeError, AttributeError) as error:
         raise InvalidInput(f"{file} is damaged: {str(error)[:100]}.") from error
     if not good:

@@ -1,16 +1,20 @@
 """On the way to an encoder: non-negative, scaled tensors. Never baked into what is stored."""
 
+from typing import TypeVar
+
 import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
+Tensors = TypeVar("Tensors", xr.DataArray, np.ndarray)
+
 
 @checked
-def rectify(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarray:
+def rectify(tensors: Tensors) -> Tensors:
     """The tensors with negative values set to 0, as in the published video [D]."""
-    return tensors.clip(min=0) if isinstance(tensors, xr.DataArray) else np.clip(tensors, 0, None)
+    return tensors.clip(min=0)
 
 
 @checked

@@ -230,8 +230,8 @@ class Store:
         shared = layout.make_shared()
         for name, item in layout.variables.items():
             make_array(files, name, item, n, self.label.group)
-        for name, variable in shared.variables.items():
-            label_trials(files, str(name), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
+        for key, variable in shared.variables.items():
+            label_trials(files, str(key), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
         for name, values in self._collect_labels().items():
             label_trials(files, name, values, ("trial",), layout.attributes.get(name, {}))
         attributes = {

@@ -94,7 +94,7 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
     for group in groups:
         if group in whole:
             rows = np.arange(group * label.group, min((group + 1) * label.group, label.n_trials))
-            values = {name: copies[name][rows] for name in kinds}
+            values: dict[str, Any] = {name: copies[name][rows] for name in kinds}
         else:
             record = read_record(path, group, label)
             rows, values = np.array(record.trials), record.labels
@@ -119,8 +119,8 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, np.ndarr
     import zarr
 
     try:
-        group = zarr.open_group(path, mode="r", zarr_format=3)
-        finished = group["finished"][...]
+        group: Any = zarr.open_group(path, mode="r", zarr_format=3)
+        finished = np.asarray(group["finished"][...])
         copies = {name: np.asarray(group[name][...]) for name in label.layout.labels}  # type: ignore[union-attr]
     except Exception:  # they are copies, and the records have it all
         return set(), {}

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -72,11 +73,13 @@ def measure_exploration(
         raise InvalidInput("measure_exploration needs at least one trial, got none.")
     if not (np.isfinite(length) and length > 0):
         raise InvalidInput(f"length must be > 0 mm, got {length}.")
-    options = {"cutoff": cutoff, "max_gap": max_gap, "min_prominence": min_prominence}
-    sweeps = tuple(
-        tuple(find_sweeps(angle, tracks.interval, **options) for angle in compute_antenna_angle(tracks))
-        for tracks in trials
-    )
+    options: dict[str, Any] = {"cutoff": cutoff, "max_gap": max_gap, "min_prominence": min_prominence}
+
+    def find(tracks: Tracks) -> tuple[Sweeps, Sweeps]:
+        one, other = compute_antenna_angle(tracks)
+        return find_sweeps(one, tracks.interval, **options), find_sweeps(other, tracks.interval, **options)
+
+    sweeps = tuple(find(tracks) for tracks in trials)
     mean_peak = np.array([[side.mean_peak for side in pair] for pair in sweeps])
     if np.isnan(mean_peak).all():
         raise InvalidInput(

@@ -1,6 +1,7 @@
 """The map from the point of greatest curvature to the wall's distance: how straight, how exact, over what range."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
 
 
 @checked
-def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: object) -> DistanceMap:
+def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
     Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact

@@ -1,9 +1,8 @@
 """A body that follows a wall by where its antenna bends most."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
 
 import numpy as np
 
@@ -119,7 +118,7 @@ class Run:
 def calibrate(
     antenna: Antenna,
     posture: Posture | None = None,
-    distances: Annotated[np.ndarray, "distance"] = CALIBRATION,
+    distances: Sequence[float] | np.ndarray = CALIBRATION,
     *,
     speed: float = 0.45,
     engine: str = ENGINE,
@@ -223,7 +222,7 @@ def _run(runner: "_Runner", course: Course, controller: Controller, known: Dista
         runner.go(turn)
         body.append(runner.body)
         distance.append(course.measure(runner.body[None, :2])[0])
-        seen = distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far)
+        seen = float(distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far))
         estimate.append(np.nan if known is None else seen)
         turn = steer(far if np.isnan(seen) else seen)
     return Run(

@@ -1,6 +1,7 @@
 """How an antenna meets a wall: angle, pre-bend, friction and side, each an unstated choice with its reason."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ class Posture:
         """+1 on the right, −1 on the left."""
         return 1.0 if self.side == "right" else -1.0
 
-    def replace(self, **changes: object) -> "Posture":
+    def replace(self, **changes: Any) -> "Posture":
         """The same posture with some fields changed, validated again."""
         return replace(self, **changes)
 

@@ -1,9 +1,10 @@
 """On which unstated choices the order of the stiffness profiles depends."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,8 @@ MEASURES = (
     {"quantity": "bend", "method": "hinge"},
     {"quantity": "total", "method": "smooth"},
 )
-ONE_CHANGE = ({}, {"reading": "total"}, {"friction": 0.0}, {"hook_share": 1.0})  # the default, and one choice changed
+ONE_CHANGE: tuple[dict[str, Any], ...] = ({}, {"reading": "total"}, {"friction": 0.0}, {"hook_share": 1.0})
+"""The default, and one choice changed."""
 
 CHOICES = ("reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
 
@@ -56,7 +58,7 @@ class Case:
 
 
 @checked
-def make_postures(*axes: Iterable[Mapping[str, object]], base: Posture | None = None) -> list[Posture]:
+def make_postures(*axes: Iterable[Mapping[str, Any]], base: Posture | None = None) -> list[Posture]:
     """Every combination of the choices, one mapping of changed fields from each axis."""
     base = base or Posture()
     return [base.replace(**{k: v for part in parts for k, v in part.items()}) for parts in product(*axes)]
@@ -67,7 +69,7 @@ def compare(
     antennas: Mapping[str, Antenna],
     postures: Iterable[Posture],
     *,
-    distances: np.ndarray = DISTANCES,
+    distances: Sequence[float] | np.ndarray = DISTANCES,
     measures: Iterable[Mapping[str, str]] = MEASURES,
     workers: int | None = None,
     executor: Executor | None = None,
@@ -92,11 +94,11 @@ def compare(
     return [_fit(name, done[name, posture], measure) for name, _, posture in jobs for measure in measures]
 
 
-def _sweep(distances: np.ndarray, job: tuple[Antenna, Posture]) -> Approach:
+def _sweep(distances: Sequence[float] | np.ndarray, job: tuple[Antenna, Posture]) -> Approach:
     return approach(*job, distances)
 
 
-def _fit(name: str, sweep: Approach, measure: Mapping[str, str]) -> Case:
+def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
     return Case(
         antenna=name,
         posture=sweep.posture,

@@ -14,7 +14,7 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.physics.run import Result
 from feeler.physics.scene import Motion, Scene
-from feeler.physics.simulate import simulate
+from feeler.physics.simulate import expect_motions, simulate
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
@@ -161,9 +161,10 @@ def _begin(sweep: Approach, step: int, velocity: tuple[float, float]) -> Scene:
 
 
 def _collect(sweep: Approach, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:
-    for motion in motions:
-        if isinstance(motion, Exception):
-            raise motion
     return WallTouch(
-        antenna=sweep.antenna, posture=sweep.posture, motions=tuple(motions), distance=distance, speed=speed
+        antenna=sweep.antenna,
+        posture=sweep.posture,
+        motions=tuple(expect_motions(motions)),
+        distance=distance,
+        speed=speed,
     )

@@ -1,6 +1,8 @@
 """A wall that comes nearer in small steps to an antenna held at its base: the equilibrium at each distance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +62,7 @@ def make_wall_scene(
         velocity=velocity,
         friction=posture.friction,
     )
-    base = {"base": (0.0, 0.0, sign * posture.base_angle), "label": f"wall at {distance:g} mm"}
+    base: dict[str, Any] = {"base": (0.0, 0.0, sign * posture.base_angle), "label": f"wall at {distance:g} mm"}
     return Scene(antenna=antenna, objects=(wall,), **base | fields)
 
 
@@ -68,7 +70,7 @@ def make_wall_scene(
 def approach(
     antenna: Antenna,
     posture: Posture | None = None,
-    distances: np.ndarray = DISTANCES,
+    distances: Sequence[float] | np.ndarray = DISTANCES,
     *,
     substep: float = SUBSTEP,
 ) -> Approach:
@@ -125,7 +127,7 @@ def approach(
     )
 
 
-def _check_distances(distances: np.ndarray, antenna: Antenna) -> np.ndarray:
+def _check_distances(distances: Sequence[float] | np.ndarray, antenna: Antenna) -> np.ndarray:
     values = np.atleast_1d(np.asarray(distances, dtype=float))
     if values.size == 0 or values.ndim != 1:
         raise InvalidInput(f"distances must be a list of at least one distance [mm], got shape {values.shape}.")
@@ -169,5 +171,5 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
     return rod, wall
 
 
-def _hold(antenna: Antenna, posture: Posture, distance: float, **fields: object) -> RodStepper:
+def _hold(antenna: Antenna, posture: Posture, distance: float, **fields: Any) -> RodStepper:
     return RodStepper([make_wall_scene(antenna, posture, distance, **fields)], timestep=1.0)
