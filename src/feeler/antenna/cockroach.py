@@ -1,5 +1,7 @@
 """The flagellum of Periplaneta americana: every number with its source."""
 
+from functools import cache
+
 import numpy as np
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
@@ -70,6 +72,11 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     """
     if profile not in PROFILE_NAMES:
         raise InvalidInput(f"unknown profile {profile!r}; valid: {', '.join(PROFILE_NAMES)}.")
+    return _make(profile, sensors)
+
+
+@cache  # an antenna cannot be changed, so one may serve all who ask
+def _make(profile: str, sensors: str) -> Antenna:
     n = int(_v("n_segments"))
     exponential = Antenna(
         segment_length=_segment_length(n),

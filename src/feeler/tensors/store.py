@@ -212,7 +212,7 @@ class Store:
         rows = [trial % size for trial in old.trials]
         shards = {}
         for name, item in layout.variables.items():
-            kept = open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
+            kept = np.asarray(open_array(self.path, name, item, (group + 1) * size, size)[group * size :])
             shards[name] = encode_rows(layout, name, size, indices, trials, (rows, kept[rows]))
         new = _merge(old, make_record(layout, size, indices, trials, made, shards))
         both = {name: old.shards[name] + new.shards[name] for name in shards}  # the old trials are in both
