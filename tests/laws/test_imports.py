@@ -81,7 +81,9 @@ def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("room", ["tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response"])
+@pytest.mark.parametrize(
+    "room", ["tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response"]
+)
 def test_analysis_needs_no_simulator(room):
     code = f"import feeler.{room}, sys; sys.exit('mujoco' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

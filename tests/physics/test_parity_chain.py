@@ -277,21 +277,30 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
     return touched
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(scenes())
-def test_every_step_of_a_random_scene_is_mujoco(scene):
+@pytest.mark.parametrize("n_scenes", [10, pytest.param(40, marks=pytest.mark.slow)])
+def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     """Each step from MuJoCo's own state, so that chaos can neither hide nor make a difference.
 
     MuJoCo finds the distance to a mesh by iteration; an error of 1e-9 mm there is one of 1e-6 in the contact force,
     because its impedance rises within 1e-3 mm.
     """
-    check_steps(scene, 0.02, 500)
+
+    @settings(max_examples=n_scenes, deadline=None, derandomize=True)
+    @given(scenes())
+    def check(scene):
+        check_steps(scene, 0.02, 500)
+
+    check()
 
 
-@settings(max_examples=20, deadline=None, derandomize=True)
-@given(moving_scenes())
-def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(scene):
-    check_steps(scene, 0.04, 250)
+@pytest.mark.parametrize("n_scenes", [6, pytest.param(20, marks=pytest.mark.slow)])
+def test_every_step_of_a_moving_base_among_two_objects_is_mujoco(n_scenes):
+    @settings(max_examples=n_scenes, deadline=None, derandomize=True)
+    @given(moving_scenes())
+    def check(scene):
+        check_steps(scene, 0.04, 250)
+
+    check()
 
 
 @pytest.mark.parametrize("kind", ["ball", "box"])

@@ -153,7 +153,10 @@ def test_a_line_of_text_names_a_drawing(tmp_path):
         (lambda: Ball(radius=1.0, name=3), "Ball.name must be a line"),
         (lambda: make_feature("ball"), r"'ball' needs radius \[mm\]"),
         (lambda: make_feature("outline", 1.0), "needs its vertices; a size is not enough"),
-        (lambda: make_feature("box", 1.0, depth=2.0), "box has no 'depth'; it has name, rounding, half"),
+        (
+            lambda: make_feature("box", 1.0, depth=2.0),
+            "box has no 'depth'; it has name, half_width, half_height, rounding",
+        ),
         (lambda: make_feature({"radius": 1.0}), "unknown shape None"),
         (lambda: parse_feature("box:wide", 1.0), "'wide' has no value"),
         (lambda: parse_feature("box:file=a.svg", 1.0), "box has no 'file'"),

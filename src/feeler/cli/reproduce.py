@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
-from feeler.physics.engine import choose_timestep
 
 PREPARED = ("feeler.paper.reproduce", "feeler.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
@@ -48,7 +47,7 @@ def reproduce(
     from feeler.paper.context import Context
     from feeler.paper.reproduce import STAGES
     from feeler.paper.reproduce import reproduce as run
-    from feeler.physics.engine import get_engine
+    from feeler.physics.engine import choose_timestep, get_engine
 
     get_engine(engine)
     chosen = change_antenna(choose_antenna(antenna), change)

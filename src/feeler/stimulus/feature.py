@@ -214,18 +214,17 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     InvalidInput
         No shape of this name, an unknown field, or a field that is missing.
     """
-    if isinstance(kind, Mapping):
-        values = {**kind, **values}
-        kind = str(values.pop("kind", None))
-    shape = SHAPES[kind]
+    values = {**kind, **values} if isinstance(kind, Mapping) else {"kind": kind, **values}
+    word: Any = values.pop("kind", None)
+    shape = SHAPES[word]
     known = {field.name: field for field in fields(shape)}
     if unknown := values.keys() - known.keys():
-        raise InvalidInput(f"a {kind} has no {min(map(str, unknown))!r}; it has {', '.join(known)}.")
+        raise InvalidInput(f"a {word} has no {min(map(str, unknown))!r}; it has {', '.join(known)}.")
     needed = [name for name, field in known.items() if field.default is MISSING and name not in values]
     if needed and size is None:
-        raise InvalidInput(f"feature {kind!r} needs {', '.join(needed)} [mm], or one size for all of them.")
+        raise InvalidInput(f"feature {word!r} needs {', '.join(needed)} [mm], or one size for all of them.")
     if other := [name for name in needed if known[name].type not in (float, "float")]:
-        raise InvalidInput(f"feature {kind!r} needs its {', '.join(other)}; a size is not enough.")
+        raise InvalidInput(f"feature {word!r} needs its {', '.join(other)}; a size is not enough.")
     return shape(**values, **dict.fromkeys(needed, size))
 
 
