@@ -70,6 +70,7 @@ _ROOMS = (
     "stimulus",
     "tensors",
     "tracking",
+    "tradeoff",
     "wall",
 )
 

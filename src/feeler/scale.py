@@ -23,7 +23,8 @@ class Scale:
     vector: bool = True
     """Whether figures are also drawn as PDF; without it a smoke run is a fifth faster."""
     queue: tuple[str, ...] = (
-        "tensors", "calibration", "reading", "cnn", "encoding", "robot", "wall", "antenna", "tracking",
+        "tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient", "bounds", "robot", "wall", "antenna",
+        "tracking",
     )  # fmt: skip
     """Stages, longest first, so that no core waits at the end; but first tensors, for which most others wait."""
 
@@ -100,6 +101,13 @@ class Scale:
     )
     """Training of the network [C], which takes half a minute of one core each; empty leaves the network out."""
 
+    # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
+    trade_profiles: tuple[str, ...] = ()
+    """Profiles whose speeds are compared; none named: all that are compared elsewhere."""
+    trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({"draws": 100}))
+    gradient: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    regression: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
     # robot
     gaps: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
     """Sizes of the reality gap."""
@@ -131,9 +139,26 @@ class Scale:
         return ConvolutiveNMF(**(settings | {"random_state": 0} | changes))
 
 
+HEADLINE = {"relative": (1.0,), "common": (0.03,)}
+"""Of the levels of noise those that the report shows."""
 QUICK = Scale(
     name="quick",
-    queue=("tensors", "robot", "reading", "encoding", "wall", "calibration", "antenna", "tracking", "cnn"),
+    # fmt: off
+    queue=(
+        "tensors",
+        "robot",
+        "reading",
+        "encoding",
+        "wall",
+        "tradeoff",
+        "calibration",
+        "gradient",
+        "bounds",
+        "antenna",
+        "tracking",
+        "cnn",
+    ),
+    # fmt: on
     control_speeds=("slow",),
     frames={"S1": 40, "S2": 32, "S3": 24, "S4": 40},
     fit_starts=0,
@@ -161,6 +186,10 @@ QUICK = Scale(
     jitters=False,
     choices=False,
     network={},
+    trade_profiles=("exponential", "constant"),
+    trade={"sets": 1, "speeds": (0.12, 0.3, 0.6), "draws": 20, "levels": HEADLINE},
+    gradient={"sets": 1, "speeds": (0.3,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
+    regression={"shapes": ("ball",), "train": 90, "test": 8, "relative": (0.1, 1.0), "common": (0.003, 0.03)},
     gaps=(0.0, 1.0, 2.0),
     robots=3,
     variants=(1,),
@@ -195,6 +224,9 @@ SMOKE = replace(
         "before_repeats": 0,
         "n_restarts": 1,
     },
+    trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": HEADLINE},
+    gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0, -0.0827), "contact_control": False},
+    regression={"shapes": ("ball",), "train": 24, "test": 2, "relative": (1.0,), "common": (0.03,)},
     gaps=(1.0,),
     robots=1,
     variants=(),

@@ -26,7 +26,7 @@ LAYERS = (
     {"scale"},
     {"plotting"},
     {"report"},
-    {"comparison"},
+    {"comparison", "tradeoff"},
     {"paper"},
     {"cli"},
 )

@@ -14,6 +14,7 @@ VERBS = (
     "touch",
     "export",
     "compare",
+    "tradeoff",
     "calibrate",
     "wall",
     "robot",

@@ -51,6 +51,23 @@ STAGES = (
         figures=("figS4",),
     ),
     Stage(
+        name="tradeoff",
+        title="Beyond the paper: speed against accuracy against energy",
+        figures=("open_speed",),
+    ),
+    Stage(
+        name="gradient",
+        title="Beyond the paper: what the gradient does",
+        figures=("open_gradient",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
+    Stage(
+        name="bounds",
+        title="Beyond the paper: place, size and speed beside their bounds",
+        figures=("open_bounds",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
+    Stage(
         name="robot",
         title="The robotic antenna",
         figures=("fig6", "figS7"),

@@ -90,6 +90,13 @@ for _name, _quantity in {
         make=_take("base"),
         optional=True,
     ),
+    "work": Quantity(
+        unit="mJ",
+        meaning="work done on the antenna since time 0, by its base and by all objects",
+        dims=("trial", "time", "mover"),
+        make=_take("work"),
+        optional=True,
+    ),
     "timestep": Quantity(
         unit="ms",
         meaning="integration step that reached the accuracy",

@@ -1,0 +1,77 @@
+"""Draw what slow and fast touches tell, by when, and what they cost."""
+
+from collections.abc import Mapping
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.plotting.look import PALETTE
+from feeler.tradeoff.best import find_best, summarise
+
+MARKS = dict(zip(("relative", "common"), ("o", "s"), strict=True))
+
+
+def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure) -> None:
+    """Six panels; needs about 7.2 × 4.6 inches. ``levels``: the level shown of each kind of noise."""
+    first, axes = next(iter(measured.values())), figure.subplots(2, 3)
+    common = levels["common"]
+    plot_windows(first, common, "time", axes[0, 0])
+    axes[0, 0].set(xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time")
+    plot_windows(first, common, "distance", axes[0, 1])
+    axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
+    axes[0, 0].legend(title="m/s", ncols=2, fontsize=6, title_fontsize=6)
+    plot_best(first, levels, axes[0, 2])
+    for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
+        for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
+            plot_speeds(data, levels[kind], ax, color=colour, label=name)
+        ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
+    axes[1, 0].legend()
+    plot_costs(measured, axes[1, 2])
+
+
+def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
+    """Accuracy against window, a line for each speed, with its interval over the sets."""
+    chosen = data.isel(window=np.flatnonzero(data["kind"].values == kind)).sel(level=level)
+    found = summarise(100 * chosen["accuracy"])
+    colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, data.sizes["speed"]))
+    for colour, speed in zip(colours, data["speed"].values, strict=True):
+        one, x = found.sel(speed=speed), chosen["value"].values
+        ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
+        ax.fill_between(x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0)
+    ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
+
+
+def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
+    """Best speed against deadline; bars: speeds that the sets do not tell from it."""
+    for colour, (kind, level) in zip(PALETTE, levels.items(), strict=False):
+        best = find_best(data, level)
+        best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
+        x, y = best["value"].values, best["best"].values
+        ax.errorbar(x, y, [y - best["least"], best["most"] - y], fmt=f"{MARKS[kind]}-", ms=3, lw=1, capsize=2,
+                    color=colour, label=f"noise {level}")  # fmt: skip
+    ax.set(xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]")
+    ax.legend()
+
+
+def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: object) -> None:
+    """Bits against speed: whole touches, and (dashed) at equal distance and samples."""
+    matched = data["window"].values[data["kind"].values == "distance and samples"][0]
+    for window, line in (("whole touch", "-"), (matched, "--")):
+        found = summarise(data["bits"].sel(level=level, window=window))
+        shown = style | ({} if line == "-" else {"label": None})
+        ax.errorbar(data["speed"], found["mean"], found["half"], ls=line, marker=".", ms=3, capsize=2, **shown)
+    ax.set(xscale="log", xlabel="speed [m/s]", ylabel="bits")
+
+
+def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
+    """Work on the antenna and (dashed, right) peak force against speed."""
+    right = ax.twinx()
+    for colour, data in zip(PALETTE, measured.values(), strict=False):
+        ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
+        right.plot(data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour)
+    ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
+    right.set_ylabel("peak force [mN] (dashed)")
+    right.spines["right"].set_visible(True)
