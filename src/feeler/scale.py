@@ -141,24 +141,10 @@ class Scale:
 
 HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
+REST = ("gradient", "bounds", "antenna", "tracking", "cnn")
 QUICK = Scale(
     name="quick",
-    # fmt: off
-    queue=(
-        "tensors",
-        "robot",
-        "reading",
-        "encoding",
-        "wall",
-        "tradeoff",
-        "calibration",
-        "gradient",
-        "bounds",
-        "antenna",
-        "tracking",
-        "cnn",
-    ),
-    # fmt: on
+    queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *REST),
     control_speeds=("slow",),
     frames={"S1": 40, "S2": 32, "S3": 24, "S4": 40},
     fit_starts=0,
@@ -187,9 +173,16 @@ QUICK = Scale(
     choices=False,
     network={},
     trade_profiles=("exponential", "constant"),
-    trade={"sets": 1, "speeds": (0.12, 0.3, 0.6), "draws": 20, "levels": HEADLINE},
-    gradient={"sets": 1, "speeds": (0.3,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
-    regression={"shapes": ("ball",), "train": 90, "test": 8, "relative": (0.1, 1.0), "common": (0.003, 0.03)},
+    trade={"sets": 1, "speeds": (0.3, 0.6, 1.2), "draws": 20, "levels": HEADLINE},
+    gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
+    regression={
+        "shapes": ("ball",),
+        "train": 60,
+        "test": 4,
+        "copies": 3,
+        "relative": (0.1, 1.0),
+        "common": (0.003, 0.03),
+    },
     gaps=(0.0, 1.0, 2.0),
     robots=3,
     variants=(1,),

@@ -5,7 +5,7 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.information import compute_bounds, compute_fisher, differentiate_touches
+from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_derivatives, scale_peaks
 
 
 def test_bounds_are_what_least_squares_reaches():
@@ -65,3 +65,15 @@ def test_what_has_no_size_is_refused():
         differentiate_touches(
             feeler.presets.cockroach(), feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3), ["mass"]
         )
+
+
+def test_derivatives_of_scaled_tensors():
+    """Against differences of the scaled tensors themselves."""
+    rng = np.random.default_rng(1)
+    tensors, moves, step = rng.standard_normal((3, 4, 5)), rng.standard_normal((2, 3, 4, 5)), 1e-6
+    found = scale_derivatives(moves, tensors)
+    for move, derivative in zip(moves, found, strict=True):
+        difference = (scale_peaks(tensors + step * move) - scale_peaks(tensors - step * move)) / (2 * step)
+        assert derivative == pytest.approx(difference, abs=1e-7)
+    with pytest.raises(InvalidInput, match="with a peak"):
+        scale_derivatives(moves, np.zeros((3, 4, 5)))

@@ -11,7 +11,7 @@ import feeler
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.information import compute_information, scale_peaks
-from feeler.tradeoff import draw_touches, find_best, load_declared, measure_tradeoff, summarise
+from feeler.tradeoff import average_sets, draw_touches, find_best, load_declared, measure_tradeoff
 from feeler.tradeoff.measure import list_windows
 
 BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]
@@ -103,9 +103,9 @@ def test_best_and_what_is_not_told_from_it():
 def test_the_interval_is_students():
     rng = np.random.default_rng(0)
     draws = xr.DataArray(rng.standard_normal((5, 4000)), dims=("set", "case"))
-    found = summarise(draws)
+    found = average_sets(draws)
     assert float((abs(found["mean"]) < found["half"]).mean()) == pytest.approx(0.95, abs=0.015)
-    assert np.isnan(summarise(draws[:1])["half"]).all()
+    assert np.isnan(average_sets(draws[:1])["half"]).all()
 
 
 def test_every_speed_has_its_matched_samples_on_the_grid():

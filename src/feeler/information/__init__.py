@@ -3,7 +3,7 @@
 from feeler.information.bits import Information, compute_information, find_noise, measure_information
 from feeler.information.energy import compute_energies, compute_energy, scale_peaks
 from feeler.information.fisher import compute_bounds, compute_fisher
-from feeler.information.sensitivity import PARAMETERS, Parameter, differentiate_touches
+from feeler.information.sensitivity import PARAMETERS, Parameter, differentiate_touches, scale_derivatives
 from feeler.information.separation import compute_separation
 
 __all__ = [
@@ -19,5 +19,6 @@ __all__ = [
     "differentiate_touches",
     "find_noise",
     "measure_information",
+    "scale_derivatives",
     "scale_peaks",
 ]

@@ -54,7 +54,6 @@ def differentiate_touches(
     *,
     step: Annotated[float, "> 0"] = 1.0,
     quantity: str = "angle",
-    relative: bool = False,
     **options: Any,
 ) -> xr.Dataset:
     """∂x/∂θ of each touch by central differences of the simulated tensors, with the check that they have converged.
@@ -68,8 +67,6 @@ def differentiate_touches(
         Names of :data:`PARAMETERS`: ``location`` [mm along the antenna], ``size`` [mm, half-width], ``speed`` [%].
     step
         Multiplies every parameter's step.
-    relative
-        Of each tensor over its own peak, as ``scale_peaks`` gives it, rather than of the tensor.
     options
         What :func:`feeler.touch` takes beside: duration, engine, timestep, contact, workers …
 
@@ -81,7 +78,6 @@ def differentiate_touches(
         ``unit`` of each parameter.
     """
     from feeler.experiment.touch import touch  # who only reads tensors needs no engine
-    from feeler.information.energy import scale_peaks
 
     trials = [trials] if isinstance(trials, Trial) else list(trials)
     known = [PARAMETERS[name] for name in parameters]
@@ -95,7 +91,6 @@ def differentiate_touches(
     ]
     tensors = touch(antenna, moved, **options)
     values = tensors[quantity].values
-    values = scale_peaks(values) if relative else values
     up, down = np.moveaxis(values.reshape(len(known), 2, 2, len(trials), *values.shape[1:]), 2, 0)
     wide, close = np.moveaxis((up - down) / (2 * steps[:, :, None, None, None]), 1, 0)
     size = np.linalg.norm(close, axis=(2, 3))
@@ -105,3 +100,26 @@ def differentiate_touches(
         {"derivative": (("parameter", "trial", "sensor", "time"), close), "change": (("parameter", "trial"), change)},
         {"parameter": list(parameters), "unit": ("parameter", [p.unit for p in known]), "time": tensors["time"].values},
     )
+
+
+@checked
+def scale_derivatives(
+    derivatives: Annotated[np.ndarray, "parameter trial ..."], tensors: Annotated[np.ndarray, "trial ..."]
+) -> np.ndarray:
+    """Derivatives of x/p from those of x, p being each tensor's greatest magnitude: (∂x − x ∂p/p) / p.
+
+    What :func:`feeler.information.scale_peaks` is to tensors. The peak is taken to stay where it is.
+
+    Raises
+    ------
+    InvalidInput
+        Shapes that do not go together, or a tensor that is zero everywhere.
+    """
+    moves, values = np.asarray(derivatives, dtype=float), np.asarray(tensors, dtype=float)
+    if moves.shape[1:] != values.shape or not np.abs(values).reshape(len(values), -1).max(axis=1).all():
+        raise InvalidInput(f"derivatives {moves.shape} need tensors {moves.shape[1:]} with a peak, got {values.shape}.")
+    flat, along = values.reshape(len(values), -1), moves.reshape(*moves.shape[:2], -1)
+    top = np.abs(flat).argmax(axis=1)
+    peak = np.take_along_axis(flat, top[:, None], 1)  # with its sign, which cancels
+    change = np.take_along_axis(along, np.broadcast_to(top[None, :, None], (*moves.shape[:2], 1)), 2)
+    return ((along - flat * (change / peak)) / np.abs(peak)).reshape(moves.shape)

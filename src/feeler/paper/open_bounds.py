@@ -15,7 +15,7 @@ from sklearn.preprocessing import StandardScaler
 
 from feeler.antenna.antenna import Antenna
 from feeler.experiment.touch import touch
-from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_peaks
+from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_derivatives, scale_peaks
 from feeler.paper.context import Context
 from feeler.paper.open_gradient import UNITS, load_questions
 from feeler.plotting.look import PALETTE
@@ -69,14 +69,14 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
         ]
         targets = [_list_targets(antenna, trials) for trials in sets]
         angles = [touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets]
+        derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), **options)
+        changes[shape] = derived["change"].values
         for kind in UNITS:
-            relative = kind == "relative"
-            clean = [scale_peaks(angle) if relative else angle for angle in angles]
-            derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), relative=relative, **options)
-            changes[shape, kind] = derived["change"].values
-            moves = derived["derivative"].transpose("trial", ...).values
+            clean, moves = angles, derived["derivative"].values
+            if kind == "relative":
+                clean, moves = [scale_peaks(angle) for angle in angles], scale_derivatives(moves, angles[1])
             for size in asked[kind]:
-                least = np.array([compute_bounds(compute_fisher(move, size)) for move in moves])
+                least = np.array([compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)])
                 bounds[shape, kind, size] = np.sqrt((least**2).mean(axis=0))
                 errors[shape, kind, size] = read(clean, targets, size, asked, rng)
     return {"errors": errors, "bounds": bounds, "changes": changes}
@@ -118,7 +118,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
 def show(context: Context, section: Section) -> None:
     """Errors beside bounds, and whether the derivatives have converged."""
     asked = load_questions("regression", context.effort.regression)
-    options = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
+    options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
     data = compute(context.antenna, asked, **options)
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
@@ -153,5 +153,5 @@ def show(context: Context, section: Section) -> None:
                 for word, by in (("error", best), ("bound", data["bounds"])):
                     mean = float(np.sqrt(np.mean([by[key][k] ** 2 for key in keys])))
                     section.values[f"bounds.{word}.{name}.{kind}.{size:g}"] = mean
-    section.numbers("bounds", **{part: {" ".join(map(str, key)): value for key, value in found.items()}
+    section.numbers("bounds", **{part: {str(key): value for key, value in found.items()}
                                  for part, found in data.items()})  # fmt: skip

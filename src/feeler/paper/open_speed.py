@@ -8,7 +8,7 @@ import xarray as xr
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles
 from feeler.report.section import Section
-from feeler.tradeoff import Declared, find_best, load_declared, measure_tradeoff, summarise
+from feeler.tradeoff import Declared, average_sets, find_best, load_declared, measure_tradeoff
 from feeler.tradeoff.page import LEAD, fill_section
 
 WINDOWS = {"whole": "whole touch", "matched": "{matched_distance:g} mm, {matched_samples} samples", "early": "30 ms"}
@@ -18,7 +18,7 @@ def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
     """What every profile of this scale tells at every speed."""
     asked = context.effort.trade_profiles
     names = [name for name in list_profiles(context) if not asked or name in asked or not context.is_cockroach]
-    options = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
+    options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
     return {
         name: measure_tradeoff(context.profiles[name], declared, **options).assign_attrs(antenna=name) for name in names
     }
@@ -50,7 +50,7 @@ def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[
 
 
 def _spread(values: xr.DataArray) -> dict[str, float] | float:
-    one = summarise(values)
+    one = average_sets(values)
     mean, half = float(one["mean"]), float(one["half"])
     return {"value": mean, "low": mean - half, "high": mean + half} if np.isfinite(half) else mean
 

@@ -1,16 +1,16 @@
 """Speed against accuracy against energy: what a touch tells by when, and what it costs, for any antenna."""
 
-from feeler.tradeoff.best import find_best, summarise
+from feeler.tradeoff.best import average_sets, find_best
 from feeler.tradeoff.declared import Declared, load_declared
 from feeler.tradeoff.measure import draw_touches, measure_tradeoff
 from feeler.tradeoff.page import write_tradeoff
 
 __all__ = [
     "Declared",
+    "average_sets",
     "draw_touches",
     "find_best",
     "load_declared",
     "measure_tradeoff",
-    "summarise",
     "write_tradeoff",
 ]

@@ -10,7 +10,7 @@ LEVEL = 0.95
 
 
 @checked
-def summarise(values: xr.DataArray) -> xr.Dataset:
+def average_sets(values: xr.DataArray) -> xr.Dataset:
     """``mean`` over sets and ``half``, half the width of its 95 % interval (Student's t; NaN for one set)."""
     count = values.sizes["set"]
     half = values.std("set", ddof=1) * stdtrit(count - 1, (1 + LEVEL) / 2) / np.sqrt(count) if count > 1 else np.nan
@@ -35,9 +35,9 @@ def find_best(measured: xr.Dataset, level: str, field: str = "accuracy") -> xr.D
     speeds, windows = measured["speed"].values, np.arange(measured.sizes["window"])
     best, second = order[0], order[min(1, len(order) - 1)]
     difference = values.isel(speed=xr.DataArray(best, dims="window")) - values
-    found = summarise(difference.transpose("set", "speed", "window"))
+    found = average_sets(difference.transpose("set", "speed", "window"))
     tied = found["mean"].values <= np.nan_to_num(found["half"].values)
-    own, gain = summarise(values), found.isel(speed=xr.DataArray(second, dims="window"))
+    own, gain = average_sets(values), found.isel(speed=xr.DataArray(second, dims="window"))
     place = speeds[:, None] + 0 * mean.values
     columns = {
         "best": speeds[best],

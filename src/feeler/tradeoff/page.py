@@ -11,7 +11,7 @@ import xarray as xr
 from feeler.checked import checked
 from feeler.report import Section, render_page
 from feeler.report.section import to_json
-from feeler.tradeoff.best import find_best, summarise
+from feeler.tradeoff.best import average_sets, find_best
 from feeler.tradeoff.declared import Declared
 from feeler.tradeoff.draw import plot_tradeoff
 
@@ -81,7 +81,7 @@ def list_rows(data: xr.Dataset, declared: Declared, level: str) -> list[list[obj
     wanted += [
         str(w) for w in data["window"].values[np.isin(data["kind"].values, ("distance and samples", "whole touch"))]
     ]
-    bits, accuracy = (summarise(data[field].sel(level=level))["mean"] for field in ("bits", "accuracy"))
+    bits, accuracy = (average_sets(data[field].sel(level=level))["mean"] for field in ("bits", "accuracy"))
     best = find_best(data, level)
     rows: list[list[object]] = []
     for window in wanted:
@@ -96,7 +96,7 @@ def list_rows(data: xr.Dataset, declared: Declared, level: str) -> list[list[obj
 
 def _tabulate(data: xr.Dataset) -> xr.Dataset:
     """A row per speed, level and window: means over the sets, and half the width of their interval."""
-    found = {f"{field}{ending}": summarise(data[field])[part]
+    found = {f"{field}{ending}": average_sets(data[field])[part]
              for field in ("accuracy", "bits") for ending, part in (("", "mean"), ("_half", "half"))}  # fmt: skip
     costs = {name: data[name].mean("set") for name in ("work", "force", "release")}
     names = ("antenna", "speed", "level", "window")
