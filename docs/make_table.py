@@ -21,6 +21,15 @@ HEADLINES = {
         "Fig. 5A–E, S6", "reading", "dispersion.tensor.nmi.slow", "closest-match NMI {:.2f} at slow touch",
     ),
     "Convolutional network": ("Fig. S4", "cnn", "cnn.slow", "{:.2f} accuracy at slow touch"),
+    "Beyond the paper: speed against accuracy against energy": (
+        "beyond", "tradeoff", "tradeoff.whole.common.slowest", "{:.1f} bits of a whole slow touch",
+    ),
+    "Beyond the paper: what the gradient does": (
+        "beyond", "gradient", "gradient.common.-0.0827", "{:.1f} bits with the published gradient",
+    ),
+    "Beyond the paper: place, size and speed beside their bounds": (
+        "beyond", "bounds", "bounds.error.location.common.0.003", "place to {:.2f} mm",
+    ),
     "The robotic antenna": ("Fig. 6, S7, Movie S4", "robot", "robot.transfer", "{:.2f} of surrogate contacts read right"),
     "Active touch speed": ("Fig. S2", "tracking", "tracking.mean", "{:.1f} °/s, synthetic tracks"),
 }  # fmt: skip

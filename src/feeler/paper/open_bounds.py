@@ -18,12 +18,13 @@ from feeler.experiment.touch import touch
 from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_derivatives, scale_peaks
 from feeler.paper.context import Context
 from feeler.paper.open_gradient import UNITS, load_questions
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import PALETTE, mark_places
 from feeler.report.section import Section
 from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
+TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 READERS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
     "kernel ridge": lambda: GridSearchCV(
@@ -112,7 +113,9 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
                 ax.plot(sizes, [data["errors"][shape, kind, s][name][k] for s in sizes], ".-", color=colour, label=name)
             ax.plot(sizes, [data["bounds"][shape, kind, s][k] for s in sizes], "k--", label="Cramér–Rao bound")
             ax.set(xscale="log", yscale="log", xlabel=f"noise [{UNITS[kind]}]", ylabel=f"error of {target} [{unit}]")
-    figure.axes[0].legend()
+            mark_places(ax.xaxis, sizes)
+            mark_places(ax.yaxis, [tick for tick in TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]])
+    figure.axes[3].legend(fontsize=6)
 
 
 def show(context: Context, section: Section) -> None:

@@ -1,11 +1,12 @@
 """One look for every figure: journal sizes, embedded fonts, colours that survive colour blindness."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import matplotlib as mpl
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
@@ -51,6 +52,13 @@ def set_decades(ax: Axes) -> None:
     """A logarithmic y axis with a plain number at each decade: ticks between them only crowd a small panel."""
     ax.set_yscale("log", subs=[])
     ax.yaxis.set_major_formatter("{x:g}")
+
+
+def mark_places(axis: Axis, places: Iterable[float]) -> None:
+    """A plain number at each of these places of a logarithmic axis, and no other mark."""
+    places = list(places)
+    axis.set_ticks(places, [f"{place:g}" for place in places])
+    axis.set_ticks([], minor=True)
 
 
 def fix_layout(figure: Figure) -> None:

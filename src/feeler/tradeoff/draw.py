@@ -1,19 +1,18 @@
 """Draw what slow and fast touches tell, by when, and what they cost."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import PALETTE, mark_places
 from feeler.tradeoff.best import average_sets, find_best
 
-TICKS = np.array([1, 2, 5, 10, 20, 40, 100, 200, 400, 800])
+TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
 MARKS = dict(zip(("relative", "common"), ("o", "s"), strict=True))
 
 
@@ -35,12 +34,6 @@ def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str],
     plot_costs(measured, axes[1, 2])
 
 
-def _mark(axis: Axis, places: Sequence[float] | np.ndarray) -> None:
-    """A plain number at each of these places of a logarithmic axis."""
-    axis.set_ticks(list(places), [f"{place:g}" for place in places])
-    axis.set_ticks([], minor=True)
-
-
 def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     """Accuracy against window, a line for each speed, with its interval over the sets."""
     chosen = data.isel(window=np.flatnonzero(data["kind"].values == kind)).sel(level=level)
@@ -51,7 +44,7 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
         ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
         ax.fill_between(x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0)
     ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
-    _mark(ax.xaxis, TICKS[(TICKS >= x[0]) & (TICKS <= x[-1])])
+    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
 
 
 def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
@@ -63,8 +56,8 @@ def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
         ax.errorbar(x, y, [y - least, most - y], fmt=f"{MARKS[kind]}-", ms=3, lw=1, capsize=2,
                     color=colour, label=f"noise {level}")  # fmt: skip
     ax.set(xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]")
-    _mark(ax.xaxis, TICKS[(TICKS >= x[0]) & (TICKS <= x[-1])])
-    _mark(ax.yaxis, data["speed"].values)
+    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
+    mark_places(ax.yaxis, data["speed"].values)
     ax.legend()
 
 
@@ -76,7 +69,7 @@ def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
         shown = style | ({} if line == "-" else {"label": None})
         ax.errorbar(data["speed"], found["mean"], found["half"], ls=line, marker=".", ms=3, capsize=2, **shown)
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="bits")
-    _mark(ax.xaxis, data["speed"].values)
+    mark_places(ax.xaxis, data["speed"].values)
 
 
 def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
@@ -86,6 +79,6 @@ def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
         ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
         right.plot(data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour)
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
-    _mark(ax.xaxis, data["speed"].values)
+    mark_places(ax.xaxis, data["speed"].values)
     right.set_ylabel("peak force [mN] (dashed)")
     right.spines["right"].set_visible(True)
