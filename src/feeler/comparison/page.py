@@ -3,7 +3,6 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.checked import checked
@@ -17,7 +16,7 @@ from feeler.report import Section, render_page
 
 def plot(data: Comparison, figure: Figure) -> None:
     """Dispersion of tensors above, accuracy below."""
-    top, bottom = np.ravel(np.array(figure.subfigures(2, 1), dtype=object))
+    top, bottom = figure.subfigures(2, 1, squeeze=False).flat
     for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
         plot_index(data.dispersion["raw"], index, ax)
         ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)

@@ -1,13 +1,13 @@
 """What is confused with what: feature, size or location."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from feeler.checked import checked
+from feeler.decoding.labels import Labels
 from feeler.errors import InvalidInput
 
 
@@ -30,7 +30,7 @@ class Confused:
 
 
 @checked
-def explain_confusion(confusion: np.ndarray, attributes: Mapping[str, Sequence[Any]]) -> Confused:
+def explain_confusion(confusion: np.ndarray, attributes: Mapping[str, Labels]) -> Confused:
     """Split a confusion matrix by the attributes of its classes.
 
     Parameters

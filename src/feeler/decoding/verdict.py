@@ -1,8 +1,9 @@
 """Does an order that was claimed hold? With an effect size, an interval, and what the null explains."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class Verdict:
 
 
 def judge_order(
-    values: Mapping[Hashable, np.ndarray],
+    values: Mapping[Any, np.ndarray],
     *,
     claim: str,
     measure: str,

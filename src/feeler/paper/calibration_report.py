@@ -4,6 +4,7 @@ import csv
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, fields
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 
@@ -199,7 +200,7 @@ def write_searches(searches: Iterable[Search], path) -> None:
 def load_kept() -> tuple[Search, ...]:
     """The comparison that the benchmark kept."""
     text = (files("feeler.calibration") / "data" / KEPT).read_text(encoding="utf-8")
-    kinds = {field.name: field.type for field in fields(Search)}
+    kinds: dict[str, Any] = {field.name: field.type for field in fields(Search)}
     return tuple(
         Search(**{name: kinds[name](cell) for name, cell in row.items()}) for row in csv.DictReader(text.splitlines())
     )

@@ -94,7 +94,7 @@ def choose(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict[
 
 
 def _choose_sizes(size: np.ndarray, which: str) -> np.ndarray:
-    wanted = {"both": np.unique(size), "small": [size.min()], "large": [size.max()]}[which]
+    wanted = {"both": np.unique(size), "small": np.array([size.min()]), "large": np.array([size.max()])}[which]
     return np.flatnonzero(np.isin(size, wanted))
 
 
@@ -117,7 +117,13 @@ def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]
         for index in indices
     ]
     n_copies = 4
-    options = {"ratios": (ratio,), "n_copies": n_copies, "n_repeats": 2, "noise": Common(reference=1.0), "rotate": True}
+    options: dict[str, Any] = {
+        "ratios": (ratio,),
+        "n_copies": n_copies,
+        "n_repeats": 2,
+        "noise": Common(reference=1.0),
+        "rotate": True,
+    }
     estimator = make_lda(min(30, n_copies * len(labels) - 1))
     areas = {
         name: compute_sweep(array, labels, estimator=estimator, random_state=random_state, **options).area

@@ -2,6 +2,7 @@
 
 import shutil
 from functools import lru_cache
+from typing import Any
 
 import xarray as xr
 
@@ -41,7 +42,7 @@ def load_tensors(context: Context, profile: str) -> xr.Dataset:
     made_with = {"antenna": antenna, "touches": touches, "timestep": context.timestep, "engine": context.engine}
     key = make_key(made_with | {"seed": context.seed}, touch.__module__)
     path = context.out / "cache" / "tensors" / f"{profile}-{key}.zarr"
-    options = {
+    options: dict[str, Any] = {
         "duration": DURATION,
         "timestep": context.timestep,
         "engine": context.engine,

@@ -1,6 +1,5 @@
 """Fig. 2A, C: the antenna, its profiles, and where its numbers come from."""
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
@@ -25,7 +24,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
         f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots), {antenna.length:.3g} mm"
     )
     ax.spines.left.set_visible(False)
-    plot_profiles(antenna, np.array([figure.add_subplot(grid[1, i]) for i in range(4)]))
+    plot_profiles(antenna, [figure.add_subplot(grid[1, i]) for i in range(4)])
 
 
 def show(context: Context, section: Section) -> None:

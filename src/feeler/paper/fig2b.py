@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
@@ -47,11 +48,11 @@ class Fig2BData:
 
 
 def compute(
-    antenna: Antenna | None = None, *, engine: str = DEFAULT_ENGINE, sample_interval: float = 0.2, **options: float
+    antenna: Antenna | None = None, *, engine: str = DEFAULT_ENGINE, sample_interval: float = 0.2, **options: Any
 ) -> Fig2BData:
     """Simulate both experiments on ``antenna`` (default: the cockroach's)."""
     antenna = cockroach() if antenna is None else antenna
-    options = {"engine": engine, "sample_interval": sample_interval} | options
+    options |= {"engine": engine, "sample_interval": sample_interval}
     released = release(antenna, duration=2 * STEP_SPAN, **options)
     time, tip = released["time"].values, released["tip"].values[0, :, 0]
     free = measure_free_response(time, tip)

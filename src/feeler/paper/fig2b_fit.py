@@ -107,7 +107,9 @@ def _list_scores(found) -> list[list[object]]:
 
 def _row(name: str, score: tuple) -> list[object]:
     measured, error, accuracy = score
-    values = [float(v) * UNITS.get(n, 1.0) for n, v in zip(measured.names, measured.values, strict=True)]
+    values: list[str | float] = [
+        float(v) * UNITS.get(n, 1.0) for n, v in zip(measured.names, measured.values, strict=True)
+    ]
     if measured.overdamped:
         values = ["over-damped" if n in UNITS else v for n, v in zip(measured.names, values, strict=True)]
     return [name, *values, error, accuracy]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import Normalize
@@ -60,7 +61,7 @@ def compute(
     """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D."""
     posture = posture or Posture()
     first = next(iter(antennas.values()))
-    options = {"engine": engine, "timestep": timestep, "workers": workers}
+    options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
     straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
     axes = CASES[effort.cases]

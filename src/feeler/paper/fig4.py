@@ -173,8 +173,8 @@ def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
 
 def plot(data: Fig4Data, figure: Figure) -> None:
     """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
-    left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1))
-    top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9))
+    left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
+    top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
     plot_ranks(data, top.subplots())
     top.suptitle("B", x=0.02, ha="left", weight="bold")
     sets = {f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()}

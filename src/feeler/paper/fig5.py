@@ -90,7 +90,7 @@ def compute(
     claimed = {c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES)) for c, g in groups.items()}
     kinds = {c: {k: {n: g.codes[k] for n, g in gs.items()} for k in CODES} for c, gs in groups.items()}
     dispersion = figS6.compute(kinds, claimed, random_state=random_state)
-    curves = {}
+    curves: dict[str, Curves] = {}
     for comparison, members in groups.items():
         # The first group of both comparisons is the same antenna at the same speed: noise before encoding once.
         once = replace(plan, before_repeats=0) if curves and not plan.before_all else plan
@@ -121,7 +121,7 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
                         values,
                         claim=READ_BETTER[comparison],
                         measure=f"accuracy, {LABELS[kind]}, {noise} noise",
-                        explained=compute_explained(sweeps[claimed[comparison][0]], null),
+                        explained=np.nan if null is None else compute_explained(sweeps[claimed[comparison][0]], null),
                     )
                 )
     return verdicts
@@ -152,7 +152,16 @@ def list_copies(curves: Mapping[str, Curves]) -> list[list[str]]:
                 ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
                 accuracies = ", ".join(f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items())
                 null = found_here.find_null(kind, n_copies=n)
-                rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, f"{100 * null.noisy.mean():.0f}"])
+                rows.append(
+                    [
+                        comparison,
+                        LABELS[kind],
+                        str(n),
+                        ratios,
+                        accuracies,
+                        f"{100 * null.noisy.mean():.0f}" if null else "–",
+                    ]
+                )
     return rows
 
 
@@ -166,7 +175,7 @@ def _describe_kept(comparison: str, curves: Curves) -> list[str]:
 def plot(data: Fig5Data, figure: Figure) -> None:
     """5A, B above with the conditions of 5E; 5C and D below, a column per kind of code, a row per noise model."""
     n_blocks = len(data.curves)
-    top, *blocks = figure.subfigures(1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks))
+    top, *blocks = figure.subfigures(1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks), squeeze=False).flat
     plot_top(data, top)
     for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
         letter = "C" if comparison == "speed" else "D"
@@ -184,7 +193,7 @@ def plot(data: Fig5Data, figure: Figure) -> None:
 
 def plot_top(data: Fig5Data, figure: SubFigure) -> None:
     """NMI of codes and tensors for both comparisons, and one tensor per condition."""
-    left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
+    left, right = figure.subfigures(1, 2, width_ratios=(3, 2), squeeze=False).flat
     axes = left.subplots(1, len(data.curves), squeeze=False)[0]
     for letter, comparison, ax in zip("AB", data.curves, axes, strict=False):
         found = [data.dispersion.dispersions[comparison][kind] for kind in MAIN]
@@ -238,7 +247,7 @@ def _make_jitter(context: Context):
     def jitter(name: str, location: float, speed: float) -> Any:
         order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
         moved = jitter_trials(order, rng, location=location, speed=speed)
-        options = {"timestep": context.timestep, "engine": context.engine, "workers": context.workers}
+        options: dict[str, Any] = {"timestep": context.timestep, "engine": context.engine, "workers": context.workers}
         return touch(context.profiles[name], moved, duration=DURATION, **options)
 
     return jitter

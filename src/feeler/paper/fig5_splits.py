@@ -25,7 +25,7 @@ def compute_splits(
     random_state: int = 0,
 ) -> dict[str, dict[str, float]]:
     """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
-    options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
+    options: dict[str, Any] = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
     options |= {"noise": Relative(each="tensor"), "rotate": True, "random_state": random_state}
     found: dict[str, dict[str, float]] = {}
     for comparison, members in groups.items():

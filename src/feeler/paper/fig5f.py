@@ -110,7 +110,7 @@ def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
 
 def plot(data: Fig5BasesData, figure: Figure) -> None:
     """F on the left, G on the right; needs about 7.2 × 4 inches."""
-    left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1))
+    left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1), squeeze=False).flat
     plot_bases({name: encoder.components_ for name, encoder in data.encoders.items()}, data.sampling, left.subplots())
     left.suptitle("F", x=0.02, ha="left", weight="bold")
     plot_entropy(data, right.subplots())

@@ -4,6 +4,7 @@ The paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -25,7 +26,7 @@ PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
 
 def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     """Draw panels A to E and, below them, what lies beyond the paper."""
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05))
+    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05), squeeze=False).flat
     a = top.subplots(1, 4)
     plot_layout(a[0])
     plot_channels(data.raw, a[1], "capacitance [pF]")
@@ -89,7 +90,7 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
 def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
     """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what it changed."""
     robot, angles = make_robot(), (data.release.values, data.simulated_release)
-    looks = (
+    looks: tuple[dict[str, Any], ...] = (
         {"color": SURROGATE, "label": "surrogate"},
         {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"},
     )

@@ -1,6 +1,7 @@
 """Fig. S2: the speed of active touch. Drawn from synthetic tracks: the paper's own were never published."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
@@ -80,7 +81,7 @@ def plot_box(data: FigS2Data, ax) -> None:
     ax.legend(fontsize="x-small", frameon=False)
 
 
-def _degrees(speed: np.ndarray | float) -> np.ndarray | float:
+def _degrees(speed: Any) -> Any:
     return np.rad2deg(speed) * 1e3
 
 

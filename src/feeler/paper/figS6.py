@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
@@ -88,7 +89,7 @@ def _wrap(kind: str) -> str:
     return LABELS[kind].replace(", ", ",\n").replace(" (", "\n(")
 
 
-def show(section: Section, data: FigS6Data, speeds: dict[str, str]) -> None:
+def show(section: Section, data: FigS6Data, speeds: Mapping[Any, str]) -> None:
     """Every closest match; ``speeds`` names groups by speed. Fig. 5 calls this with what it has computed."""
     section.figure(
         "figS6_dispersion",

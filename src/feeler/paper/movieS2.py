@@ -1,5 +1,7 @@
 """Movie S2: a tensor grows."""
 
+from typing import Any
+
 from feeler.experiment.touch import touch
 from feeler.paper.context import Context
 from feeler.plotting.touch import write_touch_movie
@@ -15,7 +17,7 @@ def show(context: Context, section: Section) -> None:
     """A ball at the middle, at each speed."""
     for speed in context.effort.movie_speeds:
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
-        options = {"timestep": context.timestep, "engine": context.engine}
+        options: dict[str, Any] = {"timestep": context.timestep, "engine": context.engine}
         everything = touch(context.antenna, trial, duration=LASTING[speed], all_hinges=True, **options)
         path = section.folder / f"movieS2_{speed}.mp4"
         write_touch_movie(context.antenna, trial, everything, path, context.effort.frames["S2"])

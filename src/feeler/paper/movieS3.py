@@ -71,7 +71,7 @@ def show(context: Context, section: Section) -> None:
 
 
 def _follow(context: Context, section: Section) -> None:
-    rows = []
+    rows: list[list[object]] = []
     for name, antenna in context.profiles.items():
         try:
             run = follow(antenna)

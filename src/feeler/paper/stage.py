@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from typing import cast
 
 from filelock import FileLock
 
@@ -88,7 +89,7 @@ def run_stage(stage: Stage, context: Context) -> Section:
     start = time.perf_counter()
     try:
         with hold_blas():
-            stage.show(View(context, stage.reads), section)
+            stage.show(cast(Context, View(context, stage.reads)), section)
     except FeelerError as error:
         shutil.rmtree(partial)
         failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
@@ -15,7 +16,7 @@ PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 PROFILE_COLOURS = dict(zip(("exponential", "linear", "constant", "matched"), PALETTE, strict=False))
 TENSOR_COLOURS = "magma"  # perceptually even; jet only beside the paper's own pictures
 
-RC = {
+RC: Any = {
     "figure.dpi": 110,
     "savefig.dpi": 220,
     "font.family": "sans-serif",
