@@ -149,3 +149,18 @@ def test_unknown_ways_and_confidences(traces):
         fit_traces(traces, make_small(), confidence=95)
     with pytest.raises(InvalidInput, match="no such file"):
         load_traces("nowhere.csv")
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"names": ("a", "b")}, "got 2 names, 50 samples"),
+        ({"time": np.arange(49.0)}, "got 1 names, 49 samples"),
+        ({"displacement": np.zeros(50)}, r"displacement must be an array \(animal, sample\)"),
+        ({"time": None}, r"time must be an array \(sample\)"),
+    ],
+)
+def test_traces_that_do_not_fit_together_are_refused(changes, match):
+    fields = {"time": np.arange(50.0), "displacement": np.exp(-np.arange(50.0) / 9)[None], "names": ("a",)}
+    with pytest.raises(InvalidInput, match=match):
+        Traces(**fields | changes)

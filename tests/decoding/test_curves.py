@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
+from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Curve, Group, compute_curves
 from feeler.decoding.plan import Plan
@@ -91,3 +92,8 @@ def test_curve_names_what_it_is():
     assert Curve("slow", "joint", "relative", 10).when == "after"
     with pytest.raises(InvalidInput, match="n_repeats"):
         compute_sweep(np.ones((2, 1, 1)), [0, 1], n_repeats=0)
+
+
+def test_a_seed_is_a_whole_number_from_0():
+    with pytest.raises(InvalidInput, match="random_state must be a whole number ≥ 0"):
+        PeakEncoder(random_state=-1)

@@ -5,7 +5,15 @@ import pytest
 
 from feeler.antenna import compute_modes
 from feeler.errors import InvalidInput
-from feeler.robot import Recording, fit_factors, make_posture, make_robot, measure_ringing, simulate_release
+from feeler.robot import (
+    Recording,
+    compute_tip,
+    fit_factors,
+    make_posture,
+    make_robot,
+    measure_ringing,
+    simulate_release,
+)
 
 TIME = np.arange(2000.0)
 
@@ -59,6 +67,29 @@ def test_planted_factors_come_back(factors):
     assert fit.damping_factor == pytest.approx(factors[1], rel=1e-3)
     assert fit.error < 9e-4  # the paper's minimum error
     assert fit.target.frequency == pytest.approx(compute_modes(robot, 1).frequency[0], rel=0.01)
+
+
+def test_engines_release_alike():
+    robot = make_robot()
+    ours, theirs = (
+        simulate_release(robot, make_posture(robot), 60.0, engine=e) for e in ("chain-consistent", "mujoco")
+    )
+    np.testing.assert_allclose(ours, theirs, atol=0.01 * np.abs(theirs).max())
+    assert not np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize(
+    ("posture", "duration", "message"),
+    [(np.zeros(7), 10.0, "one angle per hinge: 8, got"), (np.zeros(8), -1.0, "duration must be a number > 0")],
+)
+def test_what_cannot_be_released_is_refused(posture, duration, message):
+    with pytest.raises(InvalidInput, match=message):
+        simulate_release(make_robot(), posture, duration)
+
+
+def test_a_tip_needs_the_angles_of_all_hinges():
+    with pytest.raises(InvalidInput, match="needs the 8 hinges"):
+        compute_tip(make_robot(), np.zeros((7, 20)))
 
 
 @pytest.mark.slow

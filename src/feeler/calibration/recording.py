@@ -4,6 +4,7 @@ import csv
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -16,16 +17,24 @@ TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
 EXAMPLE = "synthetic_step"
 
 
+@checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Traces:
     """Free responses sampled together: ``time`` (sample,) [ms] from release, ``displacement`` (animal, sample)."""
 
-    time: np.ndarray
-    displacement: np.ndarray
+    time: Annotated[np.ndarray, "sample"]
+    displacement: Annotated[np.ndarray, "animal sample"]
     names: tuple[str, ...]
     source: str = "recorded"
 
     def __post_init__(self) -> None:
+        for field in ("time", "displacement"):
+            object.__setattr__(self, field, np.asarray(getattr(self, field), dtype=float))
+        if self.displacement.shape != (len(self.names), self.time.size):
+            raise InvalidInput(
+                f"Traces need one name per animal and one displacement per sample: got {len(self.names)} names, "
+                f"{self.time.size} samples and displacement of shape {self.displacement.shape}."
+            )
         for name, row in zip(self.names, self.displacement, strict=True):
             check_trace(self.time, row, f"trace {name!r}")
 

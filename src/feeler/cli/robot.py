@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,6 +25,9 @@ app = typer.Typer(help="Recordings of a robotic antenna: calibrate, check, conve
 Files = Annotated[list[Path], typer.Argument(help="CSV recordings: time_ms, hinge1_pF … hinge8_pF (or _deg, _rad)")]
 Calibration = Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")]
 Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
+Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]
+Timestep = Annotated[float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")]
+Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
 Gaps = Annotated[str, typer.Option(help="gaps over 10 ms: refuse, bridge, keep")]
 
 
@@ -90,13 +93,19 @@ def fit(
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
     method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
+    engine: Engine = None,
+    timestep: Timestep = None,
 ) -> None:
     """Fit the stiffness and damping factors p1 and p2 to a recorded release."""
     from feeler.robot import fit_factors, make_flexures
 
-    changes = {name: value for name, value in (("thickness", thickness), ("length", length)) if value is not None}
     read = _read([recording], calibration, "refuse", "refuse")[0]
-    result = fit_factors(read, hinges=make_flexures(**changes), method=method)
+    result = fit_factors(
+        read,
+        hinges=make_flexures(**_tell(thickness=thickness, length=length)),
+        method=method,
+        **_tell(engine=engine, timestep=timestep),
+    )
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
             f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio {ringing.damping_ratio:.4f}, "
@@ -110,7 +119,13 @@ def fit(
 
 @app.command()
 def classify(
-    recordings: Files, calibration: Calibration = None, outside: Outside = "refuse", gaps: Gaps = "bridge"
+    recordings: Files,
+    calibration: Calibration = None,
+    outside: Outside = "refuse",
+    gaps: Gaps = "bridge",
+    engine: Engine = None,
+    timestep: Timestep = None,
+    workers: Workers = None,
 ) -> None:
     """Train on simulated touches, then name feature, location and speed of each recording."""
     import numpy as np
@@ -119,7 +134,7 @@ def classify(
     from feeler.robot import align_recordings, make_training, subtract_rest
 
     read = [subtract_rest(recording) for recording in _read(recordings, calibration, outside, gaps)]
-    training = make_training()
+    training = make_training(**_tell(engine=engine, timestep=timestep, workers=workers))
     classifier = TransferClassifier().fit(training.values, training.labels)
     aligned = [align_recordings([recording]).values[0] for recording in read]
     for path, ranked in zip(recordings, classifier.predict_top(np.stack(aligned), 2), strict=True):
@@ -134,13 +149,16 @@ def stream(
     serial: Annotated[bool, typer.Option("--serial", help="source is a serial port (extra: robot)")] = False,
     threshold: Annotated[float, typer.Option(help="posterior at which the answer counts as decided")] = 0.9,
     every: Annotated[int, typer.Option(help="print every so many samples after contact")] = 50,
+    engine: Engine = None,
+    timestep: Timestep = None,
+    workers: Workers = None,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
     from feeler.decoding.samples import open_serial, read_lines, read_samples
     from feeler.robot import load_calibration, load_recording, make_decoder
 
     lines = None if calibration is None else load_calibration(calibration)
-    decoder = make_decoder(threshold=threshold)
+    decoder = make_decoder(threshold=threshold, **_tell(engine=engine, timestep=timestep, workers=workers))
     if serial or source == "-":
         samples = read_samples(open_serial(source) if serial else read_lines(sys.stdin.buffer), decoder.n_sensors_)
     else:
@@ -149,6 +167,11 @@ def stream(
         if recording.quantity == "angle":
             lines = None
     _decode(decoder.start(), samples, lines, every)
+
+
+def _tell(**options: Any) -> dict[str, Any]:
+    """What was said on the command line."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _decode(running, samples, lines, every: int) -> None:

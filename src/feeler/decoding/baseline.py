@@ -1,9 +1,10 @@
 """The trivial baseline: where and when a tensor peaks, and nothing else."""
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.dispersion.blocks import check_tensors
 
 
@@ -19,7 +20,8 @@ class PeakEncoder:
         Seed of the dither.
     """
 
-    def __init__(self, random_state: int = 0):
+    @checked
+    def __init__(self, random_state: Annotated[int, "≥ 0"] = 0):
         self._rng = np.random.default_rng(random_state)
 
     def __call__(self, tensors: Any) -> np.ndarray:

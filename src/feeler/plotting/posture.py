@@ -1,7 +1,7 @@
 """Draw antennas and what touches them, in the plane."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis
 
 
 @checked
-def plot_posture(points: np.ndarray, ax: Axes, **line: Any) -> None:
+def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: Any) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
     ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
 

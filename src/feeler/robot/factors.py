@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
@@ -10,10 +11,11 @@ from scipy.signal import find_peaks
 from feeler.antenna import Antenna, compute_modes
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.robot.hinge import Flexures, make_flexures
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
-from feeler.robot.touches import INTERVAL, TIMESTEP, compute_tip
+from feeler.robot.touches import INTERVAL, compute_tip
 
 METHODS = ("update", "powell")
 MAX_UPDATES = 12
@@ -112,14 +114,23 @@ def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
 
 
 @checked
-def simulate_release(antenna: Antenna, posture: np.ndarray, duration: float) -> np.ndarray:
+def simulate_release(
+    antenna: Antenna,
+    posture: Annotated[np.ndarray, "hinge"],
+    duration: Annotated[float, "> 0"],
+    *,
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
+) -> np.ndarray:
     """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at rest."""
     from feeler.physics.clock import Clock
     from feeler.physics.run import run_scene
     from feeler.physics.scene import Scene
 
-    clock = Clock(duration=duration, sample_interval=INTERVAL, timestep=TIMESTEP)
-    return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock).angle.T
+    if np.shape(posture) != (antenna.n_segments,):
+        raise InvalidInput(f"posture needs one angle per hinge: {antenna.n_segments}, got shape {np.shape(posture)}.")
+    clock = Clock(duration=duration, sample_interval=INTERVAL, timestep=choose_timestep(timestep, engine))
+    return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock, engine).angle.T
 
 
 @checked
@@ -132,7 +143,13 @@ def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
 
 @checked
 def fit_factors(
-    recording: Recording, *, hinges: Flexures | None = None, method: str = "update", name: str = "fitted robot"
+    recording: Recording,
+    *,
+    hinges: Flexures | None = None,
+    method: str = "update",
+    name: str = "fitted robot",
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
 ) -> RobotFit:
     """Factors p1 and p2 for which the model rings as a recorded release does.
 
@@ -148,6 +165,8 @@ def fit_factors(
     method
         ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations. ``powell``: the
         paper's optimiser, some hundred evaluations, same answer.
+    engine, timestep
+        Of the simulated release, as for :func:`feeler.touch`.
 
     Raises
     ------
@@ -167,7 +186,12 @@ def fit_factors(
     def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
         nonlocal count
         count += 1
-        return _ring(hinges, factors, posture, duration, name)
+        antenna = make_robot(hinges=hinges, stiffness_factor=factors[0], damping_factor=factors[1], name=name)
+        motion = simulate_release(antenna, posture, duration, engine=engine, timestep=timestep)
+        try:
+            return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
+        except InvalidInput:
+            return None, antenna
 
     start = solve_factors(target, hinges)
     factors = _search_powell(ring, target, start) if method == "powell" else _search_update(ring, target, start)
@@ -222,17 +246,6 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
     logs = np.log(start)
     bounds = [(value - 1.0, value + 1.0) for value in logs]
     return np.exp(minimize(cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}).x)
-
-
-def _ring(
-    hinges: Flexures, factors: np.ndarray, posture: np.ndarray, duration: float, name: str
-) -> tuple[Ringing | None, Antenna]:
-    antenna = make_robot(hinges=hinges, stiffness_factor=factors[0], damping_factor=factors[1], name=name)
-    motion = simulate_release(antenna, posture, duration)
-    try:
-        return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
-    except InvalidInput:
-        return None, antenna
 
 
 def _distance(reached: Ringing, target: Ringing) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -68,22 +68,24 @@ def make_training(
     n_variants: Annotated[int, "≥ 0"] = 0,
     gap: Gap | None = None,
     rng: np.random.Generator | None = None,
+    **how: Any,
 ) -> Touches:
     """Simulate the training set: the nominal model, and ``n_variants`` more with mechanics and touches drawn at random.
 
     The variants are domain randomisation: each draws an antenna and every touch with differences of size ``gap``
-    (default one reality gap), without the sensing faults, and all keep the nominal labels.
+    (default one reality gap), without the sensing faults, and all keep the nominal labels. ``how`` may hold ``engine``,
+    ``timestep``, ``workers`` and ``executor``, as for :func:`feeler.touch`.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
-    motions = simulate_touches(antenna, trials)
+    motions = simulate_touches(antenna, trials, **how)
     if n_variants:
         if rng is None:
             raise InvalidInput(f"{n_variants} variants are drawn at random; give rng=.")
         size = Gap() if gap is None else gap
         variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
         pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
-        motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs)]
+        motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs, **how)]
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
     touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna, motions=tuple(motions))
     return touches.take(np.flatnonzero(touches.aligned.touched))
@@ -130,9 +132,12 @@ def _align(antenna: Antenna, motions: Sequence[np.ndarray]) -> Aligned:
 
 
 @checked
-def make_decoder(*, threshold: float = 0.9, seed: Annotated[int, "≥ 0"] = 0) -> StreamDecoder:
-    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random."""
-    training = make_training(n_variants=1, rng=np.random.default_rng([seed, 1]))
+def make_decoder(*, threshold: float = 0.9, seed: Annotated[int, "≥ 0"] = 0, **how: Any) -> StreamDecoder:
+    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random.
+
+    ``how`` goes to :func:`make_training`.
+    """
+    training = make_training(n_variants=1, rng=np.random.default_rng([seed, 1]), **how)
     nominal = len(make_touches())
     decoder = StreamDecoder(threshold=threshold).fit(training.motions[:nominal], training.labels[:nominal])
     return decoder.temper(training.motions[nominal:], training.labels[nominal:])

@@ -5,6 +5,7 @@ Nothing that comes out of it is a measurement of the real robot; every recording
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from feeler.robot.preset import MOUNT, make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.sensing import Sensing, draw_sensing
 from feeler.robot.sensor import SensorCalibration
-from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, TIMESTEP, make_touches, simulate_pairs
+from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, make_touches, simulate_pairs
 from feeler.stimulus import Trial
 
 RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
@@ -41,9 +42,9 @@ class Surrogate:
         """Length of the moving mount [mm]; 0 where the base is rigid."""
         return float(self.antenna.segment_length[0]) if self.antenna.n_segments > self.sensing.base.size else 0.0
 
-    def touch(self, trials: Sequence[Trial], *, timestep: float = TIMESTEP) -> list[Recording]:
+    def touch(self, trials: Sequence[Trial], **how: Any) -> list[Recording]:
         """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with human precision."""
-        motions = simulate_pairs(self.carry_out(trials), timestep=timestep)
+        motions = simulate_pairs(self.carry_out(trials), **how)
         return [self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)]
 
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:

@@ -1,12 +1,15 @@
 """Touches of the robotic antenna in simulation: the paper's grid, and angles over time."""
 
 from collections.abc import Sequence
+from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
-from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.errors import InvalidInput
+from feeler.execute import Executor
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.stimulus import Ball, Box, Trial
 
 SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
@@ -15,10 +18,8 @@ SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
 LEAD = 20.0  # [C] ms before contact, enough to see the resting level
 TAIL = 400.0  # [C] ms kept after contact can last
 SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
-TIMESTEP = 0.05  # [C] ms; 0.025 changes aligned tensors less than the touches' own spread
 INTERVAL = 1.0  # [P] ms
 ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
-WORKERS = 2  # threads; the numbers do not depend on it
 
 Label = tuple[str, float, float]
 """A class: feature, location, speed."""
@@ -55,20 +56,23 @@ def choose_duration(trial: Trial) -> float:
 
 
 @checked
-def simulate_touches(
-    antenna: Antenna, trials: Sequence[Trial], *, duration: float | None = None, timestep: float = TIMESTEP
-) -> list[np.ndarray]:
-    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see :func:`choose_duration`."""
-    return simulate_pairs([(antenna, trial) for trial in trials], duration=duration, timestep=timestep)
+def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
+    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see :func:`choose_duration`.
+
+    ``how`` may hold ``duration`` [ms] and, as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
+    """
+    return simulate_pairs([(antenna, trial) for trial in trials], **how)
 
 
+@checked
 def simulate_pairs(
     pairs: Sequence[tuple[Antenna, Trial]],
     *,
     duration: float | None = None,
-    timestep: float = TIMESTEP,
+    timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
-    workers: int = WORKERS,
+    workers: int | None = None,
+    executor: Executor | None = None,
 ) -> list[np.ndarray]:
     """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations run together.
 
@@ -81,11 +85,13 @@ def simulate_pairs(
     from feeler.physics.scene import make_scene
     from feeler.physics.simulate import expect_motions, simulate
 
+    step = choose_timestep(timestep, engine)
     durations = [duration or choose_duration(trial) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
-        clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=timestep)
-        results = simulate([make_scene(*pairs[i]) for i in group], clock, engine=engine, workers=workers)
+        clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=step)
+        scenes = [make_scene(*pairs[i]) for i in group]
+        results = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
         for i, motion in zip(group, expect_motions(results), strict=True):
             motions[i] = np.ascontiguousarray(motion.angle[: round(durations[i] / INTERVAL)].T)
     return motions
@@ -103,7 +109,11 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 
 @checked
-def compute_tip(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]) -> np.ndarray:
     """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on."""
+    if np.shape(angle)[-2:-1] != (antenna.n_segments,):
+        raise InvalidInput(
+            f"angle needs the {antenna.n_segments} hinges of the antenna (…, hinge, time), got shape {np.shape(angle)}."
+        )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
     return np.einsum("n,...nt->...t", antenna.segment_length, np.sin(heading))

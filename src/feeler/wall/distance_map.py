@@ -1,7 +1,7 @@
 """The map from the point of greatest curvature to the wall's distance: how straight, how exact, over what range."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -49,7 +49,11 @@ class DistanceMap:
 
 @checked
 def fit_distance(
-    distance: np.ndarray, position: np.ndarray, used: np.ndarray, at_base: np.ndarray, resolution: float
+    distance: Annotated[np.ndarray, "step"],
+    position: Annotated[np.ndarray, "step"],
+    used: Annotated[np.ndarray, "step"],
+    at_base: Annotated[np.ndarray, "step"],
+    resolution: float,
 ) -> DistanceMap:
     """Fit the line by least squares.
 
@@ -129,7 +133,7 @@ def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -
 
 @checked
 def bootstrap_median(
-    values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
+    values: Annotated[np.ndarray, "setup"], rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
 ) -> tuple[float, float, float]:
     """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
     values = np.asarray(values, dtype=float)
