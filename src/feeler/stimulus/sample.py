@@ -148,7 +148,7 @@ def sample_trials(
         "seed": int(seed),
     }
     trials = SampledTrials(columns, known, antenna, recipe)
-    _redraw(trials, lambda again: _draw(n, spreads, len(known), [*sides], seed, again))
+    _redraw(trials, antenna, lambda again: _draw(n, spreads, len(known), [*sides], seed, again))
     return trials
 
 
@@ -172,19 +172,20 @@ def _draw(n: int, spreads: dict[str, Spread], n_features: int, sides: list[str],
 def _check_ends(columns: dict[str, np.ndarray], features: tuple[Feature, ...]) -> None:
     """Refuse values that no trial may have: what it may have are intervals, so that the ends tell."""
     for pick in (np.min, np.max):
-        Trial(feature=features[0], **{name: float(pick(columns[name])) for name in FIELDS})
+        fields: dict[str, Any] = {name: float(pick(columns[name])) for name in FIELDS}
+        Trial(feature=features[0], **fields)
         if not np.isnan(columns["size"][0]) and not pick(columns["size"]) > 0:
             raise InvalidInput(f"sizes must be > 0 mm, got {pick(columns['size']):.3g}.")
 
 
-def _redraw(trials: SampledTrials, draw: Any) -> None:
+def _redraw(trials: SampledTrials, antenna: Antenna, draw: Any) -> None:
     """Draw again what cannot be placed."""
-    left, reason = np.flatnonzero(~_fits_surely(trials)), ""
+    left, reason = np.flatnonzero(~_fits_surely(trials, antenna)), ""
     for again in range(1, ATTEMPTS + 1):
         bad = []
         for index in left:
             try:
-                place(trials.antenna, trials[int(index)])
+                place(antenna, trials[int(index)])
             except InvalidInput as error:
                 bad.append(index)
                 reason = str(error)
@@ -201,13 +202,11 @@ def _redraw(trials: SampledTrials, draw: Any) -> None:
     )
 
 
-def _fits_surely(trials: SampledTrials) -> np.ndarray:
+def _fits_surely(trials: SampledTrials, antenna: Antenna) -> np.ndarray:
     """Touches (trial,) known to fit without looking: a convex thing no wider than a straight, clamped antenna of one radius.
 
     Drawn back from it along a line, one convex body leaves another and does not meet it again.
     """
-    antenna = trials.antenna
-    assert antenna is not None
     straight = not antenna.rest_angle.any() and np.all(antenna.radius == antenna.radius[0])
     if not straight or "x" in trials.columns:
         return np.zeros(len(trials), bool)
