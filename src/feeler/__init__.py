@@ -64,6 +64,7 @@ _ROOMS = (
     "execute",
     "experiment",
     "information",
+    "learn",
     "paper",
     "physics",
     "plotting",

@@ -34,7 +34,7 @@ LAYERS = (
     {"experiment"},
     {"response", "encoding", "dispersion", "tracking"},
     {"calibration", "decoding", "information", "wall"},
-    {"robot"},
+    {"robot", "learn"},
     {"presets"},
     {"scale"},
     {"plotting"},
