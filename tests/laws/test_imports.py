@@ -12,20 +12,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {
-        "checked",
-        "draw",
-        "errors",
-        "compiled",
-        "frozen",
-        "provenance",
-        "registry",
-        "limits",
-        "guard",
-        "toml",
-        "sources",
-        "svg",
-    },
+    {"checked", "errors", "compiled", "frozen", "provenance", "registry", "limits", "guard", "toml", "sources", "svg"},
     {"antenna"},
     {"stimulus"},
     {"execute"},
@@ -34,12 +21,12 @@ LAYERS = (
     {"experiment"},
     {"response", "encoding", "dispersion", "tracking"},
     {"calibration", "decoding", "information", "wall"},
-    {"robot", "learn"},
+    {"robot"},
     {"presets"},
     {"scale"},
     {"plotting"},
     {"report"},
-    {"comparison", "tradeoff"},
+    {"comparison", "studio", "tradeoff"},
     {"paper"},
     {"cli"},
 )

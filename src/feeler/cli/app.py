@@ -12,6 +12,7 @@ from feeler.errors import FeelerError
 VERBS = (
     "reproduce",
     "touch",
+    "studio",
     "export",
     "compare",
     "tradeoff",

@@ -21,6 +21,8 @@ from feeler.wall.sweep import approach, make_wall_scene
 
 ENGINE = "rod-inertia"
 PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
+Watch = Callable[[np.ndarray, np.ndarray], None]
+"""Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it raises ends the run."""
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 SUBSTEP = 5.0  # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
 GRID = 0.5  # mm; samples of the smoothed curvature in the loop
@@ -123,6 +125,7 @@ def calibrate(
     speed: float = 0.45,
     engine: str = ENGINE,
     timestep: float | None = None,
+    watch: Watch | None = None,
 ) -> DistanceMap:
     """The map read while the body runs parallel to a straight wall at known distances.
 
@@ -134,7 +137,7 @@ def calibrate(
     sweep = approach(antenna, posture, distances, substep=SUBSTEP)
     listened = []
     for distance, angle in zip(sweep.distance, sweep.angle, strict=True):
-        runner = _Runner(make_wall_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep)
+        runner = _Runner(make_wall_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep, watch)
         peaks = []
         while runner.time < SETTLING + LISTENING:
             runner.go(0.0)
@@ -159,6 +162,7 @@ def follow(
     oracle: bool = False,
     engine: str = ENGINE,
     timestep: float | None = None,
+    watch: Watch | None = None,
 ) -> Run:
     """Run a body along a wall with turns, steering by the point of greatest curvature of its antenna.
 
@@ -178,6 +182,8 @@ def follow(
         Steer by the true distance: what steering alone can reach.
     engine, timestep
         As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1 ms long.
+    watch
+        Called after each period, with the body (3,) and the hinge angles (segment,).
 
     Returns
     -------
@@ -209,7 +215,7 @@ def follow(
         angle=sweep.angle[0],
         label=f"{antenna.name} along a wall",
     )
-    runner = _Runner(scene, speed, engine, timestep)
+    runner = _Runner(scene, speed, engine, timestep, watch)
     return _run(runner, course, controller, None if oracle else distance_map)
 
 
@@ -239,9 +245,12 @@ def _run(runner: "_Runner", course: Course, controller: Controller, known: Dista
 class _Runner:
     """A body with an antenna, that runs at constant speed."""
 
-    def __init__(self, scene: Scene, speed: float, engine: str, timestep: float | None) -> None:
+    def __init__(
+        self, scene: Scene, speed: float, engine: str, timestep: float | None, watch: Watch | None = None
+    ) -> None:
         scene = replace(scene, base_motion=BaseMotion(velocity=(0.0, speed)))
         self.simulation = Simulations([scene], engine=engine, timestep=choose_timestep(timestep, engine))
+        self._watch = watch
         self.period, self.speed = max(PERIOD, self.simulation.timestep), speed
         self.antenna, self._base_angle = scene.antenna, scene.base[2]
         self._place = np.arange(0.0, self.antenna.hinge_position[-1], GRID)
@@ -264,6 +273,8 @@ class _Runner:
         self.simulation.step(self.period)
         if self.simulation.failed[0] is not None:
             raise self.simulation.failed[0]
+        if self._watch is not None:
+            self._watch(self.body, self.simulation.state.angle[0])
 
     def feel(self) -> float:
         """Arc length of the greatest smoothed bend beyond the slack shape [mm]; NaN without contact."""

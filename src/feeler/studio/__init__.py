@@ -1,0 +1,8 @@
+"""The studio: an antenna in your browser. A local server, a notebook widget and exported pages share one front end."""
+
+from feeler.studio.exporting import write_player
+from feeler.studio.server import Studio
+from feeler.studio.session import Session
+from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
+
+__all__ = ["AntennaWish", "ObjectWish", "Session", "Studio", "TouchWish", "write_player"]

@@ -1,0 +1,129 @@
+"""Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that plays by itself."""
+
+import io
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna.file import write_antenna
+from feeler.errors import InvalidInput
+from feeler.experiment.touch import touch
+from feeler.plotting.look import style
+from feeler.studio import study
+from feeler.studio.exporting import write_player
+from feeler.studio.hand import LONGEST, read_commands, replay
+from feeler.studio.script import write_script
+from feeler.studio.touching import INTERVAL, count_samples, describe_scene, find_sensed, hash_tensor, simulate_pieces
+from feeler.studio.wish import TouchWish, read_number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Leaving:
+    """A file that leaves the page."""
+
+    name: str
+    mime: str
+    content: bytes
+
+
+def make_file(message: dict[str, Any]) -> Leaving:
+    """What the page asks to be saved: ``what`` is toml, script, svg, png, mp4 or html."""
+    wish = TouchWish.read(message.get("wish"))
+    commands = read_commands(message["commands"]) if message.get("commands") else None
+    samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
+    what = message.get("what")
+    makers: dict[str, tuple[str, Callable[[], bytes]]] = {
+        "toml": ("application/toml", lambda: write_antenna(wish.antenna.make()).encode()),
+        "script": ("text/x-python", lambda: write_script(wish, commands, samples).encode()),
+        "svg": ("image/svg+xml", partial(_draw, wish, commands, samples, "svg")),
+        "png": ("image/png", partial(_draw, wish, commands, samples, "png")),
+        "mp4": ("video/mp4", partial(_film, wish, commands)),
+        "html": ("text/html", lambda: _write_html(wish, message.get("other"), commands, samples).encode()),
+    }
+    if not isinstance(what, str) or what not in makers:
+        raise InvalidInput(f"what must be one of {', '.join(makers)}, got {str(what)[:40]!r}.")
+    mime, make = makers[what]
+    stem = "antenna" if what == "toml" else "touch"
+    return Leaving(name=f"feeler-{stem}.{'py' if what == 'script' else what}", mime=mime, content=make())
+
+
+def read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:
+    """The readings of a touch, or of a run by hand, from its first to its last sample."""
+    if commands is not None:
+        return replay(wish, commands, samples)
+    pieces = [readings for _, readings in simulate_pieces(wish, Event())]
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+
+def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str) -> bytes:
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import plot_tensor
+
+    antenna = wish.antenna.make()
+    index = find_sensed(antenna)
+    angle = read_whole(wish, commands, samples)["angle"][:, index].T
+    curvature = angle / antenna.segment_length[index][:, None]
+    with style():
+        figure = Figure(figsize=(4.5, 3.0), layout="constrained")
+        ax = figure.subplots()
+        norm = Normalize(0.0, max(float(curvature.max()), 1e-9))
+        image = plot_tensor(curvature, INTERVAL * np.arange(angle.shape[1]), ax, norm)
+        figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
+        out = io.BytesIO()
+        figure.savefig(out, format=kind)
+    return out.getvalue()
+
+
+def _film(wish: TouchWish, commands: list | None) -> bytes:
+    from feeler.plotting import write_touch_movie
+
+    if commands is not None or wish.objects:
+        raise InvalidInput(
+            "a movie shows one object that meets the antenna; take the other objects away, or save the page."
+        )
+    antenna, trial = wish.antenna.make(), wish.make_trial()
+    tensors = touch(antenna, trial, duration=wish.duration, all_hinges=True)
+    with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
+        return write_touch_movie(antenna, trial, tensors, Path(folder) / "touch.mp4").read_bytes()
+
+
+def _write_html(wish: TouchWish, other: Any, commands: list | None, samples: int) -> str:
+    slots = {"A": wish} | ({"B": TouchWish.read(other)} if other is not None else {})
+    records = []
+    for slot, one in slots.items():
+        one = one if not one.preview else TouchWish.read(one.to_plain() | {"preview": False})
+        given = commands if slot == "A" else None
+        readings = read_whole(one, given, samples)
+        records += record_touch(slot, one, readings, by_hand=given is not None)
+    return write_player(records)
+
+
+def record_touch(slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by_hand: bool = False) -> list:
+    """Headers and arrays of a recorded touch, in the order in which a page hears them."""
+    antenna = wish.antenna.make()
+    about = {"slot": slot, "id": 0, "hand": by_hand}
+    tensor = readings["angle"][:, find_sensed(antenna)].T
+    begin = {"part": "begin", "total": len(readings["angle"]), "wish": wish.to_plain(), **describe_scene(wish)}
+    records: list[tuple[dict[str, Any], dict[str, np.ndarray]]] = [
+        ({"type": "touch", **about, **begin}, {}),
+        ({"type": "touch", **about, "part": "piece", "first": 0}, readings),
+        ({"type": "touch", **about, "part": "end", "hash": hash_tensor(tensor), "preview": False}, {}),
+    ]
+    known = study.find_study(antenna, wish.speed)
+    if known is not None and not by_hand and tensor.shape[1] >= known.encoder.n_lags:
+        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], Event())
+        learned = {"type": "study", "slot": slot, "id": 0, "part": "end", "labels": known.labels, "speed": known.speed,
+                   "peak": known.peak, "averages": {name: known.average(name) for name in study.INDEX_NAMES}}  # fmt: skip
+        matrices = {f"similarity {name}": matrix for name, matrix in known.similarity.items()}
+        records.append((learned, {"bases": known.encoder.components_, **matrices}))
+        reading = {"type": "reading", "slot": slot, "id": 0, "noticed": noticed}
+        records.append((reading, {"code": known.encode(tensor), "posterior": posterior[::2]}))
+    return records

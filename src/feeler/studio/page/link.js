@@ -1,0 +1,77 @@
+// @ts-check
+import { inflate, unpack } from "./record.js";
+/**
+ * Three hosts, one way to talk: `send(message)`; what comes back goes to `hear(header, arrays)`.
+ * @typedef {{send: (message: any) => void, live: boolean, close: () => void}} Link
+ * @typedef {(header: any, arrays: any) => void} Hear
+ */
+
+const AGAIN = 600; // ms
+
+/** The local server; after it was away, `tell("on")` is called anew. @param {Hear} hear @param {(s: "on"|"off") => void} tell @returns {Link} */
+export function linkServer(hear, tell) {
+  /** @type {WebSocket|null} */
+  let socket = null;
+  let closed = false;
+  /** @type {any[]} */
+  let waiting = [];
+  const connect = () => {
+    const address = new URL("live", location.href);
+    address.protocol = "ws:";
+    address.hash = address.search = "";
+    const mine = new WebSocket(address);
+    socket = mine;
+    mine.binaryType = "arraybuffer";
+    mine.onopen = () => {
+      tell("on");
+      for (const message of waiting.splice(0)) mine.send(JSON.stringify(message));
+    };
+    mine.onmessage = (event) => hear(...unpack(event.data));
+    mine.onclose = () => {
+      if (closed) return;
+      tell("off");
+      waiting = [];
+      setTimeout(connect, AGAIN);
+    };
+  };
+  connect();
+  return {
+    live: true,
+    send: (message) => {
+      if (socket && socket.readyState === 1) socket.send(JSON.stringify(message));
+      else if (socket && socket.readyState === 0) waiting.push(message);
+    },
+    close: () => {
+      closed = true;
+      if (socket) socket.close();
+    },
+  };
+}
+
+/** A notebook's kernel, by anywidget's model. @param {any} model @param {Hear} hear @param {(s: "on"|"off") => void} tell @returns {Link} */
+export function linkModel(model, hear, tell) {
+  const take = (/** @type {any} */ _content, /** @type {DataView[]} */ buffers) => {
+    for (const view of buffers || []) {
+      const copy = new Uint8Array(view.byteLength);
+      copy.set(new Uint8Array(view.buffer, view.byteOffset, view.byteLength));
+      hear(...unpack(copy.buffer));
+    }
+  };
+  model.on("msg:custom", take);
+  setTimeout(() => tell("on"));
+  return { live: true, send: (message) => model.send(message), close: () => model.off("msg:custom", take) };
+}
+
+/** What an exported page holds. @param {any[]} records @param {Hear} hear @returns {Link} */
+export function linkRecorded(records, hear) {
+  (async () => {
+    for (const { header, arrays } of records) {
+      /** @type {any} */
+      const found = {};
+      for (const name of Object.keys(arrays)) found[name] = await inflate(arrays[name]);
+      hear(header, found);
+    }
+    hear({ type: "recorded" }, {});
+  })();
+  return { live: false, send: () => {}, close: () => {} };
+}

@@ -1,0 +1,141 @@
+// @ts-check
+/** Records: what is known of one antenna's touch, filled while it comes in. */
+
+/** Header and arrays of a packed message. @param {ArrayBuffer} buffer @returns {[any, Object<string, {shape: number[], data: Float32Array}>]} */
+export function unpack(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  /** @type {Object<string, {shape: number[], data: Float32Array}>} */
+  const arrays = {};
+  let place = 4 + length;
+  for (const [name, shape] of header.arrays) {
+    const count = shape.reduce((/** @type {number} */ a, /** @type {number} */ b) => a * b, 1);
+    arrays[name] = { shape, data: new Float32Array(buffer, place, count) };
+    place += 4 * count;
+  }
+  return [header, arrays];
+}
+
+/** Arrays that an exported page carries. @param {any} packed @returns {Promise<{shape: number[], data: Float32Array}>} */
+export async function inflate(packed) {
+  const raw = Uint8Array.from(atob(packed.data), (c) => c.charCodeAt(0));
+  const stream = new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const half = bytes.length / 2, rows = packed.shape[0] || 1, wide = rows ? half / rows : 0;
+  const data = new Float32Array(half), sums = new Int16Array(wide);
+  for (let k = 0; k < half; k++) {
+    const at = k % wide;
+    sums[at] += ((bytes[half + k] << 8) | bytes[k]) << 16 >> 16;
+    data[k] = sums[at] === packed.none ? NaN : sums[at] * packed.unit;
+  }
+  return { shape: packed.shape, data };
+}
+
+const SIZES = ["angle", "place", "force", "base", "contact", "moment"];
+
+export class TouchRecord {
+  constructor() {
+    this.id = -1;
+    /** @type {any} */
+    this.antenna = null;
+    /** @type {number[][][][]} */
+    this.rims = [];
+    this.total = 0;
+    this.filled = 0; // samples of this touch
+    this.shown = 0; // samples that can be drawn, those of the touch before among them
+    this.preview = false;
+    this.ended = false;
+    this.hash = "";
+    this.hand = false;
+    this.interval = 1;
+    this.name = "";
+    /** @type {any[]} */
+    this.commands = [];
+    /** @type {Object<string, Float32Array>} */
+    this.data = {};
+    /** @type {Object<string, number>} */
+    this.wide = {};
+    /** @type {any} */
+    this.reading = null;
+    this.peak = 0;
+    this.mode = null;
+    this.newPeak = 0;
+    /** @type {number[]} */
+    this.index = [];
+    /** @type {{id: number, at: Map<number, number[]>} | null} */
+    this.tips = null;
+  }
+
+  /** A touch begins; what is known of the one before stays until it is overwritten. @param {any} header */
+  begin(header) {
+    const same = this.antenna && this.antenna.segments.length === header.antenna.segments.length &&
+      this.antenna.sensors.join() === header.antenna.sensors.join() && this.rims.length === header.rims.length &&
+      this.total === header.total && !this.hand && !header.hand;
+    Object.assign(this, { id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
+      preview: header.preview, hand: Boolean(header.hand), filled: 0, ended: false, commands: [], name: header.name || "",
+      interval: header.interval || 1, reading: same ? this.reading : null });
+    if (this.reading) this.reading.old = true;
+    if (!same) {
+      this.data = {};
+      this.shown = 0;
+      this.peak = 0;
+    }
+    this.newPeak = 0;
+    this.index = header.antenna.sensors.map((/** @type {number} */ n) => n - 1);
+  }
+
+  /** A piece of it. @param {number} first @param {Object<string, {shape: number[], data: Float32Array}>} arrays */
+  add(first, arrays) {
+    for (const name of SIZES) {
+      const piece = arrays[name];
+      if (!piece) continue;
+      const wide = piece.shape.slice(1).reduce((a, b) => a * b, 1);
+      if (!this.data[name]) {
+        this.data[name] = new Float32Array(this.total * wide);
+        this.wide[name] = wide;
+      }
+      this.data[name].set(piece.data, first * wide);
+    }
+    this.filled = first + arrays.angle.shape[0];
+    this.shown = Math.max(this.shown, this.filled);
+    const angle = arrays.angle.data, wide = this.wide.angle;
+    for (let k = 0; k < arrays.angle.shape[0]; k++)
+      for (const n of this.index) {
+        const size = Math.abs(angle[k * wide + n]);
+        if (size > this.newPeak) this.newPeak = size;
+      }
+    this.peak = this.filled === this.total || this.hand ? this.newPeak : Math.max(this.peak, this.newPeak);
+  }
+
+  /** Angle of a sensor at a sample [rad]. @param {number} sensor @param {number} sample */
+  angle(sensor, sample) {
+    return this.data.angle ? this.data.angle[sample * this.wide.angle + this.index[sensor]] : 0;
+  }
+
+  /** The tip at a sample [mm], kept for trails. @param {number} sample */
+  tip(sample) {
+    if (!this.tips || this.tips.id !== this.id) this.tips = { id: this.id, at: new Map() };
+    const found = this.tips.at.get(sample);
+    if (found && sample < this.filled) return found;
+    const points = this.points(sample), tip = [points[points.length - 2], points[points.length - 1]];
+    if (sample < this.filled) this.tips.at.set(sample, tip);
+    return tip;
+  }
+
+  /** Base, hinges and tip at a sample (point, 2) [mm]. @param {number} sample */
+  points(sample) {
+    const n = this.antenna.segments.length, base = this.data.base, angle = this.data.angle, from = sample * n;
+    let [x, y, heading] = base ? base.subarray(3 * sample, 3 * sample + 3) : [0, 0, 0];
+    const points = new Float64Array(2 * n + 2);
+    points[0] = x;
+    points[1] = y;
+    for (let k = 0; k < n; k++) {
+      heading += angle ? angle[from + k] : this.antenna.rest[k];
+      x += this.antenna.segments[k] * Math.sin(heading);
+      y += this.antenna.segments[k] * Math.cos(heading);
+      points[2 * k + 2] = x;
+      points[2 * k + 3] = y;
+    }
+    return points;
+  }
+}

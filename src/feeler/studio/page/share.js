@@ -1,0 +1,79 @@
+// @ts-check
+import { make, show } from "./dom.js";
+import { encodeState, makeWish } from "./state.js";
+/** Every state can leave: address, script, antenna file, pictures, movie, and a page that plays by itself. */
+
+const WAYS = [
+  ["url", "Copy address", "this state as a link to this studio"],
+  ["script", "Python script", "gives the same tensor, bit for bit"],
+  ["toml", "Antenna (TOML)", "for --antenna and load_antenna"],
+  ["svg", "Figure (SVG)", "the tensor, for a paper"],
+  ["png", "Figure (PNG)", "the tensor, for a slide"],
+  ["mp4", "Movie (MP4)", "the touch, slowed down"],
+  ["html", "Page (HTML)", "plays by itself, to be sent to somebody"],
+];
+
+/** @param {any} app */
+export function makeShare(app) {
+  const menu = make("div", { class: "menu", role: "menu", "aria-label": "Save" });
+  for (const [what, name, words] of WAYS)
+    menu.append(make("button", { type: "button", role: "menuitem", onclick: () => { close(); save(what); } }, make("b", { text: name }), make("span", { text: words })));
+  const button = make("button", { type: "button", class: "plain strong", "aria-haspopup": "menu", "aria-expanded": "false", text: "Save ▾",
+    onclick: () => (menu.hidden ? open() : close()) });
+  const element = make("div", { class: "share" }, button, menu);
+  show(menu, false);
+
+  function open() {
+    show(menu, true);
+    button.setAttribute("aria-expanded", "true");
+    menu.querySelector("button").focus();
+  }
+  function close() {
+    show(menu, false);
+    button.setAttribute("aria-expanded", "false");
+  }
+  menu.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+    const items = /** @type {HTMLElement[]} */ ([...menu.children]), now = items.indexOf(/** @type {HTMLElement} */ (document.activeElement));
+    if (event.key === "Escape") { close(); button.focus(); }
+    else if (event.key === "ArrowDown") items[(now + 1) % items.length].focus();
+    else if (event.key === "ArrowUp") items[(now + items.length - 1) % items.length].focus();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  document.addEventListener("pointerdown", (event) => { if (!element.contains(/** @type {Node} */ (event.target))) close(); });
+
+  /** @param {string} what */
+  async function save(what) {
+    const state = app.store.state, record = app.records.A;
+    if (what === "url") {
+      const address = `${location.href.split("#")[0]}#s=${await encodeState(state)}`;
+      history.replaceState(null, "", address);
+      try {
+        await navigator.clipboard.writeText(address);
+        app.say("The address is in the clipboard.");
+      } catch {
+        app.say("The address bar now holds this state: copy it from there.");
+      }
+      return;
+    }
+    if (state.mode === "wall" || record.name) {
+      app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "A recording is a file of yours already.");
+      return;
+    }
+    const message = { type: "save", what, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
+    if (record.hand) Object.assign(message, { commands: record.commands, samples: record.filled });
+    app.say(what === "mp4" ? "Drawing the movie …" : "Writing …");
+    app.send(message);
+  }
+  return { element, save };
+}
+
+/** Hand a file to the browser. @param {any} header @param {any} arrays */
+export function keepFile(header, arrays) {
+  const { data } = arrays.content;
+  const bytes = new Uint8Array(data.buffer, data.byteOffset, header.bytes);
+  const link = make("a", { href: URL.createObjectURL(new Blob([bytes], { type: header.mime })), download: header.name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

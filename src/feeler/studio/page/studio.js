@@ -1,0 +1,585 @@
+// @ts-check
+import { makeCode, makeSet, makeVerdict } from "./charts.js";
+import { readColours } from "./colours.js";
+import { announce, make, makeChoice, show, write } from "./dom.js";
+import { makeEditor } from "./editor.js";
+import { linkModel, linkRecorded, linkServer } from "./link.js";
+import { makeAntennaPanel, makePanel, makeTags, makeTouchPanel, makeWallPanel } from "./panels.js";
+import { TouchRecord } from "./record.js";
+import { makeScene } from "./scene.js";
+import { keepFile, makeShare } from "./share.js";
+import { Store, TOUCH, decodeState, makeState, makeWish } from "./state.js";
+import { makeTensor } from "./tensor.js";
+import { makeTour } from "./tour.js";
+import { WallRecord, makeWall } from "./wall.js";
+/** The studio: one front end for a local server, a notebook and an exported page. */
+
+const RATES = [0.01, 0.03, 0.1, 0.3, 1];
+const STUDY_AFTER = 900; // ms of rest after which an antenna is studied
+const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"]];
+
+class App {
+  /** @param {HTMLElement} root */
+  constructor(root) {
+    this.root = root;
+    /** @type {any} */
+    this.catalogue = null;
+    this.store = new Store(makeState({ preset: "exponential" }), (done) => this.changed(done));
+    this.records = { A: new TouchRecord(), B: new TouchRecord() };
+    this.walls = { A: new WallRecord() };
+    /** @type {any} */
+    this.studies = { A: null, B: null };
+    /** @type {any} */
+    this.studying = { A: null, B: null };
+    /** @type {any} */
+    this.originals = {};
+    /** @type {any} */
+    this.drawn = {};
+    this.slot = "A";
+    this.editing = "stiffness";
+    this.quantity = "angle";
+    this.showContact = true;
+    this.hover = null;
+    this.selected = -1;
+    this.hinted = false;
+    this.handOn = false;
+    this.handPace = 0.1;
+    this.time = 0;
+    this.rate = 0.1;
+    this.playing = false;
+    this.waiting = "waiting for the engine …";
+    this.id = 0;
+    this.stale = false;
+    this.studyTimer = 0;
+    this.pending = 0;
+    this.last = 0;
+    this.wants = { draw: false, panels: false };
+    /** @type {any} */
+    this.link = { live: true, send: () => {}, close: () => {} };
+    /** @type {{asked: number, first: number}[]} */
+    this.latency = [];
+    this.asked = 0;
+    this.inPage = false;
+    this.restored = false;
+    this.away = false;
+    this.status = "busy";
+    this.frames = 0;
+    /** @type {any} */
+    this.nextAim = null;
+    /** @type {any} */
+    this.views = null;
+    root.classList.add("feeler-studio");
+    this.colours = readColours(root);
+    build(this);
+  }
+
+  /** @param {any} message */
+  send(message) { this.link.send({ id: ++this.id, ...message }); }
+
+  // what changes what is shown
+
+  /** @param {boolean} done */
+  changed(done) {
+    if (!this.store.state.B) this.slot = "A";
+    this.refresh();
+    if (!this.link.live || !this.catalogue) return;
+    const { mode } = this.store.state;
+    if (mode !== "hand" && this.handOn) this.endHand();
+    if (mode === "touch" || (mode === "hand" && done)) this.ask(!done && mode === "touch");
+    else if (mode === "wall" && done) this.askWall();
+  }
+
+  /** Ask for both touches; while something is dragged coarse steps will do. @param {boolean} preview */
+  ask(preview) {
+    if (this.handOn) this.endHand();
+    const { state } = this.store;
+    this.asked = performance.now();
+    for (const slot of /** @type {("A"|"B")[]} */ (["A", "B"])) {
+      if (!state[slot]) continue;
+      this.send({ type: "touch", slot, wish: makeWish(state, slot, preview) });
+    }
+    this.setStatus("busy");
+    clearTimeout(this.studyTimer);
+    if (!preview) this.studyTimer = window.setTimeout(() => this.study(), STUDY_AFTER);
+  }
+
+  askWall() {
+    this.send({ type: "follow", slot: "A", antenna: this.store.state.A, ...this.store.state.wall });
+    this.setStatus("busy");
+  }
+
+  /** Let each antenna be studied at the present speed, where it was not. */
+  study() {
+    const { state } = this.store;
+    if (state.mode !== "touch") return;
+    for (const slot of ["A", "B"]) {
+      if (!state[slot]) continue;
+      const key = keyStudy(state, slot);
+      if (this.studies[slot] && this.studies[slot].key === key) continue;
+      if (this.studying[slot] && this.studying[slot].key === key) continue;
+      this.studying[slot] = { key, doing: "beginning", share: 0 };
+      this.send({ type: "study", slot, antenna: state[slot], speed: state.touch.speed, unsure: state.unsure });
+    }
+    this.refresh();
+  }
+
+  /** What the server says. @param {any} header @param {any} arrays */
+  hear(header, arrays) {
+    const { state } = this.store;
+    if (header.type === "catalogue") {
+      this.catalogue = header;
+      this.greeted();
+    } else if (header.type === "touch") this.hearTouch(header, arrays);
+    else if (header.type === "reading") this.hearReading(header, arrays);
+    else if (header.type === "study") this.hearStudy(header, arrays);
+    else if (header.type === "follow") {
+      this.walls.A.take(header, arrays);
+      if (header.part === "begin") this.time = 0;
+      if (header.part === "end") { this.setStatus("exact"); this.play(true); }
+    } else if (header.type === "file") {
+      keepFile(header, arrays);
+      this.say(`${header.name}: ${write(header.bytes / 1000, 3)} kB`);
+    } else if (header.type === "opened") this.hearOpened(header, arrays);
+    else if (header.type === "error") this.hearError(header);
+    else if (header.type === "recorded") {
+      this.setStatus("recorded");
+      this.play(true);
+    }
+    if (state) this.refresh();
+  }
+
+  /** @param {any} header @param {any} arrays */
+  hearTouch(header, arrays) {
+    const record = this.records[/** @type {"A"|"B"} */ (header.slot)];
+    if (header.part === "begin") {
+      if (header.id < record.id) return;
+      record.begin(header);
+      if (header.wish) this.adopt(header);
+      if (header.hand) this.time = 0;
+      return;
+    }
+    if (header.id !== record.id) return;
+    if (header.part === "piece") {
+      record.add(header.first, arrays);
+      if (this.asked && header.slot === "A" && !header.hand) {
+        const from = this.asked;
+        this.asked = 0;
+        requestAnimationFrame(() => this.latency.push({ asked: from, first: performance.now() - from }));
+      }
+      if (header.hand) this.time = record.filled - 1;
+    } else if (header.part === "end") {
+      record.ended = true;
+      record.hash = header.hash;
+      record.mode = header.mode || record.mode;
+      if (header.hand) { record.commands = header.commands; this.handOn = false; record.total = record.filled; }
+      this.root.dataset.hash = header.hash;
+      this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
+      if (this.stale && header.slot === "A") { this.stale = false; }
+    }
+  }
+
+  /** A recorded touch brings its wish along. @param {any} header */
+  adopt(header) {
+    const { antenna, preview, ...touch } = header.wish;
+    this.store.state[header.slot] = antenna;
+    this.store.state.touch = touch;
+    this.originals[header.slot] = { ...header.antenna, handles: { stiffness: [[0, 1], [1, 1]], damping: [[0, 1], [1, 1]] } };
+    void preview;
+  }
+
+  /** @param {any} header @param {any} arrays */
+  hearReading(header, arrays) {
+    const record = this.records[/** @type {"A"} */ (header.slot)];
+    if (header.id !== record.id) return;
+    const step = Math.max(1, Math.round(Math.min(record.total, 380) / arrays.posterior.shape[0]));
+    record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, step };
+  }
+
+  /** @param {any} header @param {any} arrays */
+  hearStudy(header, arrays) {
+    const doing = this.studying[header.slot];
+    if (header.part === "doing") {
+      if (doing) Object.assign(doing, { doing: header.doing, share: header.share });
+      return;
+    }
+    const key = doing ? doing.key : "recorded";
+    this.studies[header.slot] = { ...header, ...arrays, key };
+    this.studying[header.slot] = null;
+    this.views.set.update();
+    if (this.link.live && this.store.state.mode === "touch")
+      this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
+  }
+
+  /** @param {any} header @param {any} arrays */
+  hearOpened(header, arrays) {
+    if (header.what === "antenna") {
+      this.originals[header.antenna.toml] = header.original;
+      this.store.change((s) => { s[this.slot] = { ...header.antenna }; s.mode = "touch"; });
+      this.say(`${header.antenna.name || "the antenna"} is antenna ${this.slot} now.`);
+      return;
+    }
+    const { record } = { record: this.records.A };
+    record.begin({ ...header, id: header.id });
+    record.add(0, arrays);
+    record.ended = true;
+    this.store.state.B = null;
+    this.time = 0;
+    this.say(`${header.name}: ${header.antenna.sensors.length} channels, ${header.total} samples, played back.`);
+    this.setStatus("recorded");
+    this.play(true);
+  }
+
+  /** @param {any} header */
+  hearError(header) {
+    if (header.of === "study") this.studying[header.slot] = null;
+    if (header.of === "hand") this.handOn = false;
+    this.say(header.message, true);
+    if (["touch", "hand", "follow"].includes(header.of)) this.setStatus("error");
+  }
+
+  async greeted() {
+    const first = makeState(this.catalogue.first);
+    if (!this.restored) {
+      this.restored = true;
+      const found = await decodeState(this.inPage ? location.hash : "", first);
+      this.store.state = found || first;
+      this.store.before = JSON.stringify(this.store.state);
+    }
+    if (this.store.state.mode === "wall") this.askWall();
+    else this.ask(false);
+    if (!this.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
+    this.refresh();
+  }
+
+  // by hand
+
+  startHand() {
+    this.handOn = true;
+    this.play(false);
+    this.send({ type: "hand", slot: "A", wish: makeWish(this.store.state, "A", false), pace: this.handPace });
+    this.setStatus("hand");
+  }
+
+  /** @param {number} what @param {number} x @param {number} y @param {number} turn */
+  aim(what, x, y, turn) {
+    const now = { type: "aim", what, x, y, turn };
+    if (!this.nextAim) requestAnimationFrame(() => { this.link.send(this.nextAim); this.nextAim = null; });
+    this.nextAim = now;
+  }
+
+  endHand() {
+    if (!this.handOn) return;
+    this.link.send({ type: "aim", what: "end" });
+  }
+
+  // objects
+
+  addObject() {
+    const { length } = this.records.A.antenna || { length: 42 };
+    this.store.change((s) => {
+      const left = s.touch.side === "left" ? 1 : -1, k = s.touch.objects.length;
+      s.touch.objects.push({ kind: "ball", size: 1.5, x: left * 4, y: Number((length * (0.4 + 0.12 * (k % 4))).toFixed(2)), heading: -90 * left, speed: 0, friction: 1 });
+      this.selected = s.touch.objects.length;
+    });
+  }
+
+  /** @param {number} k */
+  removeObject(k) {
+    this.selected = -1;
+    this.store.change((s) => { s.touch.objects.splice(k, 1); });
+  }
+
+  /** @param {number} number @param {number} factor @param {boolean} done */
+  resize(number, factor, done) {
+    this.store.change((s) => {
+      const one = number === 0 ? s.touch : s.touch.objects[number - 1];
+      one.size = Number(Math.max(0.2, Math.min(10, one.size * factor)).toPrecision(3));
+    }, done);
+  }
+
+  // time
+
+  duration() {
+    if (this.store.state.mode === "wall") return Math.max(this.walls.A.end ? this.walls.A.n : 400, 1);
+    const { A } = this.records;
+    return A.hand ? Math.max(A.filled, 100) : (A.total || 380) * A.interval;
+  }
+
+  /** @param {number} time */
+  seek(time) {
+    this.time = Math.max(0, Math.min(time, this.duration() - 1));
+    this.refresh();
+  }
+
+  /** @param {boolean} on */
+  play(on) {
+    this.playing = on;
+    if (on && this.time >= this.duration() - 1.5) this.time = 0;
+    this.last = performance.now();
+    this.refresh();
+  }
+
+  // drawing
+
+  findPeak() {
+    let peak = 0;
+    for (const slot of this.store.state.B ? ["A", "B"] : ["A"]) {
+      const record = this.records[/** @type {"A"} */ (slot)];
+      if (!record.shown) continue;
+      if (this.quantity === "angle") peak = Math.max(peak, record.peak);
+      else peak = Math.max(peak, findCurvature(record));
+    }
+    return peak;
+  }
+
+  /** @param {string} slot */
+  findOriginal(slot) {
+    const wish = this.store.state[slot] || this.store.state.A;
+    if (!this.link.live) return this.originals[slot];
+    if (wish.toml) return this.originals[wish.toml] || null;
+    return this.catalogue ? this.catalogue.presets[wish.preset || "exponential"] : null;
+  }
+
+  /** @param {any} found */
+  setHover(found) {
+    if (JSON.stringify(found) === JSON.stringify(this.hover)) return;
+    this.hover = found;
+    this.draw();
+  }
+
+  draw() { this.want(true); }
+
+  refresh() { this.want(true); }
+
+  /** @param {boolean} panels */
+  want(panels) {
+    this.wants.panels ||= panels;
+    if (this.wants.draw) return;
+    this.wants.draw = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  /** @param {number} now */
+  frame(now) {
+    this.wants.draw = false;
+    if (this.playing) {
+      this.time += Math.min(now - this.last, 100) * this.rate;
+      if (this.time >= this.duration() - 1) this.time = 0;
+      this.last = now;
+    }
+    this.colours = readColours(this.root);
+    this.views.update(this.wants.panels);
+    this.wants.panels = false;
+    if (this.playing) this.want(false);
+    this.frames += 1;
+  }
+
+  /** @param {string} status */
+  setStatus(status) {
+    this.status = status;
+    this.refresh();
+  }
+
+  /** @param {string} words @param {boolean} [bad] */
+  say(words, bad = false) {
+    const note = /** @type {HTMLElement} */ (this.root.querySelector(".note"));
+    note.textContent = words;
+    note.classList.toggle("bad", bad);
+    show(note, true);
+    announce(this.root, words);
+    clearTimeout(this.pending);
+    this.pending = window.setTimeout(() => show(note, false), bad ? 12_000 : 5000);
+  }
+}
+
+/** What a study depends on. @param {any} state @param {string} slot */
+function keyStudy(state, slot) {
+  return JSON.stringify([state[slot], state.touch.speed, state.unsure]);
+}
+
+/** Greatest curvature of a record [1/mm]. @param {any} record */
+function findCurvature(record) {
+  if (record.top && record.top.id === record.id && record.top.shown === record.filled) return record.top.value;
+  let value = 0;
+  for (let s = 0; s < record.index.length; s++)
+    for (let k = 0; k < record.shown; k++) value = Math.max(value, Math.abs(record.angle(s, k)) / record.antenna.segments[record.index[s]]);
+  record.top = { id: record.id, shown: record.filled, value };
+  return value;
+}
+
+const STATUS_WORDS = { busy: ["computing", "pieces are shown as they come"], exact: ["exact", "equals feeler.touch bit for bit, as float32"],
+  preview: ["preview", "timestep 0.1 ms while you drag; the exact one follows"], recorded: ["recorded", "nothing is computed here"],
+  hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
+  away: ["server away", "trying again; a server started anew prints a new address"] };
+
+/** All elements, and how they are brought up to date. @param {any} app */
+function build(app) {
+  const { root } = app;
+  const editor = makeEditor(app), scene = makeScene(app), tensor = makeTensor(app), wall = makeWall(app);
+  const antennaPanel = makeAntennaPanel(app, editor), touchPanel = makeTouchPanel(app), wallPanel = makeWallPanel(app);
+  const verdict = makeVerdict(app), code = makeCode(app), set = makeSet(app), share = makeShare(app), tour = makeTour(app);
+  const modes = makeChoice("Mode", /** @type {any} */ (MODES), () => app.store.state.mode, (mode) => app.store.change((/** @type {any} */ s) => { s.mode = mode; }));
+  const undo = make("button", { type: "button", class: "plain", title: "Undo (Ctrl Z)", "aria-label": "Undo", text: "↶", onclick: () => app.store.undo() });
+  const redo = make("button", { type: "button", class: "plain", title: "Redo (Ctrl Y)", "aria-label": "Redo", text: "↷", onclick: () => app.store.redo() });
+  const theme = make("button", { type: "button", class: "plain", title: "Light or dark", "aria-label": "Light or dark", text: "◐", onclick: () => {
+    root.dataset.theme = app.colours.dark ? "light" : "dark";
+    app.refresh();
+  } });
+  const file = make("input", { type: "file", accept: ".toml,.csv", "aria-label": "Open an antenna or a recording", onchange: () => { openFile(app, file.files[0]); file.value = ""; } });
+  const open = make("label", { class: "plain file" }, "Open…", file);
+  const tourButton = make("button", { type: "button", class: "plain", text: "Tour", onclick: () => tour.start() });
+  const status = make("span", { class: "status", role: "status" });
+  const header = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " studio"), modes.element,
+    make("div", { class: "tools" }, status, undo, redo, open, tourButton, theme, share.element));
+
+  const play = make("button", { type: "button", class: "play", "aria-label": "Play or pause", onclick: () => app.play(!app.playing) });
+  const scrub = make("input", { type: "range", class: "scrub", min: 0, max: 379, step: 0.5, "aria-label": "Moment", oninput: () => { app.play(false); app.seek(Number(scrub.value)); } });
+  const clock = make("output", { class: "clock" });
+  const rate = make("select", { "aria-label": "Slow motion", onchange: () => { app.rate = Number(rate.value); app.handPace = Math.min(app.rate, 1); app.refresh(); } },
+    ...RATES.map((value) => make("option", { value: String(value), text: value === 1 ? "real time" : `${1 / value >= 30 ? Math.round(1 / value) : write(1 / value, 2)} × slower`, selected: value === app.rate })));
+  const letGo = make("button", { type: "button", class: "plain strong", text: "Let go", onclick: () => app.endHand() });
+  const transport = make("div", { class: "transport" }, play, scrub, clock, rate, letGo);
+  const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity, (value) => { app.quantity = value; app.refresh(); });
+  const scale = make("span", { class: "scale" });
+
+  const stagePanel = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, scene.element, wall.scene.canvas, transport);
+  const tensorTitle = make("h2", { text: "Tensor" });
+  const tensorPanel = make("section", { class: "panel tensor-panel", "aria-label": "Tensor" },
+    make("div", { class: "row spread" }, tensorTitle, make("div", { class: "row" }, scale, quantity.element)), tensor.element, wall.chart.canvas);
+  const doing = make("p", { class: "doing" }), bar = make("progress", { max: 1, value: 0, "aria-label": "Study of this antenna" });
+  const verdictPanel = makePanel("Verdict", "verdict-panel", verdict.element);
+  const codePanel = makePanel("Code", "code-panel", code.element);
+  const setPanel = makePanel("Set", "set-panel", set.element);
+  const studyPanel = make("section", { class: "panel study-panel", "aria-label": "Study" }, doing, bar);
+  const note = make("p", { class: "note", role: "alert" });
+  show(note, false);
+  root.append(header,
+    make("div", { class: "columns" },
+      make("div", { class: "left" }, antennaPanel.element, touchPanel.element, wallPanel.element),
+      make("div", { class: "middle" }, stagePanel, tensorPanel),
+      make("div", { class: "right" }, studyPanel, verdictPanel, codePanel, setPanel)),
+    tour.element, note, make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
+
+  app.views = { set, share, update };
+  /** @param {boolean} panels */
+  function update(panels) {
+    const { mode } = app.store.state, onWall = mode === "wall", duration = app.duration();
+    scrub.max = String(Math.max(duration - 1, 1));
+    if (document.activeElement !== scrub || app.playing) scrub.value = String(app.time);
+    clock.textContent = `${app.time.toFixed(app.rate < 0.05 ? 1 : 0)} ms`;
+    show(scene.element, !onWall);
+    show(wall.scene.canvas, onWall);
+    show(tensor.element, !onWall);
+    show(wall.chart.canvas, onWall);
+    if (onWall) { wall.scene.redraw(); wall.chart.redraw(); } else { scene.redraw(); tensor.redraw(); }
+    verdict.redraw();
+    code.redraw();
+    if (panels) updatePanels(mode, onWall);
+  }
+
+  /** @param {string} mode @param {boolean} onWall */
+  function updatePanels(mode, onWall) {
+    const live = app.link.live, { A } = app.records;
+    root.dataset.mode = mode;
+    root.dataset.live = String(live);
+    modes.update();
+    quantity.update();
+    show(quantity.element, !onWall);
+    tensorTitle.textContent = onWall ? "Distance from the wall" : "Tensor";
+    if (live) { antennaPanel.update(); touchPanel.update(); wallPanel.update(); }
+    show(antennaPanel.element, live);
+    show(touchPanel.element, live && !onWall);
+    show(wallPanel.element, live && onWall);
+    for (const element of [undo, redo, open, tourButton, share.element, modes.element]) show(element, live);
+    undo.disabled = !app.store.past.length;
+    redo.disabled = !app.store.future.length;
+    play.textContent = app.playing ? "❚❚" : "▶";
+    show(letGo, app.handOn);
+    const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (app.away ? "away" : app.status || "busy")];
+    status.textContent = word;
+    status.title = title;
+    status.dataset.is = app.away ? "away" : app.status || "busy";
+    const peak = app.findPeak();
+    scale.textContent = onWall || !peak ? "" : app.quantity === "angle" ? `0 … ${write((peak * 180) / Math.PI)}°` : `0 … ${write(peak)} /mm`;
+    const studying = app.studying.A || app.studying.B;
+    show(studyPanel, Boolean(studying));
+    if (studying) {
+      doing.textContent = `Thirty touches of this antenna: ${studying.doing} …`;
+      bar.value = studying.share;
+    }
+    const study = app.studies.A, fits = study && (!live || study.key === keyStudy(app.store.state, "A"));
+    for (const panel of [verdictPanel, codePanel, setPanel]) {
+      show(panel, !onWall && (Boolean(study) || panel === verdictPanel) && !A.name && !A.hand);
+      panel.classList.toggle("old", Boolean(study) && !fits);
+    }
+    show(root.querySelector(".right"), !onWall && !A.name && (live || Boolean(study)));
+    set.update();
+    verdict.update();
+  }
+
+  root.addEventListener("dragover", (/** @type {DragEvent} */ event) => event.preventDefault());
+  root.addEventListener("drop", (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    if (event.dataTransfer && event.dataTransfer.files[0]) openFile(app, event.dataTransfer.files[0]);
+  });
+  root.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => pressKey(app, event));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.refresh());
+}
+
+/** @param {any} app @param {File} file */
+async function openFile(app, file) {
+  if (!file || !app.link.live) return;
+  if (file.size > 6e6) { app.say(`${file.name} is too large: at most 6 MB.`, true); return; }
+  app.say(`Opening ${file.name} …`);
+  app.send({ type: "open", slot: app.slot, name: file.name, text: await file.text(), antenna: app.store.state.A });
+}
+
+/** @param {any} app @param {KeyboardEvent} event */
+function pressKey(app, event) {
+  const target = /** @type {HTMLElement} */ (event.target), typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
+  const command = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
+  if (command && key === "z" && !event.shiftKey) app.store.undo();
+  else if (command && (key === "y" || (key === "z" && event.shiftKey))) app.store.redo();
+  else if (command || event.altKey || typing) return;
+  else if (event.key === " " && target.tagName !== "BUTTON" && target.tagName !== "SUMMARY") app.play(!app.playing);
+  else if (key === "," || key === ".") { app.play(false); app.seek(app.time + (key === "." ? 1 : -1)); }
+  else return;
+  event.preventDefault();
+}
+
+/** The studio of a local server. @param {HTMLElement} root */
+export function startServed(root) {
+  const app = new App(root);
+  app.inPage = true;
+  /** @type {any} */ (root).studio = app;
+  app.link = linkServer((header, arrays) => app.hear(header, arrays), (now) => {
+    app.away = now === "off";
+    if (now === "off") { app.handOn = false; app.studying = { A: null, B: null }; }
+    else app.send({ type: "hello" });
+    app.refresh();
+  });
+  return app;
+}
+
+/** The studio in a notebook's cell. @param {{model: any, el: HTMLElement}} host */
+export function render({ model, el }) {
+  const root = make("div");
+  el.append(root);
+  const app = new App(root);
+  /** @type {any} */ (root).studio = app;
+  app.link = linkModel(model, (header, arrays) => app.hear(header, arrays), () => app.send({ type: "hello" }));
+  return () => {
+    app.send({ type: "stop" });
+    app.link.close();
+  };
+}
+
+/** A page that plays what was recorded. @param {HTMLElement} root @param {any[]} records */
+export function startRecorded(root, records) {
+  const app = new App(root);
+  /** @type {any} */ (root).studio = app;
+  app.status = "recorded";
+  app.store.state.touch = { ...TOUCH };
+  app.link = linkRecorded(records, (header, arrays) => app.hear(header, arrays));
+  return app;
+}

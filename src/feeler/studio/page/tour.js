@@ -1,0 +1,74 @@
+// @ts-check
+import { make, show } from "./dom.js";
+import { TOUCH } from "./state.js";
+/** A tour of five steps in which a visitor finds the paper's results alone. Each begins with a question. */
+
+const SLOW = { ...TOUCH, kind: "ball", size: 1.5, location: 0.6, speed: 0.06 };
+/** @type {{title: string, words: string, state: any, look: string}[]} */
+const STEPS = [
+  {
+    title: "Where does it bend?",
+    words: "A ball sweeps past an antenna that is a hundred thousand times stiffer at its base than at its tip. Drag the ball " +
+      "along the antenna. Watch the bright band of the tensor: does it move with the ball?",
+    state: { A: { preset: "exponential" }, B: null, touch: SLOW },
+    look: ".stage-panel",
+  },
+  {
+    title: "Level the gradient",
+    words: "Now every hinge is equally stiff, with the same compliance in all. Drag the ball again. The greatest bend stays at the " +
+      "base, wherever the ball is: this antenna feels that something touches, and hardly where.",
+    state: { A: { preset: "matched" }, B: null, touch: SLOW },
+    look: ".antenna-panel",
+  },
+  {
+    title: "Side by side",
+    words: "A has the gradient, B is level. Click pairs in the set: thirty touches, and how alike they feel. The lower the mean " +
+      "of the closest matches, the further the touches spread. Which antenna keeps them apart?",
+    state: { A: { preset: "exponential" }, B: { preset: "matched" }, touch: SLOW },
+    look: ".set-panel",
+  },
+  {
+    title: "Slow down",
+    words: "Change the speed from 0.6 to 0.06 m/s. The closest matches part, but the verdict comes later: does it get surer? Let the " +
+      "decoder know the speed to 2 % instead of 10 % and compare again. Slow touch pays who knows how slow it is.",
+    state: { A: { preset: "exponential" }, B: null, touch: { ...SLOW, kind: "box", speed: 0.6 } },
+    look: ".verdict-panel",
+  },
+  {
+    title: "Touch it yourself",
+    words: "In By hand the simulation runs while you hold the object, or the base: active touch. Can you find the movement that " +
+      "bends the tip most? Save gives you a Python script of what your hand did.",
+    state: { mode: "hand", A: { preset: "exponential" }, B: null, touch: { ...SLOW, size: 3 } },
+    look: ".stage-panel",
+  },
+];
+
+/** @param {any} app */
+export function makeTour(app) {
+  let step = -1;
+  const title = make("h2"), words = make("p"), count = make("span", { class: "count" });
+  const back = make("button", { type: "button", class: "plain", text: "Back", onclick: () => go(step - 1) });
+  const next = make("button", { type: "button", class: "plain strong", text: "Next", onclick: () => go(step + 1) });
+  const element = make("section", { class: "tour", "aria-label": "Guided tour" }, title, words,
+    make("div", { class: "row" }, count, make("button", { type: "button", class: "plain", text: "Close", onclick: () => go(-1) }), back, next));
+  show(element, false);
+
+  /** @param {number} to */
+  function go(to) {
+    app.root.querySelectorAll(".lit").forEach((/** @type {Element} */ panel) => panel.classList.remove("lit"));
+    step = to < 0 || to >= STEPS.length ? -1 : to;
+    show(element, step >= 0);
+    if (step < 0) return;
+    const now = STEPS[step];
+    title.textContent = now.title;
+    words.textContent = now.words;
+    count.textContent = `${step + 1} of ${STEPS.length}`;
+    back.disabled = step === 0;
+    next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
+    app.store.change((/** @type {any} */ s) => Object.assign(s, structuredClone({ mode: "touch", ...now.state })));
+    const panel = app.root.querySelector(now.look);
+    if (panel) panel.classList.add("lit");
+    app.play(step !== 4);
+  }
+  return { element, start: () => go(step < 0 ? 0 : -1) };
+}

@@ -1,0 +1,197 @@
+"""The local server: static files and one WebSocket, on 127.0.0.1, for whoever knows the token in the address."""
+
+import asyncio
+import contextlib
+import errno
+import logging
+import os
+import secrets
+import threading
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from http import HTTPStatus
+from typing import Any
+
+from feeler.errors import FeelerError, InvalidInput
+from feeler.studio.catalogue import make_catalogue
+from feeler.studio.exporting import read_page
+from feeler.studio.messages import MAX_BYTES
+from feeler.studio.session import Session
+from feeler.studio.touching import simulate_pieces
+from feeler.studio.wish import AntennaWish, TouchWish
+
+HOST, PORT = "127.0.0.1", 8765
+FILES = {
+    "": ("index.html", "text/html; charset=utf-8"),
+    **{f"{name}.js": (f"{name}.js", "text/javascript; charset=utf-8") for name in (
+        "main", "studio", "dom", "colours", "link", "state", "record", "scene", "editor", "tensor", "charts", "panels", "share",
+        "tour", "wall")},
+    "studio.css": ("studio.css", "text/css; charset=utf-8"),
+}  # fmt: skip
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+MAX_PAGES = 8  # [C] open at once
+
+
+class Studio:
+    """A running server, in a thread of its own.
+
+    Parameters
+    ----------
+    antenna
+        What a new page begins with.
+    port
+        0 takes any free one; None takes 8765, or any free one where it is taken.
+    token
+        Part of the address; default: a new one, or ``FEELER_STUDIO_TOKEN`` of the environment.
+
+    Raises
+    ------
+    InvalidInput
+        The port is taken or not allowed.
+    """
+
+    def __init__(
+        self, antenna: AntennaWish | None = None, *, port: int | None = None, token: str | None = None
+    ) -> None:
+        self.token = token or os.environ.get("FEELER_STUDIO_TOKEN") or secrets.token_urlsafe(16)
+        self._antenna, self._sessions = antenna, set[Session]()
+        self._loop = asyncio.new_event_loop()
+        self._ready = threading.Event()
+        self._error: InvalidInput | None = None
+        self._asked, self.port = port, 0
+        self._stop = asyncio.Event()
+        self._thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),), daemon=True)
+        self._thread.start()
+        self._ready.wait()
+        if self._error is not None:
+            raise self._error
+        threading.Thread(target=_warm_up, args=(antenna or AntennaWish(),), daemon=True).start()
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return f"http://{HOST}:{self.port}/{self.token}/"
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is being computed for any page."""
+        return any(session.busy for session in list(self._sessions))
+
+    def close(self) -> None:
+        """Close every page's connection and end all work."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join(5.0)
+
+    def wait(self) -> None:
+        """Serve until Ctrl-C."""
+        try:
+            while self._thread.is_alive():
+                self._thread.join(0.5)
+        finally:
+            self.close()
+
+    async def _serve(self) -> None:
+        from websockets.asyncio.server import serve
+
+        quiet = logging.getLogger("feeler.studio.server")
+        quiet.setLevel(logging.CRITICAL)  # a damaged request is its sender's matter
+        options: dict[str, Any] = {
+            "process_request": self._answer, "compression": None, "max_size": MAX_BYTES, "logger": quiet,
+            "server_header": None, "close_timeout": 1.0,
+        }  # fmt: skip
+        wanted = [PORT, 0] if self._asked is None else [self._asked]
+        for port in wanted:
+            try:
+                server = await serve(self._talk, HOST, port, **options)
+            except (OSError, OverflowError) as error:
+                self._error = _explain(port, error)
+                continue
+            self._error = None
+            async with server:
+                self.port = server.sockets[0].getsockname()[1]
+                self._ready.set()
+                await self._stop.wait()
+                for session in list(self._sessions):
+                    session.close(1.0)
+            return
+        self._ready.set()
+
+    def _answer(self, connection: Any, request: Any) -> Any:
+        """A static file, or None where a WebSocket may be opened; 403 for other sites, 404 for all else."""
+        own = {f"{name}:{self.port}" for name in (HOST, "localhost")}
+        origin = request.headers.get("Origin")
+        if request.headers.get("Host") not in own or (
+            origin is not None and origin not in {f"http://{o}" for o in own}
+        ):
+            return _respond(connection, HTTPStatus.FORBIDDEN, b"not from here\n")
+        path = request.path.partition("?")[0]
+        if not secrets.compare_digest(path[: len(self.token) + 2].encode(), f"/{self.token}/".encode()):
+            return _respond(connection, HTTPStatus.NOT_FOUND, b"open the address that feeler studio printed\n")
+        name = path[len(self.token) + 2 :]
+        if name == "live":
+            full = len(self._sessions) >= MAX_PAGES
+            if origin is None or full:
+                return _respond(
+                    connection, HTTPStatus.FORBIDDEN, b"too many pages are open\n" if full else b"no origin\n"
+                )
+            return None
+        if name not in FILES:
+            return _respond(connection, HTTPStatus.NOT_FOUND, b"no such file\n")
+        file, kind = FILES[name]
+        return _respond(connection, HTTPStatus.OK, read_page(file).read_bytes(), kind)
+
+    async def _talk(self, connection: Any) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        session = Session(_make_put(connection, self._loop), self._antenna)
+        self._sessions.add(session)
+        try:
+            with contextlib.suppress(ConnectionClosed):
+                async for text in connection:
+                    session.take(text)
+        finally:
+            self._sessions.discard(session)
+            session.close()
+
+
+def _warm_up(antenna: AntennaWish) -> None:
+    """Load, or compile once, what the first page needs; what is wrong with the antenna its page will hear."""
+    with contextlib.suppress(FeelerError):
+        for _ in simulate_pieces(TouchWish(antenna=antenna, duration=8.0), threading.Event()):
+            pass
+        make_catalogue(antenna)
+
+
+def _make_put(connection: Any, loop: asyncio.AbstractEventLoop) -> Callable[[bytes], None]:
+    """Send from any thread and wait until it is on its way: who computes faster than the page reads has to wait."""
+    from websockets.exceptions import ConnectionClosed
+
+    def put(data: bytes) -> None:
+        try:
+            asyncio.run_coroutine_threadsafe(connection.send(data), loop).result(10.0)
+        except (ConnectionClosed, RuntimeError, TimeoutError, CancelledError) as error:
+            raise ConnectionError("the page is gone") from error
+
+    return put
+
+
+def _respond(connection: Any, status: HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> Any:
+    from websockets.datastructures import Headers
+    from websockets.http11 import Response
+
+    headers = Headers({**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"})
+    return Response(status.value, status.phrase, headers, body)
+
+
+def _explain(port: int, error: Exception) -> InvalidInput:
+    if getattr(error, "errno", None) == errno.EADDRINUSE:
+        return InvalidInput(f"port {port} is taken, perhaps by another studio; give --port 0 to take any free one.")
+    return InvalidInput(f"cannot listen on port {port} of {HOST}: {error}. Give --port 0 to take any free one.")

@@ -1,0 +1,187 @@
+"""A session: what one open page is shown. Messages in, messages out; the newest wish ends the work on the older."""
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.errors import FeelerError, InvalidInput
+from feeler.studio import study
+from feeler.studio.catalogue import make_catalogue
+from feeler.studio.desk import Desk
+from feeler.studio.hand import Hand
+from feeler.studio.leaving import make_file
+from feeler.studio.messages import pack, read_message
+from feeler.studio.opening import open_text
+from feeler.studio.running import run_along_wall
+from feeler.studio.touching import (
+    count_samples,
+    describe_mode,
+    describe_scene,
+    find_sensed,
+    hash_tensor,
+    simulate_pieces,
+)
+from feeler.studio.wish import AntennaWish, TouchWish, read_number
+
+SLOTS = ("A", "B")
+Put = Callable[[bytes], None]
+Task = Callable[[dict[str, Any], Event], None]
+
+
+class Session:
+    """One page's work. ``put`` takes packed messages from any thread and raises ConnectionError when nobody listens."""
+
+    def __init__(self, put: Put, antenna: AntennaWish | None = None) -> None:
+        self._put, self._desk, self._hand = put, Desk(), Hand()
+        self._first, self._unsure = antenna or AntennaWish(), study.UNSURE
+        self._tasks: dict[str, Task] = {
+            "hello": self._greet,
+            "touch": self._touch,
+            "study": self._study,
+            "hand": self._take_in_hand,
+            "follow": self._follow,
+            "save": self._save,
+            "open": self._open,
+        }
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is being computed."""
+        return self._desk.busy
+
+    def close(self, wait: float = 0.0) -> None:
+        """End all work."""
+        self._hand.end()
+        self._desk.clear(wait)
+
+    def take(self, text: str | bytes) -> None:
+        """One message of the page; what is wrong with it is answered and not raised."""
+        try:
+            message = read_message(text)
+            task = self._tasks.get(message["type"])
+            if task is None and message["type"] not in ("aim", "stop"):
+                raise InvalidInput(
+                    f"unknown message {message['type'][:40]!r}; valid: {', '.join(self._tasks)}, aim, stop."
+                )
+            if message["type"] == "aim":
+                self._hand.aim(message)
+                return
+            if task is None:
+                self._hand.end()
+                self._desk.clear()
+                return
+            about = {"of": message["type"], "slot": _read_slot(message), "id": _read_id(message)}
+        except InvalidInput as error:
+            self._desk.give("answer", partial(self._answer, {"type": "error", "message": str(error)}))
+            return
+        if message["type"] == "hand":
+            self._hand.end()
+        self._desk.give(f"{about['of']} {about['slot']}", partial(self._work, task, about, message))
+
+    def _answer(self, header: dict[str, Any], stop: Event) -> None:
+        if not stop.is_set():
+            self._say(header)
+
+    def _work(self, task: Task, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
+        try:
+            task(message, stop)
+        except (study.Stopped, ConnectionError):
+            return
+        except FeelerError as error:
+            self._say({"type": "error", **about, "message": str(error)})
+        except Exception as error:  # a mistake of ours must not end the page
+            logging.getLogger("feeler").warning("studio: %s failed", message["type"], exc_info=True)
+            self._say({"type": "error", **about, "message": f"feeler made a mistake: {type(error).__name__}: {error}"})
+
+    def _say(self, header: dict[str, Any], **arrays: np.ndarray) -> None:
+        try:
+            self._put(pack(header, **arrays))
+        except ConnectionError:
+            self._desk.clear()
+
+    def _tell(self, about: dict[str, Any], header: dict[str, Any], **arrays: np.ndarray) -> None:
+        self._say({**about, **header}, **arrays)
+
+    def _greet(self, message: dict[str, Any], stop: Event) -> None:
+        self._say({"type": "catalogue", **make_catalogue(self._first)})
+
+    def _touch(self, message: dict[str, Any], stop: Event) -> None:
+        wish = TouchWish.read(message.get("wish"))
+        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message)}
+        antenna = wish.antenna.make()
+        self._say({**about, "part": "begin", "total": count_samples(wish), **describe_scene(wish)})
+        angle = []
+        for first, readings in simulate_pieces(wish, stop):
+            angle.append(readings["angle"])
+            self._say({**about, "part": "piece", "first": first}, **readings)
+        if stop.is_set():
+            return
+        tensor = np.concatenate(angle)[:, find_sensed(antenna)].T
+        end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview}
+        self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
+        self._read(about, antenna, wish, tensor, stop)
+
+    def _read(self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, tensor: np.ndarray, stop: Event) -> None:
+        """Code and verdict, where the antenna has been studied at this speed."""
+        known = study.find_study(antenna, wish.speed, self._unsure)
+        if known is None or tensor.shape[1] < known.encoder.n_lags:
+            return
+        posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], stop)
+        self._say({**about, "type": "reading", "noticed": noticed}, code=known.encode(tensor), posterior=posterior)
+
+    def _study(self, message: dict[str, Any], stop: Event) -> None:
+        antenna = AntennaWish.read(message.get("antenna")).make()
+        speed = read_number(message.get("speed"), "speed", 1e-3, 4.0)
+        self._unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
+        about = {"type": "study", "slot": _read_slot(message), "id": _read_id(message)}
+
+        def tell(doing: str, share: float) -> None:
+            self._say({**about, "part": "doing", "doing": doing, "share": share})
+
+        made = study.make_study(antenna, speed, tell, stop, self._unsure)
+        averages = {name: made.average(name) for name in study.INDEX_NAMES}
+        header = {"part": "end", "labels": made.labels, "averages": averages, "peak": made.peak, "speed": speed}
+        similarity = {f"similarity {name}": matrix for name, matrix in made.similarity.items()}
+        self._say({**about, **header}, bases=made.encoder.components_, tensors=made.tensors[:, ::2, ::4], **similarity)
+
+    def _take_in_hand(self, message: dict[str, Any], stop: Event) -> None:
+        wish = TouchWish.read(message.get("wish"))
+        pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
+        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message), "hand": True}
+        self._hand.run(wish, pace, partial(self._tell, about), stop)
+
+    def _follow(self, message: dict[str, Any], stop: Event) -> None:
+        antenna = AntennaWish.read(message.get("antenna")).make()
+        turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
+        speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
+        about = {"type": "follow", "slot": _read_slot(message), "id": _read_id(message)}
+        run_along_wall(antenna, turn, speed, partial(self._tell, about), stop)
+
+    def _save(self, message: dict[str, Any], stop: Event) -> None:
+        made = make_file(message)
+        content = np.frombuffer(made.content + b"\0" * (-len(made.content) % 4), "<f4")
+        header = {"type": "file", "id": _read_id(message), "name": made.name, "mime": made.mime}
+        self._say({**header, "bytes": len(made.content)}, content=content)
+
+    def _open(self, message: dict[str, Any], stop: Event) -> None:
+        header, arrays = open_text(message)
+        self._say({"type": "opened", "slot": _read_slot(message), "id": _read_id(message), **header}, **arrays)
+
+
+def _read_slot(message: dict[str, Any]) -> str:
+    slot = message.get("slot", "A")
+    if slot not in SLOTS:
+        raise InvalidInput(f"slot must be A or B, got {str(slot)[:40]!r}.")
+    return slot
+
+
+def _read_id(message: dict[str, Any]) -> int:
+    number = message.get("id", 0)
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < 2**53:
+        raise InvalidInput(f"id must be a whole number, got {str(number)[:40]!r}.")
+    return number

@@ -1,0 +1,177 @@
+"""A study of one antenna at one speed: the paper's thirty touches, how far they spread, bases, and a decoder."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Event, Lock
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.decoding.decoder import StreamDecoder
+from feeler.decoding.splits import jitter_trials
+from feeler.dispersion import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
+from feeler.encoding import ConvolutiveNMF
+from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
+from feeler.physics.run import make_groups, run_group
+from feeler.physics.scene import make_scene
+from feeler.stimulus.ninety import trials
+from feeler.stimulus.trial import Trial
+from feeler.studio.touching import find_sensed
+from feeler.tensors.scaling import rectify, scale_common
+
+DURATION, INTERVAL = 380.0, 1.0  # ms [P]
+INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
+ENCODER = {"n_components": 3, "n_lags": 40, "sparseness": 0.8, "n_restarts": 1, "warn": False, "random_state": 0}
+ROUNDS, ITERATIONS = 8, 3  # [C] bases are learned in short stretches, so that learning can be stopped
+LOUDNESS = (
+    0.2  # the decoder reads angles scaled so that the set's peak is this; its floor of 0.004 then is 2 % of it [C]
+)
+CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
+ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
+SHIFT, UNSURE = (
+    0.02,
+    0.1,
+)  # [C] half-widths by which place and speed of other touches differ, relative to length and speed
+KEPT = 6  # studies
+
+Label = tuple[str, float, float]
+Tell = Callable[[str, float], None]
+
+
+class Stopped(Exception):
+    """The study was asked to end."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Study:
+    """What one antenna's touches at one speed have taught."""
+
+    antenna: Antenna
+    speed: float
+    labels: tuple[Label, ...]
+    """Kind, size [mm] and location of each touch."""
+    tensors: np.ndarray
+    """Angles (trial, sensor, time) [rad]."""
+    similarity: dict[str, np.ndarray]
+    """By index, (trial, trial)."""
+    encoder: ConvolutiveNMF
+    decoder: StreamDecoder
+    peak: float
+    """Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all classes alike."""
+
+    def average(self, index: str) -> float:
+        """Mean over the tensors of the index with their closest match."""
+        return float(find_closest(self.similarity[index], greatest=INDICES[index].is_similarity).value.mean())
+
+    def encode(self, angle: np.ndarray) -> np.ndarray:
+        """Activations (component, time) of a touch (sensor, time) on the bases of the set."""
+        return self.encoder.transform(rectify(angle)[None], code="ridge")[0]
+
+    def decode(self, angle: np.ndarray, stop: Event) -> tuple[np.ndarray, int]:
+        """Posterior (time, class) after each sample of a touch, and the sample at which contact was noticed, or −1."""
+        stream, posterior, noticed = self.decoder.start(), [], -1
+        order = [self.decoder.classes_.index(label) for label in self.labels]
+        for k, sample in enumerate(np.asarray(angle, dtype=float).T * (LOUDNESS / self.peak)):
+            if stop.is_set():
+                raise Stopped
+            state = stream.update(sample)
+            if noticed < 0 and state.since_contact >= 0:
+                noticed = k
+            posterior.append(state.posterior[order])
+        return np.array(posterior), noticed
+
+
+_kept: OrderedDict[tuple[Antenna, float, float], Study] = OrderedDict()
+_lock = Lock()
+
+
+def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Study | None:
+    """The study of an antenna at a speed, if it was made."""
+    with _lock:
+        return _kept.get((antenna, speed, unsure))
+
+
+def make_study(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float = UNSURE) -> Study:
+    """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it is.
+
+    The decoder knows the touches at their places and at this speed; how sure it may be it learns on other touches, whose
+    places differ by up to 2 % of the length and whose speeds by up to the share ``unsure``.
+
+    Raises
+    ------
+    Stopped
+        ``stop`` was set.
+    """
+    found = find_study(antenna, speed, unsure)
+    if found is None:
+        found = _make(antenna, speed, tell, stop, unsure)
+        with _lock:
+            _kept[antenna, speed, unsure] = found
+            while len(_kept) > KEPT:
+                _kept.popitem(last=False)
+    return found
+
+
+def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> Study:
+    nominal = trials([speed])
+    jittered = jitter_trials(nominal, np.random.default_rng(0), location=SHIFT, speed=unsure)
+    motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
+    angle, others = motions[: len(nominal)], motions[len(nominal) :]
+    labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in nominal)
+    tell("comparing", 0.6)
+    scaled = scale_common(rectify(angle))
+    similarity = {name: np.asarray(compute(scaled)) for name, compute in INDEX_NAMES.items()}
+    _check(stop)
+    tell("teaching the decoder", 0.65)
+    peak = float(np.abs(angle).max())
+    options = {"window": angle.shape[2], "onset": LOUDNESS * ONSET, "max_lag": 4, "lag_step": 2, "interval": INTERVAL}
+    decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(list(LOUDNESS / peak * angle), labels)
+    _check(stop)
+    decoder.temper(list(LOUDNESS / peak * others), labels)
+    encoder = _learn(np.asarray(rectify(angle)), tell, stop)
+    return Study(
+        antenna=antenna,
+        speed=speed,
+        labels=labels,
+        tensors=angle,
+        similarity=similarity,
+        encoder=encoder,
+        decoder=decoder,
+        peak=peak,
+    )
+
+
+def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -> np.ndarray:
+    """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
+    clock = Clock(duration=DURATION, sample_interval=INTERVAL, timestep=choose_timestep(None, DEFAULT_ENGINE))
+    scenes = [make_scene(antenna, touch) for touch in touches]
+    angle = np.empty((len(scenes), find_sensed(antenna).size, clock.n_samples))
+    for done, group in enumerate(groups := make_groups(scenes, get_engine(DEFAULT_ENGINE))):
+        tell("touching", 0.6 * done / len(groups))
+        try:
+            results = run_group([scenes[i] for i in group], clock, stop=stop)
+        except KeyboardInterrupt:
+            raise Stopped from None
+        for i, motion in zip(group, results, strict=True):
+            if isinstance(motion, Exception):
+                raise motion
+            angle[i] = motion.angle[:, find_sensed(antenna)].T
+    return angle
+
+
+def _learn(tensors: np.ndarray, tell: Tell, stop: Event) -> ConvolutiveNMF:
+    encoder = ConvolutiveNMF(**ENCODER, max_iter=ITERATIONS)
+    starts: dict[str, np.ndarray] = {}
+    for done in range(ROUNDS):
+        _check(stop)
+        tell("learning bases", 0.7 + 0.3 * done / ROUNDS)
+        encoder.fit(tensors, **starts)
+        starts = {"components": encoder.components_, "activations": encoder.activations_}
+    return encoder
+
+
+def _check(stop: Event) -> None:
+    if stop.is_set():
+        raise Stopped

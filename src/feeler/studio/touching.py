@@ -1,0 +1,134 @@
+"""A touch, sent piece by piece while it is simulated: the same bits as ``feeler.touch``."""
+
+import hashlib
+from collections.abc import Iterator
+from functools import lru_cache
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.modes import compute_modes
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.lanes import Simulations
+from feeler.physics.simulation import build_scene
+from feeler.stimulus.convex import trace_rim
+from feeler.stimulus.feature import Feature
+from feeler.stimulus.trial import Trial
+from feeler.studio.wish import PREVIEW, TouchWish
+
+INTERVAL = 1.0  # ms between samples
+FIRST, PIECE = 12, 24  # samples; the first piece is short, so that something is seen at once
+REACH = 400.0  # mm; faces without end are drawn as far as this
+
+
+class Readings:
+    """What a page is shown of a simulation of one lane, sample by sample."""
+
+    def __init__(self) -> None:
+        self.rows: list[dict[str, Any]] = []
+
+    def add(self, simulation: Simulations) -> None:
+        """Take one sample.
+
+        Raises
+        ------
+        SimulationDiverged
+            There is nothing to read any more.
+        """
+        if simulation.failed[0] is not None:
+            raise simulation.failed[0]
+        state = simulation.state
+        turn = np.arctan2(state.forward[0, :, 0], state.forward[0, :, 1])
+        self.rows.append(
+            {
+                "angle": state.angle[0],
+                "place": np.column_stack([state.place[0], turn]),
+                "force": state.force[0],
+                "base": state.base[0],
+                "contact": state.contact_place[0],
+                "moment": state.base_moment[0],
+            }
+        )
+
+    def take(self) -> dict[str, np.ndarray]:
+        """All that came since the last call: arrays (sample, …)."""
+        taken = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+        self.rows = []
+        return taken
+
+
+def make_simulation(wish: TouchWish) -> Simulations:
+    """The simulation of a wish at time 0."""
+    timestep = PREVIEW if wish.preview else choose_timestep(None, DEFAULT_ENGINE)
+    return Simulations([build_scene(wish.antenna.make(), wish.make_objects())], timestep=timestep)
+
+
+def simulate_pieces(wish: TouchWish, stop: Event) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    """Number of the first sample and readings of each piece; ends early when ``stop`` is set."""
+    simulation, readings, n_samples = make_simulation(wish), Readings(), count_samples(wish)
+    done, size = 0, FIRST
+    for k in range(n_samples):
+        if stop.is_set():
+            return
+        if k:
+            simulation.step(INTERVAL)
+        readings.add(simulation)
+        if len(readings.rows) == size or k == n_samples - 1:
+            yield done, readings.take()
+            done, size = k + 1, PIECE
+
+
+def find_sensed(antenna: Antenna) -> np.ndarray:
+    """Indices (sensor,) of the segments whose hinges carry a sensor."""
+    return np.asarray(antenna.sensors, dtype=int) - 1
+
+
+def count_samples(wish: TouchWish) -> int:
+    """Samples of a whole touch."""
+    return round(wish.duration / INTERVAL)
+
+
+def describe_antenna(antenna: Antenna) -> dict[str, Any]:
+    """What a page needs to draw an antenna and to label its tensor."""
+    return {
+        "name": antenna.name,
+        "length": antenna.length,
+        "segments": antenna.segment_length.tolist(),
+        "radius": float(antenna.radius.mean()),
+        "sensors": (find_sensed(antenna) + 1).tolist(),
+        "stiffness": antenna.stiffness.tolist(),
+        "damping": antenna.damping.tolist(),
+        "rest": antenna.rest_angle.tolist(),
+    }
+
+
+@lru_cache(maxsize=64)
+def describe_mode(antenna: Antenna) -> dict[str, float | None]:
+    """Damped frequency [kHz] and damping ratio of the first mode; no frequency where it does not swing."""
+    modes = compute_modes(antenna, 1)
+    ratio = float(modes.damping_ratio[0])
+    swings = ratio < 1 and modes.frequency[0] > 0
+    return {
+        "frequency": float(modes.frequency[0] * np.sqrt(1 - ratio**2)) if swings else None,
+        "damping_ratio": ratio if np.isfinite(ratio) else None,
+    }
+
+
+def describe_scene(wish: TouchWish) -> dict[str, Any]:
+    """What a page needs to draw a touch: the antenna, and each object's outlines."""
+    features = [item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()]
+    rims = [draw_feature(feature) for feature in features]
+    return {"antenna": describe_antenna(wish.antenna.make()), "rims": rims, "preview": wish.preview}
+
+
+def draw_feature(feature: Feature) -> list[list[list[float]]]:
+    """Outlines (point, 2) [mm] of a feature's parts in its own frame: first axis forwards, second to the left."""
+    rims = (trace_rim(part, feature.rounding) for part in feature.parts)
+    return [np.clip(rim, -REACH, REACH).round(4).tolist() for rim in rims]
+
+
+def hash_tensor(tensor: np.ndarray) -> str:
+    """SHA-256 of a tensor (sensor, time) as float32."""
+    return hashlib.sha256(np.ascontiguousarray(tensor, dtype="<f4").tobytes()).hexdigest()

@@ -1,0 +1,114 @@
+"""The server serves one page on this machine to whoever knows the token, and nothing else to nobody else."""
+
+import http.client
+import socket
+import time
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from feeler.errors import InvalidInput
+from feeler.studio import Studio
+from feeler.studio.exporting import PAGE, bundle
+from feeler.studio.messages import unpack
+from feeler.studio.server import FILES
+
+
+@pytest.fixture(scope="module")
+def studio():
+    running = Studio(port=0)
+    yield running
+    running.close()
+
+
+def get(studio, path, **headers):
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=10)
+    connection.request("GET", path, headers=headers)
+    answer = connection.getresponse()
+    return answer, answer.read()
+
+
+def test_every_file_of_the_page_is_served_and_may_load_nothing_from_elsewhere(studio):
+    assert {name for name, _ in FILES.values()} == {path.name for path in PAGE.iterdir() if path.is_file()}
+    for name in FILES:
+        answer, body = get(studio, f"/{studio.token}/{name}")
+        assert answer.status == 200
+        assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+        assert b"http://" not in body.replace(b"http://www.w3.org/2000/svg", b"")
+        assert b"https://" not in body
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/x/", "/{token}", "/{token}/../../etc/passwd", "/{token}/%2e%2e/pyproject.toml", "/{token}/a.js"]
+)
+def test_everything_else_is_not_found(studio, path):
+    assert get(studio, path.format(token=studio.token))[0].status == 404
+
+
+@pytest.mark.parametrize("headers", [{"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Origin": "null"}])
+def test_other_sites_are_refused(studio, headers):
+    assert get(studio, f"/{studio.token}/", **headers)[0].status == 403
+
+
+def open_live(studio, origin=None):
+    address = studio.address.replace("http", "ws") + "live"
+    return connect(address, origin=origin or f"http://127.0.0.1:{studio.port}", compression=None)
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:1"])
+def test_a_foreign_page_gets_no_connection(studio, origin):
+    with pytest.raises(InvalidStatus, match="403"):
+        open_live(studio, origin)
+
+
+def test_noise_on_the_port_is_survived(studio):
+    for noise in (b"\0\xff\0", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 1000, b"POST / HTTP/1.1\r\nHost: x\r\n\r\n"):
+        with socket.create_connection(("127.0.0.1", studio.port)) as connection:
+            connection.sendall(noise)
+    assert get(studio, f"/{studio.token}/")[0].status == 200
+
+
+def test_two_pages_and_one_that_leaves(studio):
+    with open_live(studio) as first, open_live(studio) as second:
+        for page in (first, second):
+            page.send('{"type": "hello", "id": 5}')
+            assert unpack(page.recv(timeout=60))[0]["type"] == "catalogue"
+        first.send('{"type": "touch", "wish": {"antenna": {}, "duration": 2000}}')
+        assert unpack(first.recv(timeout=60))[0]["part"] == "begin"
+        first.close()
+        end = time.monotonic() + 10
+        while studio.busy and time.monotonic() < end:
+            time.sleep(0.005)
+        assert not studio.busy
+        second.send("nonsense")
+        assert "must be JSON" in unpack(second.recv(timeout=10))[0]["message"]
+
+
+def test_a_taken_port_is_said(studio):
+    with pytest.raises(InvalidInput, match=f"port {studio.port} is taken"):
+        Studio(port=studio.port)
+
+
+def test_an_impossible_port_is_said():
+    with pytest.raises(InvalidInput, match="cannot listen on port 70000"):
+        Studio(port=70000)
+
+
+def test_the_modules_as_one_have_each_thing_once():
+    text = bundle()
+    assert "import " not in "\n".join(line for line in text.splitlines() if line.startswith("import"))
+    assert "\nexport " not in text
+    names = [
+        line.split()[1].split("(")[0]
+        for line in text.splitlines()
+        if line.startswith(("const ", "function ", "class "))
+    ]
+    assert len(names) == len(set(names)) > 50
+
+
+def test_the_page_is_small():
+    import gzip
+
+    size = sum(len(gzip.compress(path.read_bytes())) for path in PAGE.iterdir())
+    assert size < 60_000

@@ -1,0 +1,78 @@
+"""Wishes are validated data; what is made of them is what the same calls make by hand."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import feeler
+from feeler.errors import InvalidInput
+from feeler.studio.messages import pack, read_message, unpack
+from feeler.studio.wish import AntennaWish, TouchWish, compute_compliance, sample_handles
+
+
+def test_an_unchanged_wish_is_the_preset_itself():
+    assert AntennaWish(preset="linear").make() == feeler.presets.make_preset("linear")
+
+
+def test_handles_of_an_exponential_are_an_exponential():
+    values = sample_handles([(0.0, 10.0), (1.0, 0.1)], 11)
+    assert values == pytest.approx(10.0 ** np.linspace(1, -1, 11))
+
+
+def test_matched_keeps_the_total_compliance():
+    wish = AntennaWish(stiffness=((0.0, 1.0), (0.4, 30.0), (1.0, 0.2)), matched=True)
+    assert compute_compliance(wish.make().stiffness) == pytest.approx(
+        compute_compliance(wish.make_original().stiffness)
+    )
+
+
+def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
+    long, original = AntennaWish(length=84.0).make(), AntennaWish().make()
+    assert long.length == pytest.approx(84.0)
+    assert long.segment_mass.sum() == pytest.approx(2 * original.segment_mass.sum())
+    assert np.array_equal(long.stiffness, original.stiffness)
+
+
+def test_a_file_is_an_antenna_and_its_plain_data_come_back():
+    text = feeler.antenna.file.write_antenna(feeler.presets.make_preset("constant"))
+    wish = TouchWish(antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}])
+    assert TouchWish.read(wish.to_plain()) == wish
+    assert wish.antenna.make() == feeler.presets.make_preset("constant")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ([], "must be an object"),
+        ({"antenna": {}, "colour": 1}, "has no 'colour'"),
+        ({"antenna": {"preset": 3}}, "preset must be text"),
+        ({"antenna": {"stiffness": [[0.5, 1.0], [0.5, 1.0]]}}, "must rise"),
+        ({"antenna": {"stiffness": [[0.0, -1.0]]}}, "must be a number from"),
+        ({"antenna": {"sensors": 0}}, "sensors must be a whole number"),
+        ({"antenna": {"length": 1e-1}}, "length must lie within"),
+        ({"antenna": {"toml": "nonsense ="}}, "not valid TOML"),
+        ({"antenna": {}, "speed": float("nan")}, "speed must be a number"),
+        ({"antenna": {}, "size": True}, "size must be a number"),
+        ({"antenna": {}, "duration": 1e9}, "duration must be a number from 2 to 2000"),
+        ({"antenna": {}, "kind": "cube"}, "kind must be one of ball"),
+        ({"antenna": {}, "objects": [{}] * 9}, "at most 8"),
+    ],
+)
+def test_what_is_wrong_with_a_wish_is_said(content, words):
+    with pytest.raises(InvalidInput, match=words):
+        TouchWish.read(content).antenna.make()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.floats(width=32, allow_nan=False), max_size=20), st.text(max_size=10))
+def test_messages_come_out_as_they_went_in(values, name):
+    header, arrays = unpack(pack({"type": "x", "name": name}, values=np.array(values)))
+    assert header == {"type": "x", "name": name}
+    assert arrays["values"].tolist() == values
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"type": 3}', "[" * 5000, b"\xff"])
+def test_what_is_no_message_is_refused(text):
+    with pytest.raises(InvalidInput, match="message must be"):
+        read_message(text)
