@@ -1,11 +1,15 @@
 """Small files that ask for much: an answer in time, bounded memory, one clear error; and a large sound one is read."""
 
 import os
+import struct
+import zlib
+from types import SimpleNamespace
 
 import h5netcdf
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 import zarr
 
 from feeler.antenna.file import load_antenna
@@ -13,6 +17,7 @@ from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
 from feeler.guard import open_guarded
 from feeler.limits import Limits
+from feeler.tensors import netcdf
 from feeler.tensors.formats import load, save
 from feeler.tensors.inspect import describe_file
 from feeler.tensors.table import parse_table
@@ -72,10 +77,59 @@ def test_a_description_that_is_no_text_ends_in_a_word_about_the_file(tmp_path):
     with h5py.File(tmp_path / "x.nc", "a") as file:
         file.attrs["feeler_description"] = file.attrs["feeler_description"].encode().replace(b"rad", b"\xff\xfe\xff", 1)
         file.attrs["history"] = np.bytes_(b"\xff\xfe")
-    try:
-        load(tmp_path / "x.nc")
-    except InvalidInput as error:
-        assert "x.nc" in str(error) or "valid set" in str(error)
+    refuse(tmp_path / "x.nc", "'angle' must be in rad, says")
+
+
+def add_narrow_variable(path, n):
+    """One more variable in a MATLAB file: n doubles kept as bytes and compressed."""
+
+    def element(kind, raw):
+        return struct.pack("<II", kind, len(raw)) + raw + bytes(-len(raw) % 8)
+
+    flags, dims = struct.pack("<II", 6, 0), struct.pack("<ii", n, 1)
+    raw = zlib.compress(element(14, element(6, flags) + element(5, dims) + element(1, b"more") + element(2, bytes(n))))
+    path.write_bytes(path.read_bytes() + struct.pack("<II", 15, len(raw)) + raw)
+
+
+def test_compressed_numbers_stay_as_narrow_as_they_are_kept_and_are_counted_unpacked(tmp_path):
+    for name, n in (("small.mat", 1000), ("x.mat", 200_000_000)):
+        save(make_set(), tmp_path / name)
+        add_narrow_variable(tmp_path / name, n)
+    load(tmp_path / "small.mat", LIMITS)
+    assert scipy.io.loadmat(tmp_path / "small.mat")["more"].dtype == np.uint8
+    assert (tmp_path / "x.mat").stat().st_size < 2**20
+    refuse(tmp_path / "x.mat", "GiB|memory")
+
+
+def test_texts_that_all_point_at_one_are_refused(tmp_path):
+    n, size = 3000, 2**20
+    with h5py.File(tmp_path / "x.nc", "w") as file:
+        texts = file.create_dataset("a", (n,), h5py.string_dtype())
+        texts[0] = "a" * size
+        place = texts.id.get_offset()
+    raw = bytearray((tmp_path / "x.nc").read_bytes())
+    raw[place : place + 16 * n] = raw[place : place + 16] * n
+    (tmp_path / "x.nc").write_bytes(raw)
+    refuse(tmp_path / "x.nc", "memory|MiB of text|took longer")
+
+
+HDF5 = "Can't synchronously write data (file write failed:\n errno = 28, error message = '', buf = 0x55)"
+
+
+@pytest.mark.parametrize("room", [0, 2**40])
+def test_a_full_disk_is_said_in_the_systems_words(tmp_path, monkeypatch, room):
+    """No room to begin with, or none left while HDF5 writes, which tells of it over several lines."""
+
+    def write(*_, **__):
+        raise OSError(HDF5)
+
+    monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: SimpleNamespace(free=room))
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", write)
+    with pytest.raises(
+        InvalidInput, match=r"No space left on device\. Check the folder and the room left\.$"
+    ) as caught:
+        save(make_set(), tmp_path / "x.nc")
+    assert str(caught.value).count("\n") == 0
 
 
 def test_zarr_of_version_2_is_named(tmp_path):

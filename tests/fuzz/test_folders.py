@@ -65,11 +65,13 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
     """Read the folder with one or two of its files damaged or gone, once for each number."""
     files, path, log = files_of(kind), folder / kind, Log()
     write_files(path, files)
-    metadata = [name for name in files if name.endswith(".json")]
+    read = [name for name in files if name.endswith(".json")]
+    if kind == "store":  # the rest are copies for other readers
+        read = ["progress/000000.json", "progress/store.json", "angle/c.0.0.0", "curvature/c.0.0.0", "tip/c.0.0.0"]
     with watched():
         for number in numbers:
             rng = np.random.default_rng(number)
-            names = rng.choice(metadata if rng.random() < 0.7 else list(files), size=int(rng.integers(1, 3)))
+            names = rng.choice(read if rng.random() < 0.7 else list(files), size=int(rng.integers(1, 3)))
             for name in names:
                 (path / name).write_bytes(damage(rng, files[name]))
             if rng.random() < 0.1:
@@ -84,7 +86,7 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
 @pytest.mark.parametrize("kind", FOLDERS)
 def test_folders_survive(kind, folder):
     log = attack(kind, range(N_QUICK), folder)
-    assert log.ends["refused"] > 0.05 * N_QUICK and log.ends["read"] > 0  # most files of a store are copies
+    assert log.ends["refused"] > 0.2 * N_QUICK and log.ends["read"] > 0
 
 
 @pytest.mark.slow

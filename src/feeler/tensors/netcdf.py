@@ -1,7 +1,10 @@
 """NetCDF-4 files, as xarray, MATLAB's ncread and Panoply open them."""
 
+import errno
 import json
 import os
+import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +30,22 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         encoding[str(name)] = {"_FillValue": None} if variable.dtype.kind == "f" else {}
     temporary = path.with_name(f".{path.name}.tmp")
     try:
+        free = shutil.disk_usage(path.parent).free
+        if free < dataset.nbytes:  # HDF5 may crash the process where the room ends while it writes
+            raise OSError(errno.ENOSPC, "")
         plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
         os.replace(temporary, path)
     except OSError as error:
-        raise InvalidInput(
-            f"cannot write {path}: {error.strerror or error}. Check the folder and the room left."
-        ) from error
+        raise InvalidInput(f"cannot write {path}: {_explain(error)}. Check the folder and the room left.") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _explain(error: OSError) -> str:
+    """The system's words for an error; HDF5 hides its number in lines about its own inside."""
+    hidden = re.search(r"errno = (\d+)", str(error))
+    number = error.errno or (int(hidden[1]) if hidden else 0)
+    return os.strerror(number) if number else str(error).split("\n")[0][:100]
 
 
 def _attributes(attributes: dict[str, Any]) -> dict[str, Any]:
