@@ -118,6 +118,23 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
     figure.axes[3].legend(fontsize=6)
 
 
+def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers that claims are held against; ``error`` is that of the best reader, as is each ratio to the bound."""
+    found = {"bounds.change": float(np.median(np.concatenate([values.ravel() for values in data["changes"].values()])))}
+    best = {key: np.min(list(by.values()), axis=0) for key, by in data["errors"].items()}
+    for k, name in enumerate(TARGETS):
+        ratio = {key: float(best[key][k] / data["bounds"][key][k]) for key in best}
+        quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
+        found |= {f"bounds.ratio.{name}": min(ratio.values()), f"bounds.ratio.{name}.quiet": min(quiet)}
+        for kind in UNITS:
+            for size in asked[kind]:
+                keys = [key for key in best if key[1:] == (kind, size)]
+                for word, by in (("error", best), ("bound", data["bounds"])):
+                    mean = float(np.sqrt(np.mean([by[key][k] ** 2 for key in keys])))
+                    found[f"bounds.{word}.{name}.{kind}.{size:g}"] = mean
+    return found
+
+
 def show(context: Context, section: Section) -> None:
     """Errors beside bounds, and whether the derivatives have converged."""
     asked = load_questions("regression", context.effort.regression)
@@ -144,17 +161,6 @@ def show(context: Context, section: Section) -> None:
         for name, values in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
     section.table(["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows)
-    section.values["bounds.change"] = float(np.median(changes))
-    best = {key: np.min(list(by.values()), axis=0) for key, by in data["errors"].items()}
-    for k, name in enumerate(TARGETS):
-        ratio = {key: float(best[key][k] / data["bounds"][key][k]) for key in best}
-        quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
-        section.values |= {f"bounds.ratio.{name}": min(ratio.values()), f"bounds.ratio.{name}.quiet": min(quiet)}
-        for kind in UNITS:
-            for size in asked[kind]:
-                keys = [key for key in best if key[1:] == (kind, size)]
-                for word, by in (("error", best), ("bound", data["bounds"])):
-                    mean = float(np.sqrt(np.mean([by[key][k] ** 2 for key in keys])))
-                    section.values[f"bounds.{word}.{name}.{kind}.{size:g}"] = mean
+    section.values.update(collect_values(data, asked))
     section.numbers("bounds", **{part: {str(key): value for key, value in found.items()}
                                  for part, found in data.items()})  # fmt: skip

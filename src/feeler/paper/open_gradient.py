@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -117,6 +118,19 @@ def plot(data: xr.Dataset, declared: Declared, figure: Figure) -> None:
     figure.axes[0].legend()
 
 
+def collect_values(data: xr.Dataset) -> dict[str, Any]:
+    """The numbers that claims are held against, at the slowest speed, and (``fastest``) at the fastest."""
+    found: dict[str, Any] = {}
+    ends = {"": data["speed"].values.min(), "fastest.": data["speed"].values.max()}
+    for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS, ends.items()):
+        for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
+            one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
+            mean, half = float(one["mean"]), float(one["half"])
+            spread = {"value": mean, "low": mean - half, "high": mean + half}
+            found[f"gradient.{prefix}{part}{kind}.{rate}"] = spread if np.isfinite(half) else mean
+    return found
+
+
 def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
     asked = load_questions("gradient", context.effort.gradient)
@@ -151,12 +165,5 @@ def show(context: Context, section: Section) -> None:
     ]
     header.append("peak [rad]")
     section.table(header, rows, f"Means over {asked['sets']} set(s).")
-    slowest = data["speed"].values.min()
-    for rate in data["rate"].values:
-        for kind in UNITS:
-            for name, field in ((f"{kind}.{rate}", "bits"), (f"within.{kind}.{rate}", "within")):
-                one = average_sets(data[field].sel(rate=rate, noise=kind, speed=slowest))
-                mean, half = float(one["mean"]), float(one["half"])
-                spread = {"value": mean, "low": mean - half, "high": mean + half}
-                section.values[f"gradient.{name}"] = spread if np.isfinite(half) else mean
+    section.values.update(collect_values(data))
     section.numbers("gradient", **data.to_dict())

@@ -39,10 +39,15 @@ def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[
             whole = data["bits"].sel(level=level, window=WINDOWS["whole"], speed=speeds[0])
             found[f"tradeoff.profile.{kind}.{profile}"] = _spread(whole)
     best = find_best(first, levels["common"])
-    for deadline in (30, 100, 400):
-        one = best.sel(window=f"{deadline} ms")
-        found[f"tradeoff.best.{deadline}"] = {"value": float(one["best"]), "low": float(one["least"]),
+    for deadline in declared.windows["deadlines"]:
+        one = best.sel(window=f"{deadline:g} ms")
+        found[f"tradeoff.best.{deadline:g}"] = {"value": float(one["best"]), "low": float(one["least"]),
                                               "high": float(one["most"])}  # fmt: skip
+    for deadline in declared.windows["deadlines"]:
+        one = best.sel(window=f"{deadline:g} ms")
+        accuracy, half = 100 * float(one["mean"]), 100 * float(one["half"])
+        spread = {"value": accuracy, "low": accuracy - half, "high": accuracy + half}
+        found[f"tradeoff.accuracy.{deadline:g}"] = spread if np.isfinite(half) else accuracy
     for word, speed in named.items():
         found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))
         found[f"tradeoff.force.{word}"] = _spread(first["force"].sel(speed=speed))

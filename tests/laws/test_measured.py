@@ -1,0 +1,53 @@
+"""The page on slow, graded antennae says what was measured: its numbers stand in the results, and only there."""
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from feeler.paper.claims import load_claims
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    spec = importlib.util.spec_from_file_location("measured_hook", ROOT / "docs" / "measured.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def page(numbers):
+    return "\n".join((ROOT / "docs" / name).read_text() for name in numbers.PAGES)
+
+
+def test_every_place_is_filled(numbers, page):
+    assert "{{" not in numbers.insert_numbers(page)
+    assert len(numbers.PLACE.findall(page)) > 20
+
+
+def test_no_number_is_written_by_hand(numbers, page):
+    """Measured numbers carry a decimal point, a per cent or a unit; windows and counts of the task may stand as words."""
+    words = numbers.PLACE.sub("", page)
+    assert not re.findall(r"\d+\.\d+|\d+ ?(?:%|bits|µJ|mN|rad|m/s)", words)
+
+
+def test_a_key_that_was_not_measured_ends_the_build(numbers):
+    with pytest.raises(KeyError, match="nowhere"):
+        numbers.insert_numbers("{{ nowhere:.1f }}")
+
+
+def test_claims_name_a_page_that_is_there():
+    for claim in load_claims():
+        if claim.whose == "ours":
+            assert (ROOT / claim.where).exists()
+
+
+def test_results_are_of_whole_sets(numbers):
+    values = json.loads(numbers.RESULTS.read_text())
+    assert values["tradeoff.sets"] >= 2
+    assert values["choices.common"] > 0
