@@ -20,8 +20,7 @@ OTHERS = ("by construction", "circular", "depends on a definition", "no evidence
 VERDICTS = EVIDENCE + OTHERS
 OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 MOST, HALF = 0.75, 0.5
-"""Shares of a family of set-ups in which a statement must hold to be reproduced, and partly; where something is
-undefined it does not hold."""
+"""Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be reproduced, and partly."""
 
 Values = Mapping[str, Any]
 Spread = tuple[float, float, float]
@@ -220,9 +219,9 @@ def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 
 
 def _judge_share(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
-    """In how many set-ups of a declared family it holds."""
+    """In how much of what was declared (set-ups, indices) it holds."""
     share = numbers[0][0]
-    why = f"holds in {share:.0%} of the declared family; {MOST:.0%} are asked for, {HALF:.0%} are partly"
+    why = f"holds in {share:.0%}; {MOST:.0%} are asked for, {HALF:.0%} are partly"
     return "reproduced" if share >= MOST else "partly" if share >= HALF else "not reproduced", why
 
 
