@@ -57,12 +57,12 @@ class Scale:
     """Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown."""
 
     # wall
-    cases: str = "all"
-    """Set-ups of the sensitivity table: all, one change, or none."""
+    wall_part: str = ""
+    """Part of the family of set-ups that claims.toml declares; empty: all of it."""
     drives: int | None = None
     """How many profiles a wall comes nearer to without stopping; None: all."""
-    far_slides: bool = True
-    """Whether a wall slides past every profile at every distance."""
+    far_slides: int | None = None
+    """How many profiles a wall slides past at every distance; None: all."""
     follows: bool = True
     """Whether a body follows a wall."""
 
@@ -153,8 +153,8 @@ QUICK = Scale(
     draws=500,
     refits=0,
     impact_speeds=(0.2, 0.6),
-    cases="one change",
-    far_slides=False,
+    wall_part="quick",
+    far_slides=1,
     durations=(10, 20, 40, 60),
     restarts=2,
     side_restarts=1,
@@ -168,6 +168,8 @@ QUICK = Scale(
         "other_kinds": ("joint", "raw"),
         "before_copies": 2,
         "n_restarts": 1,
+        "null_iter": 80,
+        "twins": "ends",
     },
     jitters=False,
     choices=False,
@@ -202,7 +204,8 @@ SMOKE = replace(
     frames={"S1": 12, "S2": 12, "S3": 8, "S4": 10},
     draws=50,
     impact_speeds=(),
-    cases="none",
+    wall_part="smoke",
+    far_slides=0,
     drives=1,
     follows=False,
     ranks=(2, 3),
@@ -216,6 +219,8 @@ SMOKE = replace(
         "other_copies": (),
         "before_repeats": 0,
         "n_restarts": 1,
+        "null_iter": 5,
+        "twins": "none",
     },
     trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": HEADLINE},
     gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0, -0.0827), "contact_control": False},

@@ -1,14 +1,16 @@
 """Fig. 3 and its table from one small run."""
 
 import numpy as np
+import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.paper import fig3
-from feeler.paper.fig3_cases import tabulate
+from feeler.paper.fig3_family import Family, compute, list_setups
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.scale import SCALES
-from feeler.wall import DISTANCES, Posture, approach, compare
+from feeler.wall import DISTANCES, Posture, approach
 
 
 def test_figure_3_draws_what_was_computed():
@@ -17,7 +19,7 @@ def test_figure_3_draws_what_was_computed():
     fig3.plot(data, figure)
     assert data.slides.make_dataset()["distance"].values.tolist() == sorted(fig3.SLIDE_DISTANCES, reverse=True)
     assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
-    assert len(figure.axes) == 6 and data.cases == []
+    assert len(figure.axes) == 6
 
 
 def test_every_distance_is_drawn_with_its_wall():
@@ -33,11 +35,58 @@ def test_every_distance_is_drawn_with_its_wall():
     assert [label.get_text() for label in ax.get_yticklabels()] == ["exponential", "again"]
 
 
-def test_table_rows_say_undefined_and_never_zero():
-    posture = Posture(prebend="none", friction=0.0)
-    cases = compare({"constant": cockroach("constant")}, [posture], distances=(12.0, 9.0, 6.0))
-    rows = tabulate(cases)
-    assert len(rows) == 3
-    for row in rows:
-        assert (row["r2"] is None) == bool(row["undefined"])
-    assert any(row["r2"] is None for row in rows)
+@pytest.mark.parametrize("part", ["smoke", "quick"])
+def test_a_part_of_the_family_lies_within_it(part):
+    whole, measures = list_setups()
+    postures, same = list_setups(part)
+    assert 0 < len(postures) < len(whole) == len(set(whole)) and set(postures) <= set(whole)
+    assert same == measures
+
+
+def make_family(r2):
+    return Family(names=("exponential", "linear", "constant"), choices=(), r2=np.array(r2), cases=())
+
+
+@pytest.mark.parametrize(
+    ("r2", "share"),
+    [
+        (
+            [[0.9, 0.8, 0.7], [0.9, 0.8, np.nan], [0.8, 0.9, 0.7]],
+            0.5,
+        ),  # a set-up with an undefined R² is none of the paper's
+        ([[0.9, 0.8, 0.7], [0.9, 0.8, 0.7]], 1.0),
+    ],
+)
+def test_shares_are_of_the_set_ups_in_which_everything_is_defined(r2, share):
+    family = make_family(r2)
+    assert family.share(np.all(np.diff(family.defined, axis=1) < 0, axis=1)) == share
+
+
+def test_where_too_little_is_defined_nothing_is_judged():
+    family = make_family([[0.9, 0.8, 0.7], *[[np.nan, 0.8, 0.7]] * 3])
+    assert family.share(np.array([True])) == {"undefined": "R² is defined for every profile in 1 of 4 set-ups only"}
+
+
+def test_an_undefined_r2_is_never_a_number():
+    antennas = {name: cockroach(name) for name in ("exponential", "constant")}
+    family = compute(
+        antennas,
+        part="smoke",
+        known=[(n, approach(a, list_setups("smoke")[0][0], (12.0, 9.0, 6.0))) for n, a in antennas.items()],
+    )
+    assert family.r2.shape == (3, 2)
+    for case in family.cases:
+        row = family.choices.index(case.choice), family.names.index(case.antenna)
+        assert np.isnan(family.r2[row]) == bool(case.map.undefined)
+
+
+def test_tensors_that_are_the_same_are_no_distances_told_apart():
+    class Touch:
+        contact = np.ones((3, 5), dtype=bool)
+
+        @staticmethod
+        def make_dataset():
+            tensors = np.array([np.full((2, 5), 1.0), np.full((2, 5), 1.01), np.full((2, 5), 3.0)])
+            return {"curvature": xr.DataArray(tensors)}
+
+    assert fig3.compute_unique_share(Touch) == pytest.approx(1 / 3)

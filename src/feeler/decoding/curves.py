@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from sklearn.base import clone
 
 from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode_with, make_null
 from feeler.decoding.noise import NOISES, Common
+from feeler.decoding.null import Fitted, fit_null
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.tensors.scaling import rectify
@@ -37,6 +37,8 @@ class Group:
     labels: np.ndarray
     encoder: Any = None
     codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
+    null: Fitted | None = None
+    """Jointly fitted codes of one tensor of the group, repeated; made where it is needed if it is not there."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,21 +47,27 @@ class Curves:
 
     sweeps: dict[Curve, Sweep]
     nulls: dict[Curve, Sweep]
-    """The same pipelines on one single tensor repeated, labelled as if it were different touches."""
+    """The same pipelines on one single tensor repeated, labelled as if it were different touches: of every group for
+    jointly fitted codes, of the first for fixed ones."""
     baselines: dict[str, Sweep]
     """Peak position and time only, by group, noise on the tensors at one common level."""
     noises: tuple[str, ...]
     n_copies: int
+    fits: dict[str, Fitted] = field(default_factory=dict, repr=False)
+    """Jointly fitted codes of the null, by group."""
 
     def find(self, kind: str, noise: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:
         """Sweeps by group name."""
         wanted = (kind, noise, n_copies or self.n_copies, when)
         return {c.group: s for c, s in self.sweeps.items() if (c.kind, c.noise, c.n_copies, c.when) == wanted}
 
-    def find_null(self, kind: str, noise: str = "relative", n_copies: int | None = None) -> Sweep | None:
-        """The null of a kind of code."""
+    def find_null(
+        self, kind: str, noise: str = "relative", n_copies: int | None = None, *, group: str | None = None
+    ) -> Sweep | None:
+        """The null of a kind of code: of jointly fitted ones the group's own, or the first there is."""
         wanted = (kind, noise, n_copies or self.n_copies)
-        return next((s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted), None)
+        found = {c.group: s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted}
+        return found.get(group) if group and kind == "joint" else next(iter(found.values()), None)
 
 
 def compute_curves(
@@ -76,7 +84,7 @@ def compute_curves(
     Parameters
     ----------
     groups
-        Conditions to compare, e.g. three speeds; the first one also gives the null its tensor.
+        Conditions to compare, e.g. three speeds; the first one also gives the null of fixed codes its tensor.
     kinds
         Codes to compare; each group must hold them.
     noises
@@ -92,14 +100,20 @@ def compute_curves(
         report(f"{name}: {len(kinds)} codes")
     if plan.before_repeats:
         sweeps |= _sweep_before(groups, [k for k in kinds if k == "sparse"], noises, plan, random_state)
-    reference = next(iter(groups.values()))
+    reference = next(iter(groups))
+    fits = {n: g.null or fit_null(g.tensors, g.encoder, plan.null_iter) for n, g in groups.items() if "joint" in kinds}
     nulls: dict[Curve, Sweep] = {}
     for kind in kinds:
-        null = {"null": _encode_null(reference, kind)}
-        nulls |= _sweep_kind(null, reference.labels, kind, noises, peaks[kind], plan, random_state)
+        codes = (
+            {n: f.codes for n, f in fits.items()}
+            if kind == "joint"
+            else {reference: _repeat_code(groups[reference], kind)}
+        )
+        nulls |= _sweep_kind(codes, groups[reference].labels, kind, noises, peaks[kind], plan, random_state)
     peak = max(group.tensors.max() for group in groups.values())
     baselines = {name: compute_baseline(group, plan, float(peak), random_state) for name, group in groups.items()}
-    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, noises=noises, n_copies=plan.n_copies)
+    options = {"noises": noises, "n_copies": plan.n_copies, "fits": fits}
+    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, **options)
 
 
 def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
@@ -144,11 +158,9 @@ def _sweep_before(groups, kinds, noises, plan: Plan, random_state) -> dict[Curve
     return found
 
 
-def _encode_null(group: Group, kind: str) -> np.ndarray:
-    """Codes of one tensor repeated: fitted jointly afresh, or one code of the fixed bases repeated."""
+def _repeat_code(group: Group, kind: str) -> np.ndarray:
+    """One code of the fixed bases, as often as there are trials."""
     null = make_null(group.tensors)
-    if kind == "joint":
-        return clone(group.encoder).fit(null).activations_
     return np.repeat(encode_with(null[:1], group.encoder, kind), len(null), axis=0)
 
 

@@ -10,6 +10,7 @@ from feeler.checked import checked
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
+from feeler.decoding.null import Fitted, fit_null
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
@@ -25,25 +26,35 @@ def group_tensors(
     reference: str = "exponential",
     random_state: int = 0,
 ) -> dict[str, dict[str, Group]]:
-    """Both comparisons of ``list_groups``, encoded."""
+    """Both comparisons of ``list_groups``, encoded, each group with its null of jointly fitted codes."""
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
+    nulls: dict[bytes, Fitted] = {}  # the slow touches of the reference stand in both comparisons
+
+    def find_null(array: np.ndarray) -> Fitted:
+        if (key := array.tobytes()) not in nulls:
+            nulls[key] = fit_null(array, configure(encoder, settings), plan.null_iter)
+        return nulls[key]
+
     if "speed" in listed:
-        fitted = _configure(encoder, settings)
+        fitted = configure(encoder, settings)
         ends = np.cumsum([len(array) for array, _ in listed["speed"].values()])[:-1]
         codes = make_codes(np.concatenate([array for array, _ in listed["speed"].values()]), fitted)
         parts = {kind: np.split(code, ends) for kind, code in codes.items()}
         groups["speed"] = {
-            name: Group(tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts})
+            name: Group(
+                tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts}, null=find_null(a)
+            )
             for k, (name, (a, y)) in enumerate(listed["speed"].items())
         }
     if "profile" in listed:
         groups["profile"] = {}
         for name, (array, labels) in listed["profile"].items():
-            fitted = _configure(encoder, settings)
+            fitted = configure(encoder, settings)
             codes = make_codes(array, fitted)
-            groups["profile"][name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
+            fields = {"encoder": fitted, "codes": codes, "null": find_null(array)}
+            groups["profile"][name] = Group(tensors=array, labels=labels, **fields)
     return groups
 
 
@@ -76,6 +87,7 @@ def list_groups(
     return {comparison: groups for comparison, groups in listed.items() if len(groups) > 1}
 
 
-def _configure(encoder: Any, settings: dict) -> Any:
+def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
+    """An unfitted copy of an encoder with those of the settings that it knows."""
     known = encoder.get_params()
     return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})

@@ -28,3 +28,7 @@ class Plan:
     """All groups and both noise levels before encoding, or the first group at the common level only."""
     n_restarts: int = 3
     """Restarts of an encoder's fit."""
+    null_iter: int = 300
+    """Iterations of the joint fits of identical touches and of twins: enough for what they reach to stand still."""
+    twins: str = "all"
+    """Groups whose touches are fitted twice: all, the ends of each comparison, or none."""

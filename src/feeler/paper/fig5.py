@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from feeler.decoding.splits import jitter_trials
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.encoding import LABELS
 from feeler.experiment.touch import DURATION, touch
-from feeler.paper import figS6
+from feeler.paper import fig5_nulls, figS6
 from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles, list_speeds, list_touches, load_tensors
+from feeler.paper.fig5_nulls import Nulls, compute_nulls, spread
 from feeler.paper.fig5_splits import compute_splits
 from feeler.paper.figS6 import FigS6Data, list_verdicts
 from feeler.plotting.accuracy import plot_curves
@@ -28,6 +30,7 @@ from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
 
 MAIN = ("joint", "raw")
+PCA_RATIOS = (0.1, 0.3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +47,9 @@ class Fig5Data:
     """One tensor (sensor, time) per condition, for 5E."""
     unit: str
     splits: dict[str, dict[str, float]]
-    """Accuracy on clean touches never trained on, by split and group: unseen size, shifted place, other speed."""
+    """Accuracy on clean touches never trained on, by split and group: shifted place, other speed."""
+    nulls: Nulls
+    """What identical touches reach, and what of jointly fitted codes carries over to a second copy of each touch."""
 
     def describe(self) -> str:
         """All verdicts, the variance kept, unseen touches and the confusions in words."""
@@ -103,6 +108,7 @@ def compute(
         examples={n: g.tensors[len(g.tensors) // 2] for gs in groups.values() for n, g in gs.items()},
         unit="of the greatest " + quantity,
         splits=compute_splits(groups, tensors, plan, quantity=quantity, jitter=jitter, random_state=random_state),
+        nulls=compute_nulls(groups, curves, encoder, plan, random_state=random_state),
     )
 
 
@@ -112,10 +118,11 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
     for comparison, found in curves.items():
         for kind in CODES:
             for noise in found.noises:
-                sweeps, null = found.find(kind, noise), found.find_null(kind, noise)
+                sweeps = found.find(kind, noise)
                 values = {name: sweeps[name].area for name in claimed[comparison]}
                 if len(values) < 2:
                     continue  # nothing is claimed of a lone group and its controls
+                null = found.find_null(kind, noise, group=claimed[comparison][0])
                 verdicts.append(
                     judge_order(
                         values,
@@ -151,17 +158,11 @@ def list_copies(curves: Mapping[str, Curves]) -> list[list[str]]:
                     continue  # not tried with so many copies
                 ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
                 accuracies = ", ".join(f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items())
-                null = found_here.find_null(kind, n_copies=n)
-                rows.append(
-                    [
-                        comparison,
-                        LABELS[kind],
-                        str(n),
-                        ratios,
-                        accuracies,
-                        f"{100 * null.noisy.mean():.0f}" if null else "–",
-                    ]
+                nulls = [(name, found_here.find_null(kind, n_copies=n, group=name)) for name in found]
+                shown = ", ".join(
+                    f"{name} {100 * null.noisy.mean():.0f}" for name, null in nulls[: None if kind == "joint" else 1]
                 )
+                rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, shown])
     return rows
 
 
@@ -218,21 +219,27 @@ def plot_examples(data: Fig5Data, ax) -> None:
     ax.set_ylabel("sensor, base to tip upwards", fontsize=7)
 
 
-def show(context: Context, section: Section) -> None:
-    """Figs. 5A–E and S6: closest matches and accuracy, by speed and by profile, beside their null."""
+@lru_cache(maxsize=1)
+def load(context: Context) -> Fig5Data:
+    """What this run shows, computed once; ``fig5_complete`` and ``fig5_new`` stand beside it."""
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
-    first, plan = next(iter(sets)), context.effort.plan
-    data = compute(
+    return compute(
         sets,
         context.effort.make_encoder(),
-        plan=plan,
-        reference=first,
+        plan=context.effort.plan,
+        reference=next(iter(sets)),
         random_state=context.seed,
         jitter=_make_jitter(context) if context.effort.jitters else None,
     )
-    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
+
+
+def show(context: Context, section: Section) -> None:
+    """Figs. 5A–E and S6: closest matches and accuracy, by speed and by profile, beside their null."""
+    data, plan = load(context), context.effort.plan
+    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, list_profiles(context)[0]).items()}
     figS6.show(section, data.dispersion, speeds)
     _show_accuracy(section, data, speeds)
+    fig5_nulls.show(section, data.nulls, data.dispersion, speeds, plan)
     section.text(
         f"Effort at this scale: noise of {', '.join(f'{100 * ratio:g}' for ratio in plan.ratios)} %, {plan.n_repeats} repeats "
         f"with {plan.n_copies} copies per trial; {', '.join(map(str, plan.other_copies)) or 'no other'} copies at "
@@ -258,8 +265,9 @@ def _show_accuracy(section: Section, data: Fig5Data, speeds: dict[str, str]) -> 
     section.text(
         "Thirty classes (feature × location) by linear discriminant analysis of 30 principal components, trained on noisy "
         "copies. The paper's copies of one tensor stand in training and test alike, so its accuracy measures robustness "
-        "against noise. Each curve therefore stands beside its null (dashed): as many copies of one single tensor pushed "
-        "through the same pipeline. What the null reaches is no evidence that tensors differ."
+        "against noise. Each curve of jointly fitted codes therefore stands beside its own null (dashed, same colour): as many "
+        "copies of one single tensor of that group, fitted jointly and pushed through the same pipeline. What the null reaches "
+        "is no evidence that tensors differ. Fixed bases give identical tensors one code, so their null (black) is chance."
     )
     section.figure(
         "fig5_classification",
@@ -268,12 +276,18 @@ def _show_accuracy(section: Section, data: Fig5Data, speeds: dict[str, str]) -> 
         lambda figure: plot(data, figure),
         height=9.0,
     )
-    for comparison, curves in data.curves.items():
+    for curves in data.curves.values():
         for group, sweep in curves.find("joint").items():
-            section.values[f"classification.lda.{speeds.get(group, group)}"] = _spread(sweep)
-        section.values[f"classification.null.{comparison}"] = _spread(curves.find_null("joint"))
-    sweep = next(iter(next(iter(data.curves.values())).find("joint").values()))
-    section.values["classification.pca_variance"] = float(np.nanmean(sweep.kept_clean[np.argmin(sweep.ratios)]))
+            section.values[f"classification.lda.{speeds.get(group, group)}"] = spread(sweep)
+            section.values[f"classification.null.{speeds.get(group, group)}"] = spread(
+                curves.find_null("joint", group=group)
+            )
+    first = next(iter(next(iter(data.curves.values())).find("joint").values()))
+    for ratio in PCA_RATIOS:
+        for name, kept in (("clean codes", first.kept_clean), ("noisy copies", first.kept_noisy)):
+            rows = np.isclose(first.ratios, ratio)
+            value = float(np.nanmean(kept[rows])) if rows.any() else None
+            section.values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
     list_verdicts(section, data.verdicts, "The order of accuracies for each kind of code and noise.")
     section.table(
         ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
@@ -288,11 +302,3 @@ def _show_accuracy(section: Section, data: Fig5Data, speeds: dict[str, str]) -> 
         curves={c: {str(tuple(k)): v.noisy for k, v in curves.sweeps.items()} for c, curves in data.curves.items()},
         clean={c: {str(tuple(k)): v.clean for k, v in curves.sweeps.items()} for c, curves in data.curves.items()},
     )
-
-
-def _spread(sweep) -> dict[str, float]:
-    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 1 SD."""
-    above = sweep.ratios > 0
-    by_repeat = sweep.noisy[above].mean(axis=0)
-    value, sd = float(by_repeat.mean()), float(by_repeat.std())
-    return {"value": value, "low": value - sd, "high": value + sd}

@@ -32,7 +32,7 @@ STAGES = (
     Stage(
         name="wall",
         title="Wall distance",
-        figures=("fig3", "fig3_cases", "movieS3"),
+        figures=("fig3", "fig3_family", "movieS3"),
         reads=("scale", "engine", "antenna"),
     ),
     Stage(

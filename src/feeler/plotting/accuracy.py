@@ -13,9 +13,13 @@ def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
     """Mean ± 1 SD by group; null dashed, baseline dash-dotted, chance dotted."""
     for colour, (name, sweep) in zip(PALETTE, curves.find(kind, noise).items(), strict=False):
         plot_sweep(sweep, ax, color=colour, label=name)
-    null = curves.find_null(kind, noise)
-    if null is not None:
-        plot_sweep(null, ax, color="#000000", ls="--", label="null: one tensor repeated")
+    own = kind == "joint"  # fixed codes have one null: identical touches get one code
+    for colour, name in zip(
+        PALETTE if own else ("#000000",), curves.find(kind, noise) if own else (None,), strict=False
+    ):
+        null = curves.find_null(kind, noise, group=name)
+        if null is not None:
+            plot_sweep(null, ax, color=colour, ls="--", label=None if own else "null: one tensor repeated")
     for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):
         label = "peak place and time only" if name == next(iter(curves.baselines)) else None
         place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)

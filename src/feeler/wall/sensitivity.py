@@ -31,10 +31,8 @@ MEASURES = (
     {"quantity": "bend", "method": "hinge"},
     {"quantity": "total", "method": "smooth"},
 )
-ONE_CHANGE: tuple[dict[str, Any], ...] = ({}, {"reading": "total"}, {"friction": 0.0}, {"hook_share": 1.0})
-"""The default, and one choice changed."""
 
-CHOICES = ("reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
+CHOICES = ("inter_antennal_angle", "reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +52,8 @@ class Case:
     def choice(self) -> tuple:
         """What tells the set-up from others, without the antenna, by ``CHOICES``."""
         p = self.posture
-        return (p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading, *self.measure.values())
+        fixed = (p.inter_antennal_angle, p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading)
+        return (*fixed, *self.measure.values())
 
 
 @checked
