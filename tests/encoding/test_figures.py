@@ -50,7 +50,7 @@ def draw(plot, data):
 
 def test_fig4(touched):
     data = fig4.compute(touched, effort=replace(QUICK, ranks=(2, 3)))
-    assert data.residual.shape == data.entropy["mass"].shape == (2, 2)
+    assert data.residual.shape == data.entropy["mass per tensor"].shape == (2, 2)
     assert data.residual[1, 0] < data.residual[0, 0]
     assert next(iter(data.examples)) == "ball 0.5"
     assert len(data.examples) == 10

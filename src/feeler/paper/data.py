@@ -14,6 +14,8 @@ from feeler.provenance import make_key
 from feeler.stimulus.ninety import SPEEDS, make_features, trials
 from feeler.stimulus.trial import Trial
 
+COMPLETE = 800.0  # [C] ms; the last slow touch of any profile ends before 700
+
 
 def list_profiles(context: Context) -> list[str]:
     """Profiles compared at this scale: the first and its controls."""
@@ -38,12 +40,23 @@ def list_touches(context: Context, profile: str) -> list[Trial]:
 @lru_cache(maxsize=16)
 def load_tensors(context: Context, profile: str) -> xr.Dataset:
     """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
-    antenna, touches = context.profiles[profile], list_touches(context, profile)
+    return _load(context, profile, list_touches(context, profile), DURATION, profile)
+
+
+@lru_cache(maxsize=16)
+def load_complete(context: Context, profile: str) -> xr.Dataset:
+    """The slow touches of one profile, recorded until long after the last has let go."""
+    touches = [trial for trial in list_touches(context, profile) if trial.speed == SPEEDS["slow"]]
+    return _load(context, profile, touches, COMPLETE, f"{profile}-complete")
+
+
+def _load(context: Context, profile: str, touches: list[Trial], duration: float, name: str) -> xr.Dataset:
+    antenna = context.profiles[profile]
     made_with = {"antenna": antenna, "touches": touches, "timestep": context.timestep, "engine": context.engine}
-    key = make_key(made_with | {"seed": context.seed}, touch.__module__)
-    path = context.out / "cache" / "tensors" / f"{profile}-{key}.zarr"
+    key = make_key(made_with | {"seed": context.seed, "duration": duration}, touch.__module__)
+    path = context.out / "cache" / "tensors" / f"{name}-{key}.zarr"
     options: dict[str, Any] = {
-        "duration": DURATION,
+        "duration": duration,
         "timestep": context.timestep,
         "engine": context.engine,
         "workers": context.workers,

@@ -6,7 +6,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, load_tensors, select_speed
+from feeler.paper.data import list_profiles, load_complete, load_tensors, select_speed
+from feeler.paper.window import Window, measure_window
 from feeler.plotting.tensor import plot_tensor_grid
 from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
@@ -55,7 +56,7 @@ def show(context: Context, section: Section) -> None:
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets.values()))["angle"]
     _draw_sets(section, sets)
-    _tabulate(section, sets)
+    _tabulate(section, sets, {name: measure_window(load_complete(context, name)) for name in sets})
     slow = select_speed(next(iter(sets.values())), SPEEDS["slow"])["angle"].values
     section.values |= {
         "tensors.count": int(first.sizes["trial"]),
@@ -80,16 +81,14 @@ def _draw_sets(section: Section, sets: dict) -> None:
         save(slow, section.folder / f"{figure_name}_{name}.nc")
 
 
-def _tabulate(section: Section, sets: dict) -> None:
+def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
     rows = []
     for name, tensors in sets.items():
         for speed in np.unique(tensors["speed"].values)[::-1]:
             chosen = select_speed(tensors, speed)
             peak = np.degrees(chosen["angle"].max(("sensor", "time")).values)
-            lasting = (abs(chosen["force"]).sum("axis") > 0).isel(time=-1).values
-            rows.append(
-                [name, speed, peak.min(), peak.max(), chosen["curvature"].max().item(), int(lasting.sum()), peak.size]
-            )
+            cut = windows[name].cut if np.isclose(speed, SPEEDS["slow"]) else "–"
+            rows.append([name, speed, peak.min(), peak.max(), chosen["curvature"].max().item(), cut, peak.size])
     section.table(
         [
             "profile",
@@ -97,11 +96,12 @@ def _tabulate(section: Section, sets: dict) -> None:
             "peak angle, least [°]",
             "largest [°]",
             "peak curvature [1/mm]",
-            "in contact at the end",
+            "cut by the window",
             "trials",
         ],
         rows,
-        "Peaks over sensors and time. A touch that is still in contact at the end is cut by the window.",
+        "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again, after it, in a run of "
+        "twice its length.",
     )
 
 

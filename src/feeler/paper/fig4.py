@@ -1,5 +1,6 @@
 """Fig. 4: what convolutive NMF makes of the tensors: residual, entropy, bases, activations, map of locations."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -13,6 +14,7 @@ from feeler.encoding import (
     ConvolutiveNMF,
     LocationMapping,
     compute_entropies,
+    compute_mass_entropy,
     hoyer_sparseness,
     locate_components,
     map_locations,
@@ -30,6 +32,21 @@ from feeler.tensors.scaling import rectify
 MAIN_RANK = 3  # [P]
 
 
+def _as_rows(activations: np.ndarray) -> np.ndarray:
+    """One row per component, over all trials."""
+    return activations.transpose(1, 0, 2).reshape(activations.shape[1], -1)
+
+
+ENTROPIES: dict[str, Callable[[np.ndarray], float]] = {
+    "mean of rows": lambda found: float(np.nanmean(compute_entropies(_as_rows(found)))),
+    "sum of rows": lambda found: float(np.nansum(compute_entropies(_as_rows(found)))),
+    "mass of all rows": lambda found: compute_mass_entropy(_as_rows(found)),
+    "mass per tensor": lambda found: float(np.nanmean(compute_entropies(found, "mass"))),
+}
+"""Readings of "entropy of the activations" (trial, component, time), bits: grey levels of each row over all trials, their
+mean or sum; or activations as shares of mass, of all trials together or of each tensor."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fig4Data:
     """What Fig. 4B–D shows, and the tests of its reading."""
@@ -38,7 +55,7 @@ class Fig4Data:
     residual: np.ndarray
     """‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first."""
     entropy: dict[str, np.ndarray]
-    """Activation entropy of each restart, bits, by definition: (rank, restart), mean over activation vectors."""
+    """Entropy of each restart's activations, bits, by definition (``ENTROPIES``): (rank, restart)."""
     stability: np.ndarray
     """How alike the restarts' bases are, (rank,)."""
     encoders: dict[int, ConvolutiveNMF]
@@ -78,8 +95,8 @@ def compute(tensors: Any, *, effort: Scale, quantity: str = "angle", random_stat
         ranks=tuple(ranks),
         residual=np.stack([encoder.restarts_ for encoder in encoders.values()]),
         entropy={
-            definition: np.stack([_measure_restarts(encoder, definition) for encoder in encoders.values()])
-            for definition in ("histogram", "mass")
+            definition: np.stack([_measure_restarts(encoder, measure) for encoder in encoders.values()])
+            for definition, measure in ENTROPIES.items()
         },
         stability=np.array([encoder.stability_ for encoder in encoders.values()]),
         encoders=encoders,
@@ -112,14 +129,9 @@ def spread(restarts: np.ndarray) -> dict[str, float]:
     return {"value": float(restarts[0]), "low": float(np.min(restarts)), "high": float(np.max(restarts))}
 
 
-def _measure_restarts(encoder: ConvolutiveNMF, definition: str) -> np.ndarray:
-    """Mean entropy of each restart's activation vectors, one vector per component over all trials."""
-    return np.array(
-        [
-            np.nanmean(compute_entropies(found.transpose(1, 0, 2).reshape(found.shape[1], -1), definition))
-            for found in encoder.restart_activations_
-        ]
-    )
+def _measure_restarts(encoder: ConvolutiveNMF, measure: Callable[[np.ndarray], float]) -> np.ndarray:
+    """Entropy of each restart's activations."""
+    return np.array([measure(found) for found in encoder.restart_activations_])
 
 
 def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
@@ -142,7 +154,7 @@ def plot_ranks(data: Fig4Data, ax: Axes) -> None:
     ranks = np.array(data.ranks)
     right = ax.twinx()
     right.spines["right"].set_visible(True)
-    curves = ((ax, data.residual, PALETTE[0], "o"), (right, data.entropy["histogram"], PALETTE[1], "s"))
+    curves = ((ax, data.residual, PALETTE[0], "o"), (right, data.entropy["mean of rows"], PALETTE[1], "s"))
     for axis, values, colour, marker in curves:
         middle = values[:, 0]
         spread = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
@@ -213,10 +225,16 @@ def _show_ranks(section: Section, main: Fig4Data) -> None:
     section.numbers(
         "fig4_encoding", ranks=main.ranks, residual=main.residual, entropy=main.entropy, stability=main.stability
     )
-    entropy = main.entropy["histogram"]
     for i, rank in enumerate(main.ranks):
         section.values[f"encoding.residual.M{rank}"] = spread(main.residual[i])
-        section.values[f"encoding.entropy.M{rank}"] = spread(entropy[i])
+        for definition, entropy in main.entropy.items():
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = spread(entropy[i])
+    section.table(
+        ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
+        [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
+        "The paper does not say which entropy rises with M. Rows: grey levels of each component's activations over all trials, "
+        "their mean or their sum. Mass: activations as shares of their total, over everything or tensor by tensor.",
+    )
     encoder = main.encoders.get(3)
     if encoder is not None:
         for number, centre in enumerate(_centres(encoder.components_), start=1):

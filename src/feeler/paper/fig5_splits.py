@@ -1,11 +1,11 @@
-"""Accuracy on touches that no training copy was made of: another size, a shifted place, another speed."""
+"""Accuracy on touches that no training copy was made of: a shifted place, another speed; ``fig5_new`` has sizes and places."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from feeler.decoding import compute_left_out, compute_sweep, make_labels
+from feeler.decoding import compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import Group
 from feeler.decoding.noise import Relative
@@ -24,19 +24,10 @@ def compute_splits(
     jitter: Callable[[str, float, float], Any] | None = None,
     random_state: int = 0,
 ) -> dict[str, dict[str, float]]:
-    """Accuracy on clean touches that no training copy was made of; classes of the size split are feature × location."""
+    """Accuracy on clean touches that no training copy was made of; nothing without ``jitter``."""
     options: dict[str, Any] = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.other_repeats}
     options |= {"noise": Relative(each="tensor"), "rotate": True, "random_state": random_state}
     found: dict[str, dict[str, float]] = {}
-    for comparison, members in groups.items():
-        accuracies = {}
-        for name, group in members.items():
-            feature, size, location = np.array([label.rsplit(" ", 2) for label in group.labels]).T
-            most = np.unique(size, return_counts=True)[1].min()
-            lda = make_fitting_lda(int(most), plan.n_copies)
-            folds = compute_left_out(group.tensors, np.char.add(feature, location), size, estimator=lda, **options)
-            accuracies[name] = float(np.mean([sweep.clean.mean() for sweep in folds.values()]))
-        found[f"by {comparison}, the other size trained, tensors (chance {100 / 15:.0f} %)"] = accuracies
     if jitter is None or "profile" not in groups:
         return found
     peak = max(float(data[quantity].max()) for data in tensors.values())

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.decoding.early import EarlyAccuracy
+from feeler.dispersion import INDICES
 from feeler.paper.context import Context
 from feeler.paper.fig6_data import Fig6Data, load
 from feeler.plotting.look import PALETTE, style
@@ -252,10 +253,15 @@ def _compare(context: Context, section: Section) -> None:
     for comparison, groups in found.items():
         measures = list(next(iter(groups.values())))
         section.table([comparison, *measures], [[name, *(float(g[m]) for m in measures)] for name, g in groups.items()])
-    speeds = list(found["speed"].values())
-    section.values |= {
-        "robot.nmi.fast": float(speeds[0]["nmi"]),
-        "robot.nmi.slow": float(speeds[-1]["nmi"]),
-        "robot.nmi.graded": float(found["profile"]["linear"]["nmi"]),
-        "robot.nmi.constant": float(found["profile"]["constant"]["nmi"]),
-    }
+    speeds, profiles = list(found["speed"].values()), found["profile"]
+    _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
+    _keep_agreement(section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]})
+
+
+def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, float]]) -> None:
+    """In how many of the indices the first is more dispersed than the second, and their values."""
+    first, second = ends.values()
+    more = [(first[index] < second[index]) == INDICES[index].is_similarity for index in INDICES]
+    section.values[f"robot.agree.{comparison}"] = float(np.mean(more))
+    for name, values in ends.items():
+        section.values |= {f"robot.{index}.{name}": float(values[index]) for index in INDICES}

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import Sweep, compute_sweep, list_groups
+from feeler.decoding import Sweep, compute_sweep, list_groups, make_labels
 from feeler.decoding.cnn import TouchNetwork, import_torch
 from feeler.decoding.noise import Relative
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.paper.claims import PROFILES, READ_BETTER
 from feeler.paper.context import Context
-from feeler.paper.data import list_profiles, list_speeds, load_tensors
+from feeler.paper.data import list_profiles, list_speeds, load_complete, load_tensors
+from feeler.paper.fig5_nulls import spread
+from feeler.paper.window import WINDOWS, complete_arrays
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
@@ -43,13 +45,7 @@ class FigS4Data:
 
     def summarise(self) -> dict[str, dict[str, float]]:
         """Accuracy by group, averaged over the noise ratios above 0, ± 1 SD over repeats."""
-        found = {}
-        for sweeps in self.sweeps.values():
-            for name, sweep in sweeps.items():
-                by_repeat = sweep.noisy[sweep.ratios > 0].mean(axis=0)
-                mean, sd = float(by_repeat.mean()), float(by_repeat.std())
-                found[name] = {"value": mean, "low": mean - sd, "high": mean + sd}
-        return found
+        return {name: spread(sweep) for sweeps in self.sweeps.values() for name, sweep in sweeps.items()}
 
 
 def compute(
@@ -75,15 +71,35 @@ def compute(
     MissingExtra
         PyTorch is not installed; the message holds the install command.
     """
+    groups = list_groups(tensors, reference=reference, quantity=quantity)
+    sweeps = sweep_groups(groups, settings, random_state=random_state, device=device)
+    verdicts = []
+    for comparison, members in sweeps.items():
+        claimed = [name for name in members if comparison == "speed" or name in (reference, *PROFILES)]
+        values = {name: sweeps[comparison][name].area for name in claimed}
+        if len(values) > 1:
+            verdicts.append(
+                judge_order(values, claim=READ_BETTER[comparison], measure="accuracy of the network on tensors")
+            )
+    array, labels = next(iter(next(iter(groups.values())).values()))
+    return FigS4Data(sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size)
+
+
+def sweep_groups(
+    groups: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarray]]],
+    settings: Mapping[str, Any],
+    *,
+    random_state: int = 0,
+    device: str = "auto",
+) -> dict[str, dict[str, Sweep]]:
+    """The network's accuracy against noise for every group of every comparison: tensors and labels of each."""
     import_torch()
     options = dict(settings)
     max_epochs = options.pop("max_epochs")
     options |= {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state}
     sweeps: dict[str, dict[str, Sweep]] = {}
     known: dict[bytes, Sweep] = {}  # slow touches of the reference stand in both comparisons
-    verdicts = []
-    for comparison, members in list_groups(tensors, reference=reference, quantity=quantity).items():
-        claimed = [name for name in members if comparison == "speed" or name in (reference, *PROFILES)]
+    for comparison, members in groups.items():
         sweeps[comparison] = {}
         for name, (array, labels) in members.items():
             key = sha256(array.tobytes() + repr(labels).encode()).digest()
@@ -97,12 +113,7 @@ def compute(
                 )
                 known[key] = compute_sweep(array, labels, estimator=network, **options)
             sweeps[comparison][name] = known[key]
-        values = {name: sweeps[comparison][name].area for name in claimed}
-        if len(values) > 1:
-            verdicts.append(
-                judge_order(values, claim=READ_BETTER[comparison], measure="accuracy of the network on tensors")
-            )
-    return FigS4Data(sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size)
+    return sweeps
 
 
 def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
@@ -139,6 +150,7 @@ def show(context: Context, section: Section) -> None:
     first = next(iter(sets))
     with _one_thread(import_torch()):
         data = compute(sets, settings=context.effort.network, reference=first, random_state=context.seed)
+        _show_complete(context, section, data)
     speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     section.figure(
         "figS4_cnn",
@@ -153,8 +165,30 @@ def show(context: Context, section: Section) -> None:
             for comparison, sweeps in data.sweeps.items()
         },
     )
-    for name, spread in data.summarise().items():
-        section.values[f"cnn.{speeds.get(name, name)}"] = spread
+    for name, found in data.summarise().items():
+        section.values[f"cnn.{speeds.get(name, name)}"] = found
+
+
+def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
+    """Profiles again over whole touches, each over its own shortest full window with the samples of the paper's."""
+    names = list_profiles(context)
+    if len(names) < 2:
+        return
+    tensors = {name: load_complete(context, name) for name in names}
+    labels = np.sort(make_labels(tensors[names[0]]))
+    arrays = complete_arrays(tensors)
+    peak = max(array.max() for array in arrays.values())
+    groups = {"profile": {name: (array / peak, labels) for name, array in arrays.items()}}
+    whole = sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
+    found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
+    rows = []
+    for window, sweeps in found.items():
+        for name, sweep in sweeps.items():
+            section.values[f"cnn.{window}.{name}"] = spread(sweep)
+        rows.append([window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())])
+    section.table(
+        ["window", *whole], rows, "Accuracy of the network on slow tensors by profile, averaged over the noise."
+    )
 
 
 @contextmanager

@@ -91,7 +91,10 @@ def show(context: Context, section: Section) -> None:
     section.numbers(
         "figS5_durations", profile=data.profile_similarity, basis=data.basis_similarity, residual=data.residual
     )
-    section.values["encoding.duration_similarity"] = float(np.min(data.profile_similarity))
+    section.values |= {
+        "encoding.duration.profile along the antenna": float(np.min(data.profile_similarity)),
+        "encoding.duration.whole basis": float(np.min(data.basis_similarity)),
+    }
     section.text(
         f"Along the antenna the bases of all durations resemble those of 40 ms with a cosine of at least "
         f"{np.min(data.profile_similarity):.2f}; as whole pictures, at least {np.min(data.basis_similarity):.2f}."

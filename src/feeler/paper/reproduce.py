@@ -43,7 +43,7 @@ STAGES = (
     Stage(
         name="reading",
         title="Dispersion and classification",
-        figures=("fig5", "choices"),
+        figures=("fig5", "fig5_complete", "fig5_new", "choices"),
     ),
     Stage(
         name="cnn",

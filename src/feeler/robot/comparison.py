@@ -9,6 +9,7 @@ from feeler.checked import checked
 from feeler.robot.preset import make_robot
 from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, simulate_touches
 from feeler.stimulus import Trial
+from feeler.tensors.scaling import rectify
 
 PROFILES = ("exponential", "linear", "constant")
 TIP_SHARE = 0.1  # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
@@ -31,15 +32,15 @@ def make_profiles() -> dict[str, Antenna]:
 
 
 def simulate_comparison(antenna: Antenna, *, speeds: Sequence[float] = SPEEDS) -> tuple[np.ndarray, list[Trial]]:
-    """Tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials: 10 per speed, not aligned."""
+    """Rectified tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials: 10 per speed, not aligned."""
     trials = make_touches(speeds=speeds, locations=LOCATIONS)
     motions = simulate_touches(antenna, trials, duration=DURATION)
-    return np.stack(motions)[:, :, ::STRIDE], trials
+    return rectify(np.stack(motions)[:, :, ::STRIDE]), trials
 
 
 @checked
 def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str, dict]:
-    """Dispersion and accuracy by speed (the robot) and by profile (slow touches), as for the 140-link model.
+    """Dispersion and accuracy by speed (the robot) and by profile (slow touches), rectified as for the 140-link model.
 
     Returns
     -------

@@ -1,0 +1,69 @@
+"""What a window of 380 ms cuts off a touch, and touches over their whole length."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from feeler.decoding.labels import make_labels
+from feeler.experiment.touch import DURATION
+from feeler.tensors.scaling import rectify
+
+WINDOWS = ("380 ms window", "complete touches")
+"""The paper's, and each profile's own shortest full one with equal sample counts."""
+SAME = 1e-6  # rad: two tensors that differ by less are one
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Window:
+    """What the paper's window does to one profile's touches."""
+
+    end: float
+    """When the last of its touches lets go for good [ms]."""
+    cut: int
+    """Touches that go on, or begin again, after the window."""
+    again: int
+    """Of these, those without contact when the window closes."""
+    pairs: int
+    """Pairs of touches whose tensors are the same inside the window."""
+    ceiling: float
+    """Greatest accuracy that these pairs leave."""
+
+
+def list_contact(tensors: xr.Dataset) -> np.ndarray:
+    """Whether each touch is in contact (trial, time)."""
+    return (np.abs(tensors["force"].transpose("trial", "time", "axis").values) > 0).any(axis=2)
+
+
+def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
+    """Whole touches held against a window [ms] from their beginning; contact is looked for to the end of the recording."""
+    contact, time = list_contact(tensors), tensors["time"].values
+    inside, after = time < duration, contact[:, time >= duration].any(axis=1)
+    array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)[:, :, inside]
+    same = np.abs(array[:, None] - array[None]).max(axis=(2, 3)) < SAME
+    kinds = np.unique(np.argmax(same, axis=1)).size
+    last = time[contact.any(axis=0)].max() if contact.any() else 0.0
+    return Window(
+        end=float(last + (time[1] - time[0])),
+        cut=int(after.sum()),
+        again=int((after & ~contact[:, inside][:, -1]).sum()),
+        pairs=int(np.triu(same, 1).sum()),
+        ceiling=kinds / len(array),
+    )
+
+
+def resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
+    """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear interpolation."""
+    time = np.linspace(0.0, end, n_samples, endpoint=False)
+    chosen = tensors["angle"].transpose("trial", "sensor", "time").interp(time=time)
+    return rectify(chosen.values)
+
+
+def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
+    """Each profile's touches over its own shortest full window, all with the samples of the paper's, in order of label."""
+    arrays = {}
+    for name, data in tensors.items():
+        order = np.argsort(make_labels(data), kind="stable")
+        arrays[name] = resample(data, measure_window(data).end, round(DURATION))[order]
+    return arrays
