@@ -121,27 +121,4 @@ def show(context: Context, section: Section) -> None:
         ],
         "Share of answers that are right, and of which each part is right (on noisy copies).",
     )
-    section.text(describe(section.values))
     section.numbers("fig5_new", **{name: vars(new) for name, new in data.items()})
-
-
-def describe(values: Mapping[str, object]) -> str:
-    """The finding and why, from a section's values; empty where two profiles were not compared."""
-    try:
-        numbers = {key: 100 * float(values[key]) for key in _KEYS}  # type: ignore[arg-type]
-    except (KeyError, TypeError):
-        return ""
-    return _WORDS.format(*numbers.values())
-
-
-_KEYS = [
-    *(f"generalise.{split}.{name}" for split in SPLITS for name in ("exponential", "constant")),
-    *(f"generalise.change.{a}.{name}" for name in ("exponential", "constant") for a in ("size", "location")),
-]
-_WORDS = (
-    "A code that tells touches apart is not a code of shape: trained on one size and tested on the other, shape and place are "
-    "read right in {0:.0f} % of touches with the exponential antenna and in {1:.0f} % with the constant one; trained on four "
-    "places and tested on the fifth, shape and size in {2:.0f} % and {3:.0f} %. Why: size changes a tensor of the exponential "
-    "antenna by {4:.0f} % of its norm and a step in place by {5:.0f} %, so another size looks like another place; the constant "
-    "antenna's changes by {6:.0f} % and {7:.0f} %: it hardly feels size, which a new size then cannot upset."
-)

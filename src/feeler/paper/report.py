@@ -11,6 +11,7 @@ from typing import Any
 from pypdf import PdfReader, PdfWriter
 
 from feeler.paper.context import Context
+from feeler.paper.findings import list_findings
 from feeler.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
 from feeler.physics.contact import get_contact
 from feeler.provenance import list_versions
@@ -23,7 +24,8 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     numbers to ``figures/``."""
     templates: Any = open_templates("feeler.paper").get_template("report.html").module
     if context.is_cockroach:
-        first = Part(name="claims", title="What holds", body=_fill_verdicts(templates, claims))
+        findings = list_findings({key: value for section in sections for key, value in section.values.items()})
+        first = Part(name="claims", title="What holds", body=_fill_verdicts(templates, claims, findings))
     else:
         title = "The paper's measures, of this antenna"
         first = Part(name="claims", title=title, body=templates.measures(claims))
@@ -43,10 +45,10 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     return _write(context.out / "report.html", page)
 
 
-def _fill_verdicts(templates: Any, claims: list[Judged]) -> Any:
+def _fill_verdicts(templates: Any, claims: list[Judged], findings: list[tuple[str, str]]) -> Any:
     paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
     counts = {word: paper[word] for word in EVIDENCE}
-    return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours)
+    return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours, findings)
 
 
 def _load_places() -> list[dict[str, str]]:
