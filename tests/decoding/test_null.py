@@ -1,0 +1,37 @@
+"""Twins and identical touches, with an encoder that marks places in the set and one that does not."""
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator
+
+from feeler.decoding.null import compare_twins, fit_null
+from feeler.decoding.plan import Plan
+
+PLAN = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)
+TIME = np.arange(60)
+TENSORS = np.exp(-0.5 * ((TIME - np.linspace(10, 50, 8)[:, None]) / 2) ** 2)[:, None, :].repeat(4, axis=1)
+
+
+class MarkEncoder(BaseEstimator):
+    """Joint codes are sums over the antenna, with a mark of the trial's place in the set."""
+
+    def __init__(self, mark=0.0, max_iter=3):
+        self.mark, self.max_iter = mark, max_iter
+
+    def fit(self, X):
+        self.n_iter_ = self.max_iter
+        self.activations_ = X.sum(axis=1, keepdims=True) + self.mark * np.eye(len(X), X.shape[2])[:, None, :]
+        return self
+
+
+@pytest.mark.parametrize(("mark", "kept"), [(0.0, 1.0), (100.0, 0.0)])
+def test_only_what_belongs_to_the_touch_carries_over_to_its_twin(mark, kept):
+    found = compare_twins(TENSORS, np.arange(8), MarkEncoder(mark), PLAN)
+    assert found.same.noisy.mean() == 1.0
+    assert found.kept == pytest.approx(kept, abs=0.1)
+
+
+def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
+    found = fit_null(TENSORS, MarkEncoder(), 7)
+    assert found.n_iter == 7 and not found.converged
+    assert (found.codes == found.codes[0]).all() and len(found.codes) == len(TENSORS)
