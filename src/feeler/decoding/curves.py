@@ -112,8 +112,7 @@ def compute_curves(
         nulls |= _sweep_kind(codes, groups[reference].labels, kind, noises, peaks[kind], plan, random_state)
     peak = max(group.tensors.max() for group in groups.values())
     baselines = {name: compute_baseline(group, plan, float(peak), random_state) for name, group in groups.items()}
-    options = {"noises": noises, "n_copies": plan.n_copies, "fits": fits}
-    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, **options)
+    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, noises=noises, n_copies=plan.n_copies, fits=fits)
 
 
 def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:

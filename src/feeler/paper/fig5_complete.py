@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -43,7 +44,12 @@ def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int 
     peak = max(array.max() for array in arrays.values())
     arrays = {name: array / peak for name, array in arrays.items()}
     labels = np.sort(make_labels(next(iter(tensors.values()))))
-    options = {"ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "rotate": True}
+    options: dict[str, Any] = {
+        "ratios": plan.ratios,
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "rotate": True,
+    }
     options |= {"estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state}
     sweeps = {
         noise: {
@@ -125,7 +131,8 @@ def _keep(section: Section, data: Complete, cut: Mapping[str, Mapping[str, Sweep
             section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[
                 f"dispersion.tensor.{index}.{name}"
             ]
-        before = [section.values[f"dispersion.tensor.{index}.{name}"]["value"] for name in averages]
+        cells: dict[str, Any] = section.values
+        before = [cells[f"dispersion.tensor.{index}.{name}"]["value"] for name in averages]
         pairs = zip(before, averages.values(), strict=True)
         rows.append([INDICES[index].label, *(f"{a:.3g} → {b.estimate:.3g}" for a, b in pairs)])
     section.table(["index", *data.windows], rows, f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.")

@@ -21,7 +21,7 @@ class Nulls:
 
     dispersions: dict[str, Dispersion]
     """Of jointly fitted codes of identical touches, on the scale of the real ones."""
-    sweeps: dict[str, dict[str, tuple[Sweep, Sweep]]]
+    sweeps: dict[str, dict[str, tuple[Sweep, Sweep | None]]]
     """Accuracy of the real codes, and of identical touches."""
     fits: dict[str, dict[str, Fitted]]
     twins: dict[str, Twins]
@@ -83,6 +83,7 @@ def show(section: Section, data: Nulls, real: FigS6Data, speeds: Mapping[str, st
         for group, fitted in data.fits[comparison].items():
             cells = _keep_null(section, null, real.dispersions[comparison]["joint"], group, speeds.get(group, group))
             sweep, alone = data.sweeps[comparison][group]
+            assert alone is not None  # compute_curves makes one for every group
             section.values[f"classification.null.{speeds.get(group, group)}"] = spread(alone)
             accuracy = f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}"
             end = "by its tolerance" if fitted.converged else "at the limit"
