@@ -6,8 +6,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.paper import fig3
-from feeler.paper.fig3_family import Family, compute, list_setups
+from feeler.paper.fig3_family import Family, compute, list_setups, plot
 from feeler.paper.fig3_shapes import Shapes, plot_shapes
+from feeler.plotting.look import PALETTE
 from feeler.presets import cockroach
 from feeler.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach
@@ -90,3 +91,11 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
             return {"curvature": xr.DataArray(tensors)}
 
     assert fig3.compute_unique_share(Touch) == pytest.approx(1 / 3)
+
+
+def test_the_family_is_drawn_with_its_medians():
+    family = make_family([[0.9, 0.8, 0.7], [0.8, 0.9, 0.7], [0.7, np.nan, 0.7]])
+    ax = Figure().subplots()
+    plot(family, ax, {"exponential": 0.985, "linear": 0.924, "constant": 0.704})
+    assert ax.get_title() == "2 of 3 set-ups have all R²"
+    assert [line.get_color() for line in ax.get_lines()[:2]] == [PALETTE[0], "#BBBBBB"]  # in the paper's order, and not

@@ -19,7 +19,8 @@ def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
     ):
         null = curves.find_null(kind, noise, group=name)
         if null is not None:
-            plot_sweep(null, ax, color=colour, ls="--", label=None if own else "null: one tensor repeated")
+            first = colour in (PALETTE[0], "#000000")
+            plot_sweep(null, ax, color=colour, ls="--", label="null: one tensor repeated" if first else None)
     for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):
         label = "peak place and time only" if name == next(iter(curves.baselines)) else None
         place = 100 * sweep.ratios, 100 * sweep.noisy.mean(axis=1)
