@@ -60,8 +60,8 @@ def _make_total(scale: str, found: dict) -> str:
     if not claims:
         return f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | not run since its claims changed |"
     evidence = [claims[verdict] for verdict in ("reproduced", "partly", "not reproduced")]
-    headline = "{} claims reproduced, {} partly, {} not".format(*evidence)
-    headline += f"; {sum(claims.values()) - sum(evidence)} of {sum(claims.values())} carry no evidence"
+    headline = f"of {sum(claims.values())} claims " + "{} reproduced, {} partly, {} not".format(*evidence)
+    headline += "; the others give no evidence at this scale"
     return f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | {headline} |"
 
 
