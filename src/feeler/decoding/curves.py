@@ -10,7 +10,7 @@ from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode_with, make_null
 from feeler.decoding.noise import NOISES, Common
-from feeler.decoding.null import Fitted, fit_null
+from feeler.decoding.null import JointFit, fit_null
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.tensors.scaling import rectify
@@ -37,7 +37,7 @@ class Group:
     labels: np.ndarray
     encoder: Any = None
     codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
-    null: Fitted | None = None
+    null: JointFit | None = None
     """Jointly fitted codes of one tensor of the group, repeated; made where it is needed if it is not there."""
 
 
@@ -53,7 +53,7 @@ class Curves:
     """Peak position and time only, by group, noise on the tensors at one common level."""
     noises: tuple[str, ...]
     n_copies: int
-    fits: dict[str, Fitted] = field(default_factory=dict, repr=False)
+    fits: dict[str, JointFit] = field(default_factory=dict, repr=False)
     """Jointly fitted codes of the null, by group."""
 
     def find(self, kind: str, noise: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:

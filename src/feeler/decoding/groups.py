@@ -10,7 +10,7 @@ from feeler.checked import checked
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
-from feeler.decoding.null import Fitted, fit_null
+from feeler.decoding.null import JointFit, fit_null
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
@@ -30,9 +30,9 @@ def group_tensors(
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
-    nulls: dict[bytes, Fitted] = {}  # the slow touches of the reference stand in both comparisons
+    nulls: dict[bytes, JointFit] = {}  # the slow touches of the reference stand in both comparisons
 
-    def find_null(array: np.ndarray) -> Fitted:
+    def find_null(array: np.ndarray) -> JointFit:
         if (key := array.tobytes()) not in nulls:
             nulls[key] = fit_null(array, configure(encoder, settings), plan.null_iter)
         return nulls[key]

@@ -14,7 +14,7 @@ from feeler.decoding.sweep import Sweep, compute_sweep
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fitted:
+class JointFit:
     """Jointly fitted codes, and how the fit ended."""
 
     codes: np.ndarray
@@ -32,7 +32,7 @@ class Twins:
     """Trained and tested on noisy copies of the first of each pair: what the paper's recipe measures."""
     other: Sweep
     """Tested on copies of the second: what of it belongs to the touch."""
-    fitted: Fitted
+    fitted: JointFit
 
     @property
     def kept(self) -> float:
@@ -42,15 +42,15 @@ class Twins:
         return float(max(self.other.noisy[above].mean() - self.other.chance, 0.0) / height) if height > 0 else 0.0
 
 
-def fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> Fitted:
+def fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
     known = encoder.get_params()
     fitted = clone(encoder).set_params(**({"max_iter": n_iter} if "max_iter" in known else {})).fit(tensors)
     done = int(getattr(fitted, "n_iter_", 0))
-    return Fitted(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
+    return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
 
 
-def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> Fitted:
+def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Joint codes of one of the tensors, repeated as if it were different touches (``make_null``)."""
     return fit_jointly(make_null(tensors), encoder, n_iter)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from feeler.decoding.curves import Curves, Group
 from feeler.decoding.groups import configure
-from feeler.decoding.null import Fitted, Twins, compare_twins
+from feeler.decoding.null import JointFit, Twins, compare_twins
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
@@ -23,7 +23,7 @@ class Nulls:
     """Of jointly fitted codes of identical touches, on the scale of the real ones."""
     sweeps: dict[str, dict[str, tuple[Sweep, Sweep | None]]]
     """Accuracy of the real codes, and of identical touches."""
-    fits: dict[str, dict[str, Fitted]]
+    fits: dict[str, dict[str, JointFit]]
     twins: dict[str, Twins]
     """By group; the slow touches of the first profile stand among the speeds."""
 
