@@ -159,9 +159,8 @@ def list_copies(curves: Mapping[str, Curves]) -> list[list[str]]:
                 ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
                 accuracies = ", ".join(f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items())
                 nulls = [(name, found_here.find_null(kind, n_copies=n, group=name)) for name in found]
-                shown = ", ".join(
-                    f"{name} {100 * null.noisy.mean():.0f}" for name, null in nulls[: None if kind == "joint" else 1]
-                )
+                chosen = nulls if kind == "joint" else nulls[:1]
+                shown = ", ".join(f"{name} {100 * null.noisy.mean():.0f}" for name, null in chosen if null is not None)
                 rows.append([comparison, LABELS[kind], str(n), ratios, accuracies, shown])
     return rows
 
