@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from feeler import presets
     from feeler.antenna.antenna import Antenna
     from feeler.antenna.file import load_antenna, save_antenna
+    from feeler.antenna.sample import sample_antennas
     from feeler.encoding.model import ConvolutiveNMF
     from feeler.experiment.bend import bend
     from feeler.experiment.impulse import hit
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from feeler.stimulus.base import BaseMotion
     from feeler.stimulus.object import Object
     from feeler.stimulus.outline import Outline
+    from feeler.stimulus.sample import sample_trials
     from feeler.stimulus.shapes import Ball, Box, Triangle
     from feeler.stimulus.trial import Trial
     from feeler.stimulus.wall import Wall
@@ -46,6 +48,8 @@ _HOMES = {
     "load": "tensors.formats",
     "load_antenna": "antenna.file",
     "release": "experiment.release",
+    "sample_antennas": "antenna.sample",
+    "sample_trials": "stimulus.sample",
     "save": "tensors.formats",
     "save_antenna": "antenna.file",
     "touch": "experiment.touch",
@@ -60,6 +64,7 @@ _ROOMS = (
     "execute",
     "experiment",
     "information",
+    "learn",
     "paper",
     "physics",
     "plotting",
@@ -94,6 +99,8 @@ __all__ = [
     "load_antenna",
     "presets",
     "release",
+    "sample_antennas",
+    "sample_trials",
     "save",
     "save_antenna",
     "touch",

@@ -220,3 +220,42 @@ def test_missing_pyserial_names_the_install_command(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without_serial)
     with pytest.raises(MissingExtra, match=r"pip install 'feeler\[robot\]'"):
         next(open_serial("/dev/nothing"))
+
+
+def test_any_model_may_say_what_is_felt():
+    """A model that has seen nothing but the sign of the last sample; before contact it is not asked."""
+    asked = []
+
+    def model(tensor):
+        asked.append(np.isfinite(tensor[0]).sum())
+        last = tensor[0, asked[-1] - 1]
+        return np.array([0.95, 0.05]) if last > 0 else np.array([0.05, 0.95])
+
+    decoder = StreamDecoder(window=20, model=model).adopt(["up", "down"], 3)
+    samples = np.zeros((3, 30))
+    samples[:, 10:] = 0.2
+    samples[:, 20:] = -0.2
+    states = decoder.replay(samples)
+    assert [state.label for state in states[:12]] == [None] * 12  # three samples confirm contact
+    assert {state.label for state in states[12:20]} == {"up"} and {state.label for state in states[20:]} == {"down"}
+    assert states[15].state == "decided" and states[15].probability == 0.95
+    assert asked == [*range(1, 19)]
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        (lambda tensor: [0.5, 0.5, 0.5], "must give 2 probabilities"),
+        (lambda tensor: [2.0, 1.0], "need a softmax"),
+        (lambda tensor: [np.nan, 1.0], "must give 2 probabilities"),
+        (None, "adopt needs model="),
+    ],
+)
+def test_a_model_that_gives_no_probabilities_is_refused(model, words):
+    with pytest.raises(InvalidInput, match=words):
+        StreamDecoder(window=5, model=model).adopt(["a", "b"], 1).replay(np.r_[np.zeros(5), np.ones(5)][None])
+
+
+def test_a_decoder_with_a_model_is_not_fitted():
+    with pytest.raises(InvalidInput, match="adopt"):
+        StreamDecoder(model=lambda tensor: [1.0, 0.0]).fit([np.zeros((1, 5))], [("a",)])

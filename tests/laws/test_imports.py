@@ -12,7 +12,20 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 LAYERS = (
-    {"checked", "errors", "compiled", "frozen", "provenance", "registry", "limits", "guard", "toml", "sources", "svg"},
+    {
+        "checked",
+        "draw",
+        "errors",
+        "compiled",
+        "frozen",
+        "provenance",
+        "registry",
+        "limits",
+        "guard",
+        "toml",
+        "sources",
+        "svg",
+    },
     {"antenna"},
     {"stimulus"},
     {"execute"},
@@ -21,7 +34,7 @@ LAYERS = (
     {"experiment"},
     {"response", "encoding", "dispersion", "tracking"},
     {"calibration", "decoding", "information", "wall"},
-    {"robot"},
+    {"robot", "learn"},
     {"presets"},
     {"scale"},
     {"plotting"},

@@ -3,6 +3,7 @@
 from feeler.antenna.antenna import Antenna, make_even_sensors
 from feeler.antenna.modes import compute_modes
 from feeler.antenna.profile import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
+from feeler.antenna.sample import SampledAntennas, sample_antennas
 
 __all__ = [
     "PROFILES",
@@ -10,8 +11,10 @@ __all__ = [
     "Constant",
     "Exponential",
     "Linear",
+    "SampledAntennas",
     "Sigmoid",
     "Tabulated",
     "compute_modes",
     "make_even_sensors",
+    "sample_antennas",
 ]

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -56,6 +56,10 @@ def touch(
     seed: Annotated[int, typer.Option(min=0, help="with --store: root of one seed per touch")] = 0,
     workers: Annotated[int | None, typer.Option(help="with --store: how many at once; default one per core")] = None,
     processes: Annotated[bool, typer.Option("--processes", help="with --store: in processes, memory bounded")] = False,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"),
+    ] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")] = False,
 ) -> None:
     """Touch an antenna once (tensor.nc, tensor.png/svg/pdf and movie.mp4), or many times into a store."""
@@ -75,25 +79,48 @@ def touch(
     ]  # fmt: skip
     options = {"timestep": timestep, "engine": engine}
     if store is not None:
-        _fill(store, chosen, trials, {**options, "duration": duration, "seed": seed}, workers, processes, log_json)
+        _fill(
+            store,
+            chosen,
+            trials,
+            {**options, "duration": duration, "seed": seed},
+            workers,
+            processes,
+            cluster,
+            log_json,
+        )
     elif len(trials) > 1:
         raise InvalidInput(f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one.")
     else:
         _show(chosen, trials[0], duration, options, out, movie)
 
 
-def _fill(store, antenna, trials, options, workers, processes, log_json: bool) -> None:
+def _fill(store, antenna, trials, options, workers, processes, cluster: str | None, log_json: bool) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     import feeler
     from feeler.cli.progress import ProgressBar
-    from feeler.execute import ProcessExecutor, ThreadExecutor
 
-    with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
+    with _choose_executor(workers, processes, cluster) as executor:
         if sys.stderr.isatty():
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
         with ProgressBar("touches", log_json=log_json) as progress, _say_what_stays(store):
             tensors = feeler.touch(antenna, trials, store=store, executor=executor, progress=progress, **options)
         typer.echo(f"{store}: {tensors.sizes['trial']} of {len(trials)} touches finished ({executor.describe()})")
+
+
+@contextmanager
+def _choose_executor(workers: int | None, processes: bool, cluster: str | None) -> Iterator[Any]:
+    from feeler.errors import InvalidInput
+    from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
+
+    if cluster is not None and (processes or workers is not None):
+        raise InvalidInput("give either --cluster, or --workers and --processes.")
+    if cluster is None:
+        with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
+            yield executor
+        return
+    with open_cluster(cluster) as client:
+        yield ClusterExecutor(client)
 
 
 @contextmanager

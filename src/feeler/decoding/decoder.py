@@ -7,6 +7,7 @@ neighbouring samples, whose errors go together, from counting as independent wit
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -55,6 +56,10 @@ class StreamDecoder(BaseEstimator):
         The moment of contact is tried from −max_lag to +max_lag samples.
     interval
         Time between samples [ms].
+    model
+        Something else that says what is felt, such as a trained network: ``model(tensor)`` takes the samples since contact
+        (sensor, window) [rad], relative to rest and NaN where missing or still to come, and gives the probabilities of the
+        classes (class,). ``adopt`` then takes the place of ``fit``.
 
     Attributes
     ----------
@@ -77,6 +82,7 @@ class StreamDecoder(BaseEstimator):
         max_lag: int = 12,
         lag_step: int = 3,
         interval: float = 1.0,
+        model: Callable[[np.ndarray], np.ndarray] | None = None,
     ) -> None:
         self.window = window
         self.threshold = threshold
@@ -87,6 +93,17 @@ class StreamDecoder(BaseEstimator):
         self.max_lag = max_lag
         self.lag_step = lag_step
         self.interval = interval
+        self.model = model
+
+    def adopt(self, classes: Sequence[Any], n_sensors: int) -> "StreamDecoder":
+        """Ready to stream with ``model``, whose probabilities are those of ``classes`` in this order."""
+        self._check()
+        if not callable(self.model):
+            raise InvalidInput("adopt needs model=, a function of the tensor so far (sensor, window); or use fit.")
+        if len(classes) < 2 or n_sensors < 1:
+            raise InvalidInput(f"a decoder needs at least 2 classes and 1 sensor, got {len(classes)} and {n_sensors}.")
+        self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
+        return self
 
     def fit(self, X: Sequence[np.ndarray], y: Sequence[tuple]) -> "StreamDecoder":
         """Learn from touches (sensor, time) of any durations that start at rest, with one label each.
@@ -94,6 +111,8 @@ class StreamDecoder(BaseEstimator):
         Touches without contact are left out; several touches of one class give its spread.
         """
         self._check()
+        if self.model is not None:
+            raise InvalidInput("a decoder with model= is not fitted; give it its classes with adopt.")
         if len(X) != len(y) or not len(X):
             raise InvalidInput(f"fit needs one label per touch, got {len(X)} touches and {len(y)} labels.")
         found = [(self._cut(np.asarray(touch, dtype=float)), label) for touch, label in zip(X, y, strict=True)]
@@ -170,7 +189,7 @@ class StreamDecoder(BaseEstimator):
 
     def start(self) -> Stream:
         """A fresh stream of samples to be decoded."""
-        check_is_fitted(self, "expected_at_")
+        check_is_fitted(self, "classes_")
         return Stream(self)
 
     def replay(self, values: np.ndarray, time: np.ndarray | None = None) -> list[StreamState]:

@@ -1,5 +1,6 @@
 """One touch as it happens: a sample in, what is known so far out."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -40,6 +41,7 @@ class Fitted(Protocol):
     interval: float
     classes_: list[tuple]
     n_sensors_: int
+    model: Callable[[np.ndarray], np.ndarray] | None
     expected_at_: np.ndarray
     weight_at_: np.ndarray
     constant_at_: np.ndarray
@@ -60,7 +62,7 @@ class Stream:
     def reset(self) -> None:
         """Forget the touch and wait for the next contact."""
         self.finder = OnsetFinder(self.decoder.onset, self.decoder.confirm, self.decoder.n_sensors_)
-        self.evidence = np.zeros(self.decoder.constant_at_.shape[1])
+        self.evidence = np.zeros(self.decoder.constant_at_.shape[1] if self.decoder.model is None else 0)
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
         self.slot, self.contact, self.surplus = -1, -1, 0
@@ -120,6 +122,9 @@ class Stream:
 
     def _weigh(self, away: np.ndarray, since: int) -> None:
         self.tensor[:, since] = away
+        if self.decoder.model is not None:
+            self.posterior = self._ask(self.decoder.model)
+            return
         error = self.decoder.expected_at_[since] - away
         error *= error
         error *= self.decoder.weight_at_[since]
@@ -128,6 +133,16 @@ class Stream:
         self.evidence += self.decoder.constant_at_[since] - error.sum(axis=1)
         likelihood = np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
         self.posterior = likelihood / likelihood.sum()
+
+    def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """The model's probabilities for what has been felt so far."""
+        found = np.asarray(model(self.tensor.copy()), dtype=float).reshape(-1)
+        if found.shape != (self.n_classes,) or not (found >= 0).all() or abs(found.sum() - 1) > 1e-3:
+            raise InvalidInput(
+                f"the model must give {self.n_classes} probabilities, one for each class, that add up to 1; got "
+                f"{found.size} of sum {found.sum():.3g}. A network's scores need a softmax."
+            )
+        return found
 
     def _state(self) -> StreamState:
         if self.contact < 0:

@@ -1,18 +1,21 @@
 """How many trials are run: threads, processes or any executor with ``submit``, behind one small interface."""
 
 from feeler.execute.batch import Executor, Outcome, run_batch
+from feeler.execute.cluster import ClusterExecutor, open_cluster
 from feeler.execute.groups import run_groups
 from feeler.execute.processes import CRASHES, OutOfMemory, ProcessExecutor, WorkerCrashed
 from feeler.execute.threads import ThreadExecutor
 
 __all__ = [
     "CRASHES",
+    "ClusterExecutor",
     "Executor",
     "OutOfMemory",
     "Outcome",
     "ProcessExecutor",
     "ThreadExecutor",
     "WorkerCrashed",
+    "open_cluster",
     "run_batch",
     "run_groups",
 ]

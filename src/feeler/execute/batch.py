@@ -86,8 +86,6 @@ def run_batch(
 
 def _window(executor: Any) -> int:
     workers = getattr(executor, "workers", None) or getattr(executor, "_max_workers", None)
-    if callable(getattr(executor, "nthreads", None)):  # a Dask client: threads by worker
-        workers = sum(executor.nthreads().values())
     return WINDOW * (workers if isinstance(workers, int) and workers > 0 else UNKNOWN_WORKERS)
 
 
@@ -104,10 +102,11 @@ class _Batch:
         self.done: SimpleQueue = SimpleQueue()
         self.flying: dict[int, tuple[Any, Any, int]] = {}
 
-    def run(self, items: Iterator[tuple[int, Any]], window: int, interrupt: "_Interrupt") -> Iterator[Outcome]:
+    def run(self, items: Iterator[tuple[int, Any]], window: int | None, interrupt: "_Interrupt") -> Iterator[Outcome]:
         more = True
         while more or self.flying:
-            while more and not interrupt.asked and len(self.flying) < window:
+            room = window or _window(self.executor)  # each time: a cluster's workers come and go
+            while more and not interrupt.asked and len(self.flying) < room:
                 following = next(items, None)
                 more = following is not None
                 if following is not None:

@@ -43,7 +43,7 @@ class Gathering:
 
     def _make_groups(self) -> list[Sequence[int]]:
         if self.store is None:
-            scenes = [make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials]
+            scenes = [make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials]  # for their order
             return [*make_groups(scenes, get_engine(self.job.engine))]
         n, size, finished = len(self.trials), self.store.label.group, self.store.finished
         rows = (range(start, min(start + size, n)) for start in range(0, n, size))
@@ -51,7 +51,8 @@ class Gathering:
 
     def _pick(self, group: Sequence[int]) -> Share:
         """The share of a group; a group that the store holds a part of comes back, as old and new trials share a shard."""
-        trials = [self.trials[index] for index in group]
+        whole = len(group) == group[-1] - group[0] + 1
+        trials = self.trials[group[0] : group[-1] + 1] if whole else [self.trials[index] for index in group]
         if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
             return Share(indices=group, trials=trials)
         return Share(indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group)
@@ -92,7 +93,7 @@ class Gathering:
             return None
         trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
         tensors = self.job.make_tensors(indices, trials, readings)
-        if len(indices) <= MAX_LISTED:
+        if len(indices) <= MAX_LISTED and not self.job.sampled:
             tensors.attrs["trials"] = json.dumps(self.job.list_made(indices, trials), sort_keys=True)
         return tensors
 

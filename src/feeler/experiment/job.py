@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.sample import SampledAntennas
+from feeler.errors import StoreError
 from feeler.experiment.seed import spawn_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
@@ -16,7 +19,7 @@ from feeler.physics.engine import get_engine
 from feeler.physics.run import make_groups
 from feeler.physics.scene import Motion, make_scene
 from feeler.physics.simulate import run_lanes
-from feeler.provenance import compute_digest, make_plain
+from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import reduce_motion, stack_readings
@@ -52,6 +55,8 @@ class Job:
     """How trials become what is kept of them; the same for all of a set."""
 
     antenna: Antenna
+    variants: SampledAntennas | None = None
+    """What takes the antenna's place, trial by trial."""
     contact: Contact
     clock: Clock
     engine: str
@@ -60,11 +65,24 @@ class Job:
     dtype: str
     seed: int
     attrs: dict[str, Any]
+    sampled: bool = False
+    """Whether the attributes say how all trials are drawn, so that none is described by itself."""
+
+    code: str = ""
+    """Fingerprint of the code that must run, where the numbers are stored; and the modules that it is made of."""
+    modules: tuple[str, ...] = ()
+
+    def get_antenna(self, index: int) -> Antenna:
+        """The antenna that a trial touches."""
+        return self.antenna if self.variants is None else self.variants[index % len(self.variants)]
 
     def perform(self, share: Share) -> ShareResult:
         """Simulate the trials of a share, keep what the sensors felt, and store it where the share says so."""
+        if self.code:
+            check_origin(self.attrs["versions"], self.code, self.modules)
         done = ShareResult()
-        scenes = [make_scene(self.antenna, trial, self.contact) for trial in share.trials]
+        pairs = zip(share.indices, share.trials, strict=True)
+        scenes = [make_scene(self.get_antenna(index), trial, self.contact) for index, trial in pairs]
         for lanes in make_groups(scenes, get_engine(self.engine)):
             results = run_lanes([scenes[place] for place in lanes], self.clock, self.engine, self.accuracy)
             for place, result in zip(lanes, results, strict=True):
@@ -88,6 +106,8 @@ class Job:
 
     def list_made(self, indices: Sequence[int], trials: Sequence[Trial]) -> list[dict[str, Any]]:
         """Everything that each trial's numbers depend on, beside what all share."""
+        if self.sampled:
+            return []
         pairs = zip(indices, trials, strict=True)
         return [make_plain(trial) | {"seed": spawn_seed(self.seed, index)} for index, trial in pairs]
 
@@ -99,12 +119,42 @@ class Job:
             "size": [trial.feature.size for trial in trials],
             **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
             "base": [describe_base(trial.base) for trial in trials],
-            "antenna": [self.antenna.name] * len(trials),
+            **self._label_antennas(indices),
             "source": ["simulation"] * len(trials),
             "seed": [spawn_seed(self.seed, index) for index in indices],
         }
         tensors = stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
         return tensors.assign_coords(trial=list(indices))
+
+    def _label_antennas(self, indices: Sequence[int]) -> dict[str, list[Any]]:
+        if self.variants is None:
+            return {"antenna": [self.antenna.name] * len(indices)}
+        numbers = [index % len(self.variants) for index in indices]
+        columns = {f"antenna_{name}": values[numbers].tolist() for name, values in self.variants.columns.items()}
+        return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
+
+
+@cache
+def fingerprint_code(modules: tuple[str, ...]) -> str:
+    """One short text for all code that ``modules`` can run."""
+    return compute_digest(describe_code(*modules))[:16]
+
+
+def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) -> None:
+    """Refuse to work where other versions or other code would make other numbers: on a cluster each worker has its own.
+
+    Raises
+    ------
+    StoreError
+        Naming what differs.
+    """
+    own = list_versions()
+    other = [
+        f"{name} {own.get(name, '')} (wanted: {wanted})" for name, wanted in versions.items() if own.get(name) != wanted
+    ]
+    if other or fingerprint_code(modules) != code:
+        what = ", ".join(other) or "other code under the same version of feeler"
+        raise StoreError(f"a worker runs {what}. Install the same wherever workers run; finished trials are safe.")
 
 
 def describe_base(base: BaseMotion | None) -> str:

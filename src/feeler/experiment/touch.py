@@ -3,7 +3,7 @@
 import os
 import tempfile
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.sample import SampledAntennas
 from feeler.checked import checked
 from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
-from feeler.experiment.job import Job
+from feeler.experiment.job import Job, fingerprint_code
 from feeler.experiment.seed import check_seed
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
@@ -24,6 +25,7 @@ from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.placement import place
+from feeler.stimulus.sample import SampledTrials
 from feeler.stimulus.trial import Trial
 from feeler.tensors.dataset import choose_quantities
 from feeler.tensors.disk import sweep_old
@@ -38,7 +40,7 @@ KEEP = 5  # [C] files with the state of diverged simulations; older ones go
 
 @checked
 def touch(
-    antenna: Antenna,
+    antenna: Antenna | SampledAntennas,
     trials: Sequence[Trial] | Trial,
     *,
     duration: float = DURATION,
@@ -62,7 +64,8 @@ def touch(
     Parameters
     ----------
     antenna, trials
-        What is touched, and how.
+        What is touched, and how. Of the antennas of :func:`feeler.sample_antennas`, trial k touches number k modulo their
+        number; of the trials of :func:`feeler.sample_trials` only those at work are in memory.
     duration, sample_interval, timestep
         Recorded time, time between samples, and integration step [ms]; samples at 0, sample_interval, … < duration.
         The default step is the engine's own: 0.05 ms for ``chain-consistent``, 0.02 ms for the others.
@@ -89,7 +92,8 @@ def touch(
     workers
         Threads; default one per core. The numbers do not depend on it.
     executor
-        Something else that runs trials: a ``feeler.execute.ProcessExecutor``, a Dask client, any ``submit``.
+        Something else that runs trials: a ``feeler.execute.ProcessExecutor``, a Dask client, any ``submit``. Workers of a
+        cluster write the shards of a store themselves, so that all must see its folder under one name.
     seed
         Root of one child seed per trial, stored with it.
     progress
@@ -118,11 +122,17 @@ def touch(
     clock = _make_clock(duration, sample_interval, timestep, accuracy, contact, engine)
     if dtype not in DTYPES:
         raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(DTYPES)}.")
-    save = _choose(save, trials, accuracy)
+    variants = antenna if isinstance(antenna, SampledAntennas) else None
+    antenna = antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
+    moved, modules = _survey(antenna, trials)
+    save = _choose(save, moved, accuracy)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
+    recipes = {"trials": getattr(trials, "recipe", None), "antennas": variants and variants.recipe}
+    recipes = {name: recipe for name, recipe in recipes.items() if recipe is not None}
     job = Job(
         antenna=antenna,
+        variants=variants,
         contact=contact,
         clock=clock,
         engine=engine,
@@ -130,10 +140,11 @@ def touch(
         save=save,
         dtype=dtype,
         seed=check_seed(seed),
-        attrs=describe_attributes(antenna, clock, contact, engine, seed, accuracy),
+        attrs=describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
+        sampled="trials" in recipes,
+        code=fingerprint_code(modules) if store else "",
+        modules=modules,
     )
-    for trial in trials:
-        place(antenna, trial)
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, job, trials)) if store else None
         gathering = Gathering(job, trials, kept, progress)
@@ -164,12 +175,24 @@ def _make_clock(
     return clock
 
 
-def _choose(save: Sequence[str] | None, trials: Sequence[Trial], accuracy: float | None) -> Sequence[str] | None:
+def _survey(antenna: Antenna, trials: Sequence[Trial]) -> tuple[bool, tuple[str, ...]]:
+    """Whether some base moves, and the modules of this verb and all shapes; refuses trials that cannot be placed."""
+    if isinstance(trials, SampledTrials) and trials.antenna == antenna:  # their draws have been looked at
+        shapes = {type(feature).__module__ for feature in trials.features}
+        return "x" in trials.columns, (__name__, *sorted(shapes))
+    moved, shapes = False, set()
+    for trial in trials:
+        place(antenna, trial)
+        moved |= trial.base is not None
+        shapes.add(type(trial.feature).__module__)
+    return moved, (__name__, *sorted(shapes))
+
+
+def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> Sequence[str] | None:
     """What to record: where bases move also how, and with an accuracy what was reached."""
-    more = ["base_pose"] if any(trial.base is not None for trial in trials) else []
-    more += ["timestep", "error"] if accuracy is not None else []
+    more = ["base_pose"] * moved + ["timestep", "error"] * (accuracy is not None)
     chosen = choose_quantities(save)
-    return [*(chosen if save is None else save), *more] if more else save
+    return [*(chosen if save is None else save), *more] if more else None if save is None else [*save]
 
 
 def _warn(tensors: xr.Dataset, accuracy: float) -> None:
@@ -185,18 +208,25 @@ def _warn(tensors: xr.Dataset, accuracy: float) -> None:
 
 def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
     """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
-    modules = {type(trial.feature).__module__ for trial in trials}
-    origin = {"versions": job.attrs["versions"], "code": describe_code(__name__, *sorted(modules))}
+    origin = {"versions": job.attrs["versions"], "code": describe_code(*job.modules)}
     origin |= {"save": job.save, "dtype": job.dtype}
-    return open_store(store, job.attrs["configuration"] | origin, len(trials), made=Made(job, trials))
+    made = () if job.sampled else Made(job, trials)
+    return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
 
 def describe_attributes(
-    antenna: Antenna, clock: Clock, contact: Contact, engine: str, seed: int, accuracy: float | None = None
+    antenna: Antenna,
+    clock: Clock,
+    contact: Contact,
+    engine: str,
+    seed: int,
+    accuracy: float | None = None,
+    recipes: Mapping[str, object] | None = None,
 ) -> dict[str, object]:
     """The attributes of each Dataset of such touches: configuration, engine, versions, timestep, licence."""
-    made_with = {"antenna": antenna, "clock": clock, "contact": contact, "engine": engine}  # the trials: coordinates
+    made_with = {"antenna": antenna, "clock": clock, "contact": contact, "engine": engine}  # trials: coordinates
     made_with |= {"accuracy": accuracy} if accuracy is not None else {}
+    made_with |= recipes or {}
     return {
         "configuration": make_plain(made_with | {"seed": seed, "units": "g, mm, ms"}),
         "engine": engine,

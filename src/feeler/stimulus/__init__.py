@@ -6,6 +6,7 @@ from feeler.stimulus.feature import SHAPES, Feature, make_feature, parse_feature
 from feeler.stimulus.object import Object, check_clear, make_object, make_objects
 from feeler.stimulus.outline import Outline
 from feeler.stimulus.placement import Placement, place
+from feeler.stimulus.sample import SampledTrials, sample_trials
 from feeler.stimulus.shapes import Ball, Box, Triangle
 from feeler.stimulus.trial import Trial, make_grid
 from feeler.stimulus.wall import Wall
@@ -19,6 +20,7 @@ __all__ = [
     "Object",
     "Outline",
     "Placement",
+    "SampledTrials",
     "Trial",
     "Triangle",
     "Wall",
@@ -29,5 +31,6 @@ __all__ = [
     "make_objects",
     "parse_feature",
     "place",
+    "sample_trials",
     "split_convex",
 ]

@@ -126,6 +126,10 @@ for _name, _quantity in {
     "friction": _label("1", "coefficient of sliding friction"),
     "base": _label("", "how the base moves; empty where it is clamped"),
     "antenna": _label("", "name of the antenna", required=True),
+    "antenna_stiffness": _label("1", "stiffness over that of the antenna it is a variant of"),
+    "antenna_damping": _label("1", "damping over that of the antenna it is a variant of"),
+    "antenna_mass": _label("1", "mass over that of the antenna it is a variant of"),
+    "antenna_gradient": _label("1", "added to the logarithm of the stiffness from base to tip"),
     "source": _label("", "simulation, robot or surrogate", required=True),
     "seed": _label("", "the trial's own seed", required=True),
 }.items():

@@ -1,0 +1,106 @@
+"""Clusters: a Dask client in the place of workers, on this machine or on many."""
+
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from typing import Any
+
+from feeler.errors import InvalidInput, MissingExtra, StoreError
+from feeler.execute.processes import WorkerCrashed
+
+PATIENCE = 60.0  # [C] s to find a scheduler
+
+
+class ClusterExecutor:
+    """A Dask client as an executor; workers may come and go while it runs.
+
+    Tasks that a lost worker held are run again by Dask. A task that is lost with its worker again and again (Dask's
+    ``distributed.scheduler.allowed-failures``) counts as one that crashes its worker.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self.client = client
+        self._flying: dict[str, Any] = {}
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers that are there now."""
+        return max(1, sum(int(n) for n in self.client.nthreads().values()))
+
+    def submit(self, function: Callable, /, *args: Any) -> Future:
+        """Queue ``function(*args)`` at the scheduler; both must be picklable."""
+        try:
+            task = self.client.submit(
+                function, *args, pure=False
+            )  # the same touch may be asked for again after a crash
+        except Exception as error:
+            raise StoreError(f"the cluster takes no more tasks ({str(error)[:150]}). {SAFE}") from error
+        answer: Future = Future()
+        answer.set_running_or_notify_cancel()
+        self._flying[task.key] = task
+        task.add_done_callback(lambda done: self._pass_on(done, answer))
+        return answer
+
+    def _pass_on(self, task: Any, answer: Future) -> None:
+        mine = self._flying.pop(task.key, None) is not None
+        try:
+            answer.set_result(task.result())
+        except Exception as error:
+            answer.set_exception(_explain(error) if mine else CancelledError())
+        except BaseException:  # Dask's CancelledError is none of Python's exceptions
+            answer.set_exception(StoreError(f"the scheduler has gone. {SAFE}") if mine else CancelledError())
+
+    def kill(self) -> None:
+        """Call back all tasks."""
+        flying, self._flying = self._flying, {}
+        self.client.cancel(list(flying.values()), force=True)
+
+    def describe(self) -> str:
+        """One line for a person."""
+        return f"a cluster of {len(self.client.nthreads())} workers with {self.workers} threads"
+
+
+SAFE = "What is finished is in the store, and the same command goes on from there."
+
+
+def _explain(error: Exception) -> Exception:
+    if type(error).__name__ == "KilledWorker":
+        return WorkerCrashed("a task was lost with every worker that took it; has one of them too little memory?")
+    if type(error).__name__ == "FutureCancelledError":
+        return StoreError(f"the scheduler has gone, or has dropped a task. {SAFE}")
+    if isinstance(error, ImportError):
+        return StoreError(f"a worker cannot load this feeler ({error}). Install the same version wherever workers run.")
+    return error
+
+
+def is_client(executor: object) -> bool:
+    """Whether this is a Dask client."""
+    return callable(getattr(executor, "nthreads", None))
+
+
+def open_cluster(address: str) -> Any:
+    """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4`` for four processes here.
+
+    Raises
+    ------
+    MissingExtra
+        Dask is not installed.
+    InvalidInput
+        No scheduler answers, or no such address.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise MissingExtra("a cluster needs Dask. Install it with: pip install 'feeler[cluster]'") from None
+    kind, _, number = address.partition(":")
+    if kind == "local":
+        if not number.isdecimal() or not 1 <= int(number) <= 1024:
+            raise InvalidInput(f"--cluster local:N starts N processes, 1 to 1024, got {address!r}.")
+        return Client(n_workers=int(number), threads_per_worker=1, processes=True, dashboard_address=None)
+    try:
+        if address.endswith(".json"):
+            return Client(scheduler_file=address, timeout=PATIENCE)
+        return Client(address, timeout=PATIENCE)
+    except (OSError, ValueError, TypeError) as error:
+        raise InvalidInput(
+            f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask scheduler`, or use local:4."
+        ) from error

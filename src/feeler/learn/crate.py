@@ -1,0 +1,128 @@
+"""RO-Crate: a file beside a store by which archives and search engines know what it holds."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.provenance import LICENCE, find_version
+from feeler.tensors.disk import write_atomic
+from feeler.tensors.formats import load
+
+PAPER = "https://doi.org/10.1101/2025.10.20.683587"
+LICENCES = {
+    "CC0-1.0": "https://creativecommons.org/publicdomain/zero/1.0/",
+    "CC-BY-4.0": "https://creativecommons.org/licenses/by/4.0/",
+}
+
+
+@checked
+def write_crate(store: str | os.PathLike, *, name: str = "", description: str = "", author: str = "") -> Path:
+    """Write ``ro-crate-metadata.json`` into the folder that holds a store, and give back where it is.
+
+    Follows RO-Crate 1.1 (https://w3id.org/ro/crate/1.1): the data set with its licence and the software that made it, and
+    each variable and label with its unit.
+
+    Raises
+    ------
+    InvalidInput
+        No store, or the folder already has a crate that describes something else.
+    """
+    path = Path(store)
+    tensors, place = load(path), path.absolute().parent / "ro-crate-metadata.json"
+    if place.exists() and not _is_ours(place, path.name):
+        raise InvalidInput(f"{place} describes something else. Put the store into a folder of its own.")
+    write_atomic(place, json.dumps(make_crate(tensors, path.name, name, description, author), indent=2).encode())
+    return place
+
+
+def _is_ours(place: Path, store: str) -> bool:
+    try:
+        graph = json.loads(place.read_text())["@graph"]
+        return any(item.get("@id") == f"{store}/" for item in graph)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return False
+
+
+def make_crate(
+    tensors: xr.Dataset, store: str, name: str = "", description: str = "", author: str = ""
+) -> dict[str, Any]:
+    """The content of a crate for a store of this name."""
+    sizes = ", ".join(f"{size} {dim}s" for dim, size in tensors.sizes.items() if dim in ("trial", "sensor"))
+    licence = str(tensors.attrs.get("licence", LICENCE))
+    words = (
+        description
+        or f"Simulated touches of insect-like antennae: {sizes}, {tensors.sizes.get('time', 0)} samples each."
+    )
+    variables = [_describe(str(key), item) for key, item in tensors.variables.items()]
+    software = f"https://pypi.org/project/feeler/#{find_version('feeler')}"
+    root: dict[str, Any] = {
+        "@id": "./",
+        "@type": "Dataset",
+        "name": name or store,
+        "description": words,
+        "datePublished": _find_date(),
+        "license": {"@id": LICENCES.get(licence, licence)},
+        "hasPart": [{"@id": f"{store}/"}],
+        "citation": {"@id": PAPER},
+    }
+    people = [{"@id": "#author", "@type": "Person", "name": author}] if author else []
+    root |= {"author": {"@id": "#author"}} if author else {}
+    return {
+        "@context": "https://w3id.org/ro/crate/1.1/context",
+        "@graph": [
+            {
+                "@id": "ro-crate-metadata.json",
+                "@type": "CreativeWork",
+                "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
+                "about": {"@id": "./"},
+            },
+            root,
+            {
+                "@id": f"{store}/",
+                "@type": "Dataset",
+                "name": store,
+                "description": "Zarr version 3 group; open it with xarray.open_zarr or feeler.load.",
+                "variableMeasured": [{"@id": item["@id"]} for item in variables],
+            },
+            *variables,
+            {
+                "@id": "#made",
+                "@type": "CreateAction",
+                "name": "simulation",
+                "instrument": {"@id": software},
+                "result": {"@id": f"{store}/"},
+                "description": str(tensors.attrs.get("versions", "")),
+            },
+            {
+                "@id": software,
+                "@type": "SoftwareApplication",
+                "name": "feeler",
+                "version": find_version("feeler"),
+                "url": "https://pypi.org/project/feeler/",
+            },
+            {"@id": PAPER, "@type": "ScholarlyArticle", "url": PAPER, "name": "The paper that feeler follows"},
+            {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
+            *people,
+        ],
+    }
+
+
+def _describe(name: str, item: xr.Variable) -> dict[str, Any]:
+    about = {
+        "@id": f"#{name}",
+        "@type": "PropertyValue",
+        "name": name,
+        "description": str(item.attrs.get("long_name", name)),
+    }
+    return about | ({"unitText": str(item.attrs["units"])} if "units" in item.attrs else {})
+
+
+def _find_date() -> str:
+    from datetime import UTC, datetime
+
+    return datetime.now(UTC).date().isoformat()

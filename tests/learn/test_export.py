@@ -1,0 +1,90 @@
+"""What other tools read: every number of the store, with its labels, and a description that fits it."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.learn import export_parquet, write_crate
+from feeler.learn import parquet as module
+
+from .conftest import SAMPLES, SENSORS, make_touches
+
+pq = pytest.importorskip("pyarrow.parquet", reason="needs the extra `parquet`")
+
+
+@pytest.fixture
+def exported(store, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "EPISODES", 250)  # three files
+    return export_parquet(store, tmp_path / "set", task="feature")
+
+
+def test_parquet_holds_every_sample_once(exported):
+    tensors, info = make_touches(), json.loads((exported / "meta/info.json").read_text())
+    files = sorted((exported / "data").rglob("*.parquet"))
+    assert len(files) == 3 and str(files[1].relative_to(exported)) == info["data_path"].format(
+        chunk_index=0, file_index=1
+    )
+    table = pq.read_table(exported / "data").to_pandas().sort_values("index")
+    assert table["index"].tolist() == [*range(600 * SAMPLES)] and info["total_frames"] == len(table)
+    state = np.stack(table["observation.state"]).reshape(600, SAMPLES, SENSORS)
+    np.testing.assert_array_equal(state.transpose(0, 2, 1), tensors["angle"].values)
+    np.testing.assert_allclose(table["timestamp"][:SAMPLES], tensors["time"] / 1000, rtol=1e-6)
+    tasks = pq.read_table(exported / "meta/tasks.parquet").to_pandas().set_index("task_index")["task"]
+    assert tasks[table["task_index"]].tolist() == np.repeat(tensors["feature"].values, SAMPLES).tolist()
+    assert info["fps"] == 1000.0 and info["features"]["observation.state"]["shape"] == [SENSORS]
+
+
+def test_episodes_carry_all_labels(exported):
+    tensors = make_touches()
+    episodes = pq.read_table(exported / "meta/episodes").to_pandas().sort_values("episode_index")
+    for name in ("feature", "size", "location", "antenna", "seed"):
+        assert episodes[f"label/{name}"].tolist() == tensors[name].values.tolist()
+    first = episodes.iloc[7]
+    assert (first.dataset_from_index, first.dataset_to_index, first.length) == (7 * SAMPLES, 8 * SAMPLES, SAMPLES)
+
+
+def test_sums_are_those_of_all_samples(exported):
+    stats = json.loads((exported / "meta/stats.json").read_text())["observation.state"]
+    values = make_touches()["angle"].values.transpose(0, 2, 1).reshape(-1, SENSORS).astype(float)
+    for name in ("min", "max", "mean", "std"):
+        np.testing.assert_allclose(stats[name], getattr(np, name)(values, axis=0), rtol=1e-6)
+
+
+def test_the_card_begins_as_hugging_face_wants_it(exported):
+    yaml = pytest.importorskip("yaml")
+    card = (exported / "README.md").read_text()
+    head = yaml.safe_load(card.split("---")[1])
+    assert head["size_categories"] == ["n<1K"] and head["configs"][0]["data_files"] == "data/*/*.parquet"
+    assert "| location | 0.4" in card and "600 touches" in card
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"task": "taste"}, "task='taste' is no coordinate"), ({"variable": "tip"}, "no variable 'tip'")],
+)
+def test_what_cannot_be_exported_is_refused(store, tmp_path, options, words):
+    with pytest.raises(InvalidInput, match=words):
+        export_parquet(store, tmp_path / "set", **options)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine").touch()
+    with pytest.raises(InvalidInput, match="holds something"):
+        export_parquet(store, tmp_path / "full")
+
+
+def test_a_crate_names_the_store_its_variables_and_its_licence(store, tmp_path):
+    shutil.copytree(store, tmp_path / "set.zarr")
+    place = write_crate(tmp_path / "set.zarr", name="Touches", author="A. Author")
+    graph = {item["@id"]: item for item in json.loads(place.read_text())["@graph"]}
+    assert graph["./"]["hasPart"] == [{"@id": "set.zarr/"}]
+    assert graph["#angle"]["unitText"] == "rad" and graph["#size"]["unitText"] == "mm"
+    linked = {
+        value["@id"] for item in graph.values() for value in item.values() if isinstance(value, dict) and "@id" in value
+    }
+    assert linked - graph.keys() == {"https://w3id.org/ro/crate/1.1"}
+    assert write_crate(tmp_path / "set.zarr") == place  # once more
+    place.write_text("{}")
+    with pytest.raises(InvalidInput, match="describes something else"):
+        write_crate(tmp_path / "set.zarr")

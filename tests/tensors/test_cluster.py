@@ -1,0 +1,81 @@
+"""Real touches on a Dask cluster of two processes: shards written by workers, one of which is killed; the same numbers."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+import xarray as xr
+
+from feeler.errors import InvalidInput, StoreError
+from feeler.execute import open_cluster
+from feeler.experiment import job
+from feeler.tensors.formats import load
+
+from ._touches import run
+
+pytest.importorskip("distributed", reason="needs the extra `cluster`")
+
+
+@pytest.fixture(scope="module")
+def client():
+    with open_cluster("local:2") as client:
+        yield client
+
+
+def test_a_killed_worker_costs_its_group_and_no_number_changes(client, tmp_path):
+    killed, writers = [], set()
+
+    def progress(done, total):
+        if not killed:
+            pids = client.run(os.getpid)
+            writers.update(pids.values())
+            killed.append(next(iter(pids.values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    stored = run(store=tmp_path / "a.zarr", executor=client, progress=progress)
+    assert killed and os.getpid() not in writers
+    xr.testing.assert_identical(stored, run())
+    xr.testing.assert_identical(load(tmp_path / "a.zarr"), stored)
+
+
+def test_shards_do_not_pass_the_scheduler(client, tmp_path):
+    run(store=tmp_path / "a.zarr", executor=client)
+    sent = client.run_on_scheduler(
+        lambda dask_scheduler: sum(ts.nbytes for ts in dask_scheduler.tasks.values() if ts.nbytes > 0)
+    )
+    assert sent < (tmp_path / "a.zarr" / "angle").stat().st_size + 200_000  # records, not tensors
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ("versions", r"a worker runs numpy [\d.]+ \(wanted: 1\.0\)"),
+        ("code", "a worker runs other code under the same version"),
+    ],
+)
+def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, words):
+    if what == "versions":
+        real = job.check_origin
+        monkeypatch.setattr(job, "check_origin", lambda versions, *rest: real(versions | {"numpy": "1.0"}, *rest))
+    else:
+        monkeypatch.setattr(job.Job, "code", "other")
+        real = job.check_origin
+        monkeypatch.setattr(job, "check_origin", lambda versions, code, modules: real(versions, "other", modules))
+    with pytest.raises(StoreError, match=words):
+        run(store=tmp_path / "a.zarr")
+
+
+def test_the_verb_takes_a_cluster(tmp_path):
+    places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
+    command = [sys.executable, "-m", "feeler", "touch", *places, "--duration", "8", "--store", str(tmp_path / "a.zarr")]
+    done = subprocess.run([*command, "--cluster", "local:1"], capture_output=True, text=True, check=False)
+    assert "9 of 9 touches finished (a cluster of 1 workers with 1 threads)" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])
+def test_no_cluster_there(address, monkeypatch):
+    monkeypatch.setattr("feeler.execute.cluster.PATIENCE", 0.2)
+    with pytest.raises(InvalidInput, match=r"local:N starts N processes|no scheduler answers"):
+        open_cluster(address)
