@@ -124,3 +124,44 @@ def test_other_versions_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(verb, "list_versions", lambda: {**provenance.list_versions(), "numpy": "2.0.0"})
     with pytest.raises(StoreError, match=r'made by other code .*versions\.numpy: "[0-9.]+" → "2\.0\.0"'):
         run(store=tmp_path / "a.zarr")
+
+
+def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeypatch):
+    import shutil as system
+    from collections import namedtuple
+
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(system, "disk_usage", lambda path: usage(0, 0, 50_000))
+    # 12 sensors and 60 samples of 8 bytes, and what goes with them: over 100 kB for 24 trials
+    with pytest.raises(StoreError, match=r"24 trials need about [\d.]+ GiB .* are free\. Free some space"):
+        run(store=tmp_path / "a.zarr")
+    assert not list((tmp_path / "a.zarr" / "progress").glob("0*.json"))
+
+
+def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
+    from feeler.experiment import job as module
+
+    real = module.run_lanes
+
+    def sabotage(scenes, *how):
+        outcomes = real(scenes, *how)
+        return [
+            SimulationDiverged(s.label, 3.0) if "0.56 L" in s.label else o
+            for s, o in zip(scenes, outcomes, strict=True)
+        ]
+
+    class Told:
+        told = None
+
+        def tell(self, **state):
+            Told.told = state
+
+        def __call__(self, done, total):
+            pass
+
+    monkeypatch.setattr(module, "run_lanes", sabotage)
+    with pytest.raises(SimulationDiverged):
+        run(store=tmp_path / "a.zarr", progress=Told())
+    shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*"))
+    assert Told.told["failed"] == {"SimulationDiverged": 1}
+    assert Told.told["stored"] == pytest.approx(shards, rel=0.01)

@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ class ProgressBar:
         self._title, self._json, self._clock = title, log_json, clock
         self._stream = sys.stderr if stream is None else stream
         self._began = clock()
+        self._failed: dict[str, int] | None = None
+        self._stored: int | None = None
         self._first: int | None = None
         self._bar: Progress | None = None
 
@@ -37,9 +39,19 @@ class ProgressBar:
         rate, left = self.measure(done, total)
         if self._json:
             event = {"event": self._title, "done": done, "total": total, "per_second": rate, "seconds_left": left}
+            event |= {"failed": self._failed, "bytes": self._stored} if self._stored is not None else {}
             print(json.dumps(event), file=self._stream, flush=True)
         elif self._stream.isatty():
             self._draw(done, total, rate)
+
+    def tell(self, *, failed: Mapping[str, int], stored: int) -> None:
+        """What the next call is to show beside: failures so far by reason, and bytes on disk."""
+        self._failed, self._stored = dict(failed), stored
+
+    def _add(self, done: int) -> str:
+        """Size on disk and share of failures, in words."""
+        words = "" if self._stored is None else f", {self._stored / 1e6:,.0f} MB"
+        return words + "".join(f", {100 * count / done:.2g} % {name}" for name, count in (self._failed or {}).items())
 
     def measure(self, done: int, total: int) -> tuple[float, float]:
         """Items per second so far, and seconds that the rest will take at that rate."""
@@ -56,7 +68,7 @@ class ProgressBar:
             self._bar = Progress(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
             self._bar.start()
             self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
-        self._bar.update(self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s")
+        self._bar.update(self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s{self._add(done)}")
         if done >= total:
             self.close()
 

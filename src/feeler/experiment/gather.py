@@ -14,6 +14,7 @@ from feeler.physics.engine import get_engine
 from feeler.physics.run import make_groups
 from feeler.physics.scene import make_scene
 from feeler.stimulus.trial import Trial
+from feeler.tensors.disk import check_room, measure_folder
 from feeler.tensors.store import Store
 from feeler.tensors.stored import MAX_LISTED
 
@@ -32,9 +33,19 @@ class Gathering:
         self.errors: dict[int, Exception] = {}
         self._readings: dict[int, Reading] = {}
         self._done = len(store.finished) if store is not None else 0
+        self._bytes = measure_folder(store.path) if self._done and store is not None else 0
 
     def run(self, executor: Executor) -> None:
-        """Every trial that is not finished yet."""
+        """Every trial that is not finished yet.
+
+        Raises
+        ------
+        StoreError
+            The disk has no room for them; nothing has been simulated then.
+        """
+        if self.store is not None:
+            missing = len(self.trials) - self._done
+            check_room(self.store.path, missing * self.job.count_bytes(), f"{missing:,} trials")
         try:
             for group, found in run_groups(self.job.perform, self._make_groups(), self._pick, executor=executor):
                 self._take(group, found)
@@ -70,11 +81,14 @@ class Gathering:
         self.errors |= found.errors
         if found.stored is not None and self.store is not None:
             self.store.admit(found.stored)
+            self._bytes += found.stored.n_bytes
         self._readings |= found.readings
         if self.store is not None and len(self._readings) >= self.store.label.group:
             self._append_rest()
         self._done += len(group)
         if self.progress:
+            if hasattr(self.progress, "tell"):
+                self.progress.tell(failed=self.count_reasons(), stored=self._bytes)
             self.progress(self._done, len(self.trials))
 
     def _append_rest(self) -> None:

@@ -22,8 +22,9 @@ from feeler.physics.simulate import run_lanes
 from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.trial import Trial
-from feeler.tensors.dataset import reduce_motion, stack_readings
+from feeler.tensors.dataset import choose_quantities, reduce_motion, stack_readings
 from feeler.tensors.group import StoredGroup, write_group
+from feeler.tensors.quantities import QUANTITIES
 
 LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
 Reading = Mapping[str, np.ndarray]
@@ -103,6 +104,13 @@ class Job:
     def drop_derived(self, tensors: xr.Dataset) -> xr.Dataset:
         """The Dataset without what a store derives when it is read."""
         return tensors.drop_vars({"curvature"} - {*(self.save or ())})
+
+    def count_bytes(self) -> int:
+        """What one trial takes in a store, before it is compressed."""
+        sizes = {"sensor": len(self.antenna.sensors), "time": self.clock.n_samples, "axis": 2, "pose": 3}
+        item = np.dtype(self.dtype).itemsize
+        dims = [QUANTITIES[name].dims[1:] for name in choose_quantities(self.save)]
+        return sum(item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims)
 
     def list_made(self, indices: Sequence[int], trials: Sequence[Trial]) -> list[dict[str, Any]]:
         """Everything that each trial's numbers depend on, beside what all share."""

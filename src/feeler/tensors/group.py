@@ -21,6 +21,8 @@ class StoredGroup:
 
     layout: Layout
     record: Record
+    n_bytes: int
+    """What its shards take on disk."""
 
 
 def write_group(path: Path, size: int, indices: Sequence[int], trials: xr.Dataset, made: Sequence[Any]) -> StoredGroup:
@@ -43,7 +45,7 @@ def write_group(path: Path, size: int, indices: Sequence[int], trials: xr.Datase
         record = make_record(layout, size, indices, trials, made, shards)
         for name, raw in shards.items():
             write_atomic(path / name / find_key(record.group, layout.variables[name]), raw)
-    return StoredGroup(layout=layout, record=record)
+    return StoredGroup(layout=layout, record=record, n_bytes=sum(map(len, shards.values())))
 
 
 def make_record(
