@@ -54,14 +54,16 @@ def main(sizes: list[int]) -> None:
     for n in sizes:
         folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
         try:
-            code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import scale; scale.tell({n}, {str(folder)!r})"
+            here = str(Path(__file__).parent)
+            code = f"import sys; sys.path.insert(0, {here!r}); import scale; scale.tell({n}, {str(folder)!r})"
             done = subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE, text=True)
         finally:
             shutil.rmtree(folder)
         rows.append(json.loads(done.stdout.splitlines()[-1]))
         row = rows[-1]
         print(
-            f"{n:>9,}: {row['touches_per_s']:.0f}/s ({row['touches_per_cpu_s']:.0f} per processor second), {row['peak_MB']:.0f} MB, "
+            f"{n:>9,}: {row['touches_per_s']:.0f}/s ({row['touches_per_cpu_s']:.0f} per processor second), "
+            f"{row['peak_MB']:.0f} MB, "
             f"{row['files']} files, {row['MB']:.0f} MB on disk, open {row['open_s']:.2f} s, resume {row['resume_s']:.1f} s",
             flush=True,
         )

@@ -16,7 +16,7 @@ DURATION, NOISE = 60, 0.003  # ms, rad
 SCALE = 50.0  # brings angles of some 0.02 rad to 1
 
 
-def main(out: Path, n: int = 400, epochs: int = 12) -> None:
+def main(out: Path, n: int = 400, epochs: int = 25) -> None:
     torch.manual_seed(0)
     torch.set_num_threads(2)  # so small a network gains nothing from more
     trials = feeler.sample_trials(n, speeds=(0.3, 0.6), sizes=(1.0, 3.0), seed=1)
