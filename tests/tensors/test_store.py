@@ -20,7 +20,8 @@ import xarray as xr
 from feeler.errors import InvalidInput, StoreError
 from feeler.tensors import disk, stored
 from feeler.tensors.records import Label, seal
-from feeler.tensors.store import open_store
+from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors.store import open_store, save_store
 from feeler.tensors.stored import find_damage, read_store
 
 from ._sets import CONFIGURATION, N_TRIALS, fill, find_finished, make_set, make_trial
@@ -214,7 +215,8 @@ FULL = """
 import sys; sys.path.insert(0, {tests!r})
 from tensors._sets import make_trial, make_set, CONFIGURATION
 from feeler.tensors.stored import read_store
-from feeler.tensors.store import open_store
+from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors.store import open_store, save_store
 from feeler.errors import StoreError
 import xarray, pathlib
 try:
@@ -277,7 +279,8 @@ def test_a_second_writer_is_refused_by_name(path):
     code = f"""
 import sys; sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from tensors._sets import CONFIGURATION
-from feeler.tensors.store import open_store
+from feeler.tensors.shards import INNER, find_inner
+from feeler.tensors.store import open_store, save_store
 with open_store({str(path)!r}, CONFIGURATION, 8) as store:
     print("open", flush=True)
     sys.stdin.read()
@@ -514,3 +517,18 @@ def test_curvature_is_derived_where_it_is_not_stored(path):
     np.testing.assert_array_equal(got.curvature, whole.curvature)
     np.testing.assert_array_equal(got.curvature[2, [3, 1], 5], whole.curvature[2, [3, 1], 5])
     assert got.curvature.attrs["units"] == "1/mm" and not (path / "curvature").exists()
+
+
+@pytest.mark.parametrize("group_size", [1, 3, 8, 31, 33, 37, 100, 200])
+def test_groups_may_have_any_size(fast, group_size):
+    n = 2 * group_size + 1
+    trials = np.arange(float(n))
+    tensors = xr.Dataset({"angle": (("trial", "sensor"), np.stack([trials, -trials], axis=1))}, {"trial": np.arange(n)})
+    save_store(tensors, fast / "a.zarr", group_size=group_size)
+    np.testing.assert_array_equal(read_store(fast / "a.zarr").angle, tensors.angle)
+
+
+@pytest.mark.parametrize("n", [1, 400, 1_000, 8_000, 1_000_000])
+def test_groups_by_default_are_whole_chunks(n, fast):
+    with open_store(fast / "a.zarr", CONFIGURATION, n) as store:
+        assert find_inner(store.label.group) == min(store.label.group, INNER)

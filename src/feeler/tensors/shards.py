@@ -33,7 +33,12 @@ class Variable:
 
 def make_array(files: dict[str, Any], name: str, item: Variable, n_trials: int, group: int) -> zarr.Array:
     """An array (trial, …) in memory, one shard a group; its files come to lie in ``files``."""
-    return _create(files, name, (n_trials, *item.shape), item, (min(INNER, group), *item.shape), (group, *item.shape))
+    return _create(files, name, (n_trials, *item.shape), item, (find_inner(group), *item.shape), (group, *item.shape))
+
+
+def find_inner(group: int) -> int:
+    """Trials in one chunk: as many as INNER at most, and a whole part of the group."""
+    return max(size for size in range(1, min(INNER, group) + 1) if group % size == 0)
 
 
 def label_trials(files: dict[str, Any], name: str, values: np.ndarray, dims: tuple[str, ...], attrs: dict) -> None:

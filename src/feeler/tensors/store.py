@@ -70,7 +70,7 @@ def open_store(
     made
         What else each trial depends on, one entry a trial; kept with it, and compared when the store is opened again.
     group_size
-        Trials in one shard and record, 1 to 4096; default 8 in small sets to 256 in those of 10,000 and more.
+        Trials in one shard and record, 1 to 4096; default 8 in small sets to 256 in those of 10,240 and more.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def open_store(
             raise InvalidInput(f"{name} must be a whole number from 1 to {most:,}, got {value!r}.")
     if made and len(made) != n_trials:
         raise InvalidInput(f"made must hold one entry for each of the {n_trials} trials, got {len(made)}.")
-    size = group_size or int(np.clip(n_trials // 40, SMALL, GREAT))
+    size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), SMALL, GREAT))
     label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
     return Store(Path(path), label, made)
 
