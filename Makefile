@@ -21,6 +21,8 @@ $(BIN)/.core: pyproject.toml constraints.txt
 
 $(BIN)/.test: $(BIN)/.core
 	@$(PIP) -e '.[test]'
+	@command -v chromedriver >/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get install -y -qq chromium chromium-driver >/dev/null; } \
+	  || echo "no Chromium with chromedriver: the studio's tests in a browser will be skipped (apt-get install chromium chromium-driver)"
 	@touch $@
 
 $(BIN)/.cnn: $(BIN)/.core

@@ -3,6 +3,7 @@
 from feeler.studio.exporting import write_player
 from feeler.studio.server import Studio
 from feeler.studio.session import Session
+from feeler.studio.widget import show_studio
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
-__all__ = ["AntennaWish", "ObjectWish", "Session", "Studio", "TouchWish", "write_player"]
+__all__ = ["AntennaWish", "ObjectWish", "Session", "Studio", "TouchWish", "show_studio", "write_player"]

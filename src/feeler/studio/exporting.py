@@ -14,7 +14,7 @@ import numpy as np
 
 PAGE = files("feeler.studio").joinpath("page")
 ENTRY = "studio.js"
-LEVELS = 32000  # an array is kept in whole numbers of its greatest magnitude over this
+LEVELS = 4000  # an array is kept in whole numbers of its greatest magnitude over this
 _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
 _EXPORT = re.compile(r"^export (?=(async function|function|const|class|let)\b)", re.M)
 CSP = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:"
@@ -73,7 +73,7 @@ def write_player(records: Sequence[tuple[Mapping[str, Any], Mapping[str, np.ndar
 def squeeze(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """A record as JSON: arrays in whole numbers, changes along the first axis, deflated; NaN is kept apart.
 
-    Off by at most half a level: the greatest magnitude of the array over 64,000.
+    Off by at most half a level: the greatest magnitude of the array over 8,000, some 1e-5 rad.
     """
     packed = {name: _squeeze(np.asarray(values, dtype=float)) for name, values in arrays.items()}
     return {"header": dict(header), "arrays": packed}

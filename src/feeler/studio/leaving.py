@@ -112,6 +112,7 @@ def record_touch(slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by
     about = {"slot": slot, "id": 0, "hand": by_hand}
     tensor = readings["angle"][:, find_sensed(antenna)].T
     begin = {"part": "begin", "total": len(readings["angle"]), "wish": wish.to_plain(), **describe_scene(wish)}
+    begin["antenna"] = _shorten(begin["antenna"])
     records: list[tuple[dict[str, Any], dict[str, np.ndarray]]] = [
         ({"type": "touch", **about, **begin}, {}),
         ({"type": "touch", **about, "part": "piece", "first": 0}, readings),
@@ -127,3 +128,9 @@ def record_touch(slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by
         reading = {"type": "reading", "slot": slot, "id": 0, "noticed": noticed}
         records.append((reading, {"code": known.encode(tensor), "posterior": posterior[::2]}))
     return records
+
+
+def _shorten(antenna: dict[str, Any]) -> dict[str, Any]:
+    """What is drawn of an antenna, six digits of it."""
+    shown = {name: value for name, value in antenna.items() if name not in ("stiffness", "damping")}
+    return shown | {name: [float(f"{number:.6g}") for number in shown[name]] for name in ("segments", "rest")}

@@ -107,6 +107,11 @@ export class TouchRecord {
     this.peak = this.filled === this.total || this.hand ? this.newPeak : Math.max(this.peak, this.newPeak);
   }
 
+  /** Samples that a picture of it spans. */
+  get span() {
+    return this.hand ? Math.max(this.filled, 100) : this.total;
+  }
+
   /** Angle of a sensor at a sample [rad]. @param {number} sensor @param {number} sample */
   angle(sensor, sample) {
     return this.data.angle ? this.data.angle[sample * this.wide.angle + this.index[sensor]] : 0;

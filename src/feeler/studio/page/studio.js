@@ -171,7 +171,7 @@ class App {
       record.ended = true;
       record.hash = header.hash;
       record.mode = header.mode || record.mode;
-      if (header.hand) { record.commands = header.commands; this.handOn = false; record.total = record.filled; }
+      if (header.hand) { record.commands = header.commands; this.handOn = false; }
       this.root.dataset.hash = header.hash;
       this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
       if (this.stale && header.slot === "A") { this.stale = false; }
@@ -302,7 +302,7 @@ class App {
   duration() {
     if (this.store.state.mode === "wall") return Math.max(this.walls.A.end ? this.walls.A.n : 400, 1);
     const { A } = this.records;
-    return A.hand ? Math.max(A.filled, 100) : (A.total || 380) * A.interval;
+    return A.hand ? A.span : (A.total || 380) * A.interval;
   }
 
   /** @param {number} time */

@@ -38,10 +38,10 @@ export function makeTensor(app) {
     if (record.shown) {
       const picture = paint(row.slot, peak);
       c.imageSmoothingEnabled = false;
-      if (picture) c.drawImage(picture, LEFT, row.top, wide, row.high);
-      if (!record.ended && record.filled < record.shown) {
+      if (picture) c.drawImage(picture, 0, 0, record.span, picture.height, LEFT, row.top, wide, row.high);
+      if (!record.ended && !record.hand && record.filled < record.shown) {
         c.fillStyle = colours.dark ? "rgba(20,23,26,0.55)" : "rgba(251,250,248,0.6)";
-        const from = LEFT + (wide * record.filled) / record.total;
+        const from = LEFT + (wide * record.filled) / record.span;
         c.fillRect(from, row.top, LEFT + wide - from, row.high);
       }
       if (!both) drawContact(c, record, row, wide);
@@ -84,7 +84,7 @@ export function makeTensor(app) {
       if (!Number.isFinite(contact[k])) { on = false; continue; }
       let s = 0;
       while (s < n - 1 && shares[s] < contact[k]) s++;
-      const x = LEFT + (wide * (k + 0.5)) / record.total, y = row.top + row.high * (1 - (s + 0.5) / n);
+      const x = LEFT + (wide * (k + 0.5)) / record.span, y = row.top + row.high * (1 - (s + 0.5) / n);
       if (on) c.lineTo(x, y);
       else c.moveTo(x, y);
       on = true;
@@ -155,7 +155,7 @@ export function makeTensor(app) {
       c.lineWidth = 1.6;
       c.beginPath();
       for (let k = 0; k < one.shown; k++) {
-        const x = LEFT + (wide * (k + 0.5)) / one.total, y = top + high * (0.85 - (0.8 * one.angle(sensor, k) * factor) / Math.max(peak, 1e-9));
+        const x = LEFT + (wide * (k + 0.5)) / one.span, y = top + high * (0.85 - (0.8 * one.angle(sensor, k) * factor) / Math.max(peak, 1e-9));
         if (k) c.lineTo(x, y);
         else c.moveTo(x, y);
       }

@@ -1,0 +1,64 @@
+"""The studio in a notebook's cell: the same front end, with the kernel in the place of the server."""
+
+import json
+from typing import Any
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.file import write_antenna
+from feeler.checked import checked
+from feeler.errors import MissingExtra
+from feeler.studio.exporting import read_style, write_module
+from feeler.studio.session import Session
+from feeler.studio.wish import AntennaWish
+
+
+@checked
+def show_studio(antenna: Antenna | str = "exponential") -> Any:
+    """A widget for Jupyter, VS Code, Colab or marimo; show it as a cell's last value.
+
+    Parameters
+    ----------
+    antenna
+        The name of a preset, or an antenna of your own.
+
+    Returns
+    -------
+    anywidget.AnyWidget
+        Its ``session`` does the work; ``close()`` ends it.
+
+    Raises
+    ------
+    MissingExtra
+        anywidget is not installed.
+    InvalidInput
+        No preset of this name.
+    """
+    if isinstance(antenna, Antenna):
+        wish = AntennaWish(toml=write_antenna(antenna), name=antenna.name)
+    else:
+        wish = AntennaWish(preset=antenna)
+        wish.make()
+    return make_widget(wish)
+
+
+def make_widget(wish: AntennaWish) -> Any:
+    """The widget of a wish."""
+    try:
+        import anywidget
+    except ImportError as error:
+        raise MissingExtra("the studio in a notebook needs anywidget: pip install 'feeler[notebook]'.") from error
+
+    class StudioWidget(anywidget.AnyWidget):
+        _esm = write_module()
+        _css = read_style()
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.session = Session(lambda data: self.send({}, buffers=[data]), wish)
+            self.on_msg(lambda widget, content, buffers: self.session.take(json.dumps(content)))
+
+        def close(self) -> None:
+            self.session.close()
+            super().close()
+
+    return StudioWidget()

@@ -1,0 +1,231 @@
+"""The studio in a real Chromium: what is shown is exact, the mouse works, nothing is loaded from elsewhere."""
+
+import os
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.studio import Studio
+from feeler.studio.leaving import make_file
+from feeler.studio.touching import hash_tensor
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
+needed = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"),
+    reason="no Chromium with chromedriver: apt-get install chromium chromium-driver",
+)
+pytestmark = needed
+APP = "const app = document.getElementById('studio').studio; "
+
+
+@pytest.fixture(scope="module")
+def studio():
+    running = Studio(port=0, token="the-same-after-a-restart")
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from selenium import webdriver
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+
+    options = Options()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS.split(), ALONE, "--window-size=1440,900"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    yield driver
+    driver.quit()
+
+
+def ask(browser, words):
+    return browser.execute_script(APP + "return " + words)
+
+
+def wait_for(browser, words, seconds=60.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if ask(browser, words):
+            return
+        time.sleep(0.02)
+    raise AssertionError(f"never came true: {words}; status {ask(browser, 'app.status')}")
+
+
+def open_page(browser, address):
+    browser.get(address)
+    wait_for(browser, "app && app.records.A.ended && app.status == 'exact'")
+    ask(browser, "(app.play(false), clearTimeout(app.studyTimer))")
+
+
+def read_shown(browser):
+    """The tensor (sensor, time) in the page."""
+    words = "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled).keys()]"
+    return np.array(ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32)
+
+
+def find_problems(browser):
+    return [line["message"] for line in browser.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
+
+
+def test_the_page_shows_what_touch_gives_and_asks_nobody_else(studio, browser):
+    open_page(browser, studio.address)
+    touch = ask(browser, "app.store.state.touch")
+    trial = feeler.Trial(feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"])
+    expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0].astype(np.float32)
+    assert np.array_equal(read_shown(browser), expected)
+    assert ask(browser, "app.records.A.hash") == hash_tensor(expected)
+    addresses = ask(browser, "performance.getEntriesByType('resource').map(entry => entry.name)")
+    assert all(address.startswith(studio.address) for address in addresses)
+    assert find_problems(browser) == []
+
+
+def find_object(browser):
+    """Where the first object is on the stage, from its middle [px]."""
+    place = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage'), w = c.clientWidth,
+        h = c.clientHeight, s = Math.min(w / (1.14 * r.antenna.length), h / (0.8 * r.antenna.length));
+        return [(w - r.antenna.length * s) / 2 - 0.01 * w + s * r.data.place[1] - w / 2,
+                0.2 * h + s * (r.data.place[0] - 1.5) - h / 2]; })()"""
+    return ask(browser, place)
+
+
+def test_the_object_is_dragged_previewed_and_then_exact(studio, browser):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    open_page(browser, studio.address)
+    ask(browser, "app.seek(0)")
+    before = ask(browser, "app.store.state.touch.location")
+    seen = "window.seen = new Set(); const old = app.setStatus.bind(app); app.setStatus = s => { window.seen.add(s); old(s); };"
+    browser.execute_script(APP + seen)
+    stage = browser.find_element("css selector", "canvas.stage")
+    mouse = ActionChains(browser, duration=30).move_to_element_with_offset(stage, *map(round, find_object(browser)))
+    mouse.click_and_hold()
+    for _ in range(8):
+        mouse.move_by_offset(8, 0)
+    mouse.pause(0.4).release().perform()
+    wait_for(browser, "app.status == 'exact' && app.records.A.ended")
+    touch = ask(browser, "app.store.state.touch")
+    assert touch["location"] > before + 0.03
+    assert "preview" in browser.execute_script("return [...window.seen]")
+    trial = feeler.Trial(feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"])
+    assert ask(browser, "app.records.A.hash") == hash_tensor(
+        feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
+    )
+    ask(browser, "app.store.undo()")
+    assert ask(browser, "app.store.state.touch.location") == before
+    assert find_problems(browser) == []
+
+
+def test_the_base_is_taken_in_the_hand(studio, browser):
+    open_page(browser, studio.address)
+    browser.find_element("xpath", "//button[text()='By hand']").click()
+    browser.execute_script(APP + "app.startHand(); app.aim(-1, 3, 0, 0.1)")
+    wait_for(
+        browser,
+        "app.records.A.hand && app.records.A.filled > 10 && app.records.A.data.base[3 * app.records.A.filled - 3] > 0.1",
+    )
+    ask(browser, "app.endHand()")
+    wait_for(browser, "!app.handOn && app.records.A.ended")
+    assert ask(browser, "app.records.A.commands.length") > 1
+
+
+def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(studio, browser):
+    open_page(browser, studio.address)
+    browser.execute_script(
+        APP + "app.store.change(s => { s.A.stiffness = [[0, 20], [1, 0.01]]; s.touch.kind = 'box'; })"
+    )
+    wait_for(browser, "app.records.A.ended && app.status == 'exact'")
+    shown = ask(browser, "app.records.A.hash")
+    browser.find_element("xpath", "//button[contains(text(), 'Save')]").click()
+    browser.find_element("xpath", "//b[text()='Copy address']").click()
+    end = time.monotonic() + 10
+    while "#s=" not in browser.current_url and time.monotonic() < end:
+        time.sleep(0.05)
+    address = browser.current_url
+    for hash_part in (address.partition("#")[2], "s=nonsense", "s=" + "A" * 999):
+        browser.get("about:blank")
+        open_page(browser, studio.address + "#" + hash_part)
+        assert (ask(browser, "app.records.A.hash") == shown) == (hash_part in address)
+
+
+def test_two_tabs_and_a_server_that_comes_back(studio, browser):
+    open_page(browser, studio.address)
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    open_page(browser, studio.address)
+    port = studio.port
+    studio.close()
+    wait_for(browser, "app.away")
+    again = Studio(port=port, token=studio.token)
+    try:
+        for handle in (browser.current_window_handle, first):
+            browser.switch_to.window(handle)
+            wait_for(browser, "!app.away")
+            browser.execute_script(APP + "app.store.change(s => { s.touch.location = 0.8; })")
+            wait_for(browser, "app.status == 'exact' && app.records.A.ended")
+            if handle != first:
+                browser.close()
+    finally:
+        browser.switch_to.window(first)
+        browser.get("about:blank")
+        again.close()
+
+
+def test_an_exported_page_plays_alone(browser, tmp_path):
+    wish = {"antenna": {}, "kind": "box"}
+    page = make_file({"what": "html", "wish": wish, "other": {**wish, "antenna": {"preset": "matched"}}}).content
+    from feeler.studio.exporting import bundle, read_style
+
+    assert (len(page) - len((bundle() + read_style()).encode())) / 2 < 30_000  # bytes a touch
+    path = tmp_path / "shown.html"
+    path.write_bytes(page)
+    browser.get_log("browser")
+    browser.get(path.as_uri())
+    wait_for(browser, "app && app.status == 'recorded' && app.records.B.ended && app.time > 1")
+    trial = feeler.Trial(feature=feeler.Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.06)
+    expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
+    assert read_shown(browser) == pytest.approx(expected, abs=1.2e-5)
+    assert ask(browser, "performance.getEntriesByType('resource').length") == 0
+    assert find_problems(browser) == []
+
+
+def test_a_notebook_draws_the_same_front_end(browser, tmp_path):
+    """The kernel's widget and the page's ``render`` speak by anywidget's model, which here is a stand-in."""
+    from feeler.studio import show_studio
+
+    widget = show_studio("matched")
+    page = """<body><div id=host></div><script type=module>{module}
+        window.sent = []; const heard = [];
+        window.model = {{ on: (name, f) => heard.push(f), off: () => {{}}, send: message => window.sent.push(message) }};
+        window.tell = text => heard.forEach(f => f({{}}, [new DataView(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer)]));
+        window.leave = render({{ model: window.model, el: document.getElementById('host') }});
+        document.getElementById('host').firstChild.id = 'studio';</script>"""
+    module = widget._esm.replace("export default { render };", "")
+    (tmp_path / "notebook.html").write_text(page.format(module=module), encoding="utf-8")
+    browser.get((tmp_path / "notebook.html").as_uri())
+    import base64
+
+    given = []
+    widget.send = lambda content, buffers=None: given.extend(buffers)
+    end = time.monotonic() + 60
+    while not browser.execute_script(
+        "return window.model && document.getElementById('studio').studio.status == 'exact'"
+    ):
+        for message in browser.execute_script("return (window.sent || []).splice(0)"):
+            widget._handle_custom_msg(message, [])
+        while given:
+            browser.execute_script("window.tell(arguments[0])", base64.b64encode(given.pop(0)).decode())
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    assert ask(browser, "app.store.state.A.preset") == "matched"
+    browser.execute_script("window.leave()")
+    assert [message["type"] for message in browser.execute_script("return window.sent")][-1] == "stop"
+    widget.close()
