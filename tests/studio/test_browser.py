@@ -205,7 +205,8 @@ def test_a_notebook_draws_the_same_front_end(browser, tmp_path):
     page = """<body><div id=host></div><script type=module>{module}
         window.sent = []; const heard = [];
         window.model = {{ on: (name, f) => heard.push(f), off: () => {{}}, send: message => window.sent.push(message) }};
-        window.tell = text => heard.forEach(f => f({{}}, [new DataView(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer)]));
+        const read = text => new DataView(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
+        window.tell = text => heard.forEach(f => f({{}}, [read(text)]));
         window.leave = render({{ model: window.model, el: document.getElementById('host') }});
         document.getElementById('host').firstChild.id = 'studio';</script>"""
     module = widget._esm.replace("export default { render };", "")
