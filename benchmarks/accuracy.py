@@ -1,0 +1,130 @@
+"""Does ``accuracy=`` keep its word? Random touches, each against the same touch at a timestep 1/64 of the coarsest.
+
+python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0]
+
+Drawn before anything was run [C]: three stiffness profiles times 0.3 to 3 (compliance) and damping likewise; ball, box,
+triangle of half size 0.3 to 4 mm, every second one rounded, plain walls, saw-tooth walls of slopes up to 4; place 0.2 to 1;
+speed 0.02 to 5 m/s; approach 45 to 135 degrees; friction 0 (every tenth) or up to 1.5. Each lasts until 40 mm are travelled,
+20 ms at least and 200 ms at most.
+"""
+
+import argparse
+import json
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from feeler.execute import run_batch
+from feeler.physics.accuracy import compute_error, find_coarsest, run_accurately
+from feeler.physics.clock import Clock
+from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.physics.run import run_group
+from feeler.physics.scene import Motion, Scene, make_scene
+from feeler.presets import cockroach
+from feeler.stimulus import Ball, Box, Triangle, Trial, Wall
+
+FINER = 64
+LANES = 8
+OFF = 0.05  # of the peak: what no touch may be off by without a warning
+
+
+def draw(index: int, seed: int) -> tuple[Scene, float]:
+    """The scene number ``index`` and how long it lasts [ms]."""
+    rng = np.random.default_rng([seed, index])
+    antenna = cockroach(str(rng.choice(["exponential", "linear", "constant"])))
+    scale = np.exp(rng.uniform(np.log(0.3), np.log(3), 2))
+    antenna = antenna.replace(stiffness=antenna.stiffness * scale[0], damping=antenna.damping * scale[1])
+    kind, size = (
+        str(rng.choice(["ball", "box", "triangle", "wall", "texture"])),
+        np.exp(rng.uniform(np.log(0.3), np.log(4))),
+    )
+    rounding = float(rng.uniform(0.05, 0.5) * size * rng.integers(2))
+    shapes = {
+        "ball": lambda: Ball(radius=size),
+        "box": lambda: Box(half_width=size, half_height=size * rng.uniform(0.5, 2), rounding=rounding),
+        "triangle": lambda: Triangle(half_width=size, rounding=rounding),
+        "wall": Wall,
+        "texture": lambda: Wall(
+            profile=((-size, 0.0), (0.0, size * rng.uniform(0.1, 4)), (size, 0.0)), repeat=max(1, int(30 / size))
+        ),
+    }
+    speed = float(np.exp(rng.uniform(np.log(0.02), np.log(5))))
+    trial = Trial(
+        feature=shapes[kind](),
+        location=float(rng.uniform(0.2, 1)),
+        speed=speed,
+        approach=float(rng.uniform(45, 135)),
+        friction=0.0 if rng.integers(10) == 0 else float(rng.uniform(0, 1.5)),
+        lead=min(5.0, 2 / speed),
+    )
+    return make_scene(antenna, trial), float(np.clip(np.ceil(40 / speed), 20, 200))
+
+
+def judge(scenes: list[Scene], duration: float, accuracy: float) -> list[dict]:
+    """What each touch said of itself, and how far off it was."""
+    found = run_accurately(scenes, duration, 1.0, DEFAULT_ENGINE, accuracy)
+    fine = min(find_coarsest(scene.contact, 1.0) for scene in scenes) / FINER
+    truth = run_group(scenes, Clock(duration=duration, timestep=fine))
+    return [
+        {
+            "label": scene.label,
+            "speed": float(np.hypot(*scene.objects[0].velocity)),
+            "diverged": not isinstance(motion, Motion),
+            "timestep": getattr(motion, "timestep", None),
+            "said": getattr(motion, "error", None),
+            "off": compute_error(scene, motion, reference),
+        }
+        for scene, motion, reference in zip(scenes, found, truth, strict=True)
+    ]
+
+
+def _judge(task: tuple[list[tuple[int, int]], float, float]) -> list[dict]:
+    drawn, duration, accuracy = task
+    return judge([draw(*item)[0] for item in drawn], duration, accuracy)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--touches", type=int, default=2000)
+    parser.add_argument("--accuracy", type=float, default=0.01)
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args()
+    by_duration = defaultdict(list)
+    for index in range(args.touches):
+        by_duration[draw(index, args.seed)[1]].append((index, args.seed))
+    tasks = [
+        (rest[k : k + LANES], duration, args.accuracy)
+        for duration, rest in by_duration.items()
+        for k in range(0, len(rest), LANES)
+    ]
+    start, rows = time.perf_counter(), []
+    for done in run_batch(_judge, enumerate(tasks)):
+        if done.error is not None:
+            raise done.error
+        rows += done.value
+        if len(rows) % 200 < LANES:
+            print(f"{len(rows)} touches, {time.perf_counter() - start:.0f} s", flush=True)
+    kept = [row for row in rows if not row["diverged"]]
+    off, said = np.array([row["off"] for row in kept]), np.array([row["said"] for row in kept])
+    result = {
+        "touches": len(rows),
+        "diverged": len(rows) - len(kept),
+        "warned": int((said > args.accuracy).sum()),
+        "off_median": float(np.median(off)),
+        "off_p99": float(np.quantile(off, 0.99)),
+        "off_greatest": float(off.max()),
+        "beyond_accuracy_unwarned": int(((off > args.accuracy) & (said <= args.accuracy)).sum()),
+        "beyond_5_percent_unwarned": int(((off > OFF) & (said <= args.accuracy)).sum()),
+        "timesteps": {
+            f"{h:g}": int(sum(row["timestep"] == h for row in kept)) for h in sorted({row["timestep"] for row in kept})
+        },
+        "worst": sorted((row for row in kept if row["said"] <= args.accuracy), key=lambda row: -row["off"])[:10],
+    }
+    print(json.dumps(result, indent=2))
+    Path(__file__).with_name("results").joinpath("accuracy.json").write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
