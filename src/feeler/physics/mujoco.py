@@ -15,7 +15,7 @@ from feeler.errors import InvalidInput
 from feeler.physics.engine import Engine
 from feeler.physics.reaction import compute_reaction
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Contacts, State
+from feeler.physics.stepper import Contacts, State, Stepper
 from feeler.stimulus.object import Object
 
 HEAVY = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
@@ -165,7 +165,7 @@ def compile_model(scene: Scene, timestep: float, *, moving: bool = False) -> muj
     return make_spec(scene, timestep, moving=moving).compile()
 
 
-class MujocoStepper:
+class MujocoStepper(Stepper):
     """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it on joints."""
 
     def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:

@@ -9,7 +9,7 @@ from feeler.errors import SimulationDiverged
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, Engine, get_engine
 from feeler.physics.scene import Motion, Scene
-from feeler.physics.stepper import Stepper
+from feeler.physics.stepper import Stepper, make_row, split_rows
 
 Result = Motion | Exception
 CHUNK = 400_000  # segment·lane steps between looks for Ctrl-C: some 5 ms, or 50 in deep contact
@@ -103,30 +103,46 @@ def _list_legs(scene: Scene, timestep: float) -> Iterator[tuple[int, int, tuple[
 
 
 def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
-    lanes, n, n_samples = len(stepper.scenes), stepper.scenes[0].antenna.n_segments, clock.n_samples
-    sizes = {"angle": (n,), "velocity": (n,), "force": (2,), "base": (3,), "base_force": (2,), "work": (2,)}
-    kept = {name: np.empty((lanes, n_samples, *size)) for name, size in sizes.items()}
-    kept |= {name: np.empty((lanes, n_samples)) for name in ("base_moment", "contact_place")}
-    failed: list[Exception | None] = [None] * lanes
-    for k in range(n_samples):
-        ended = False
-        if k:
-            ended = advance(stepper, [(k - 1) * clock.steps_per_sample] * lanes, clock.steps_per_sample, stop)
-        state = stepper.read()
-        for name in ("angle", "velocity", "base", "base_force", "base_moment", "contact_place"):
-            kept[name][:, k] = getattr(state, name)
-        kept["force"][:, k] = state.force.sum(axis=1)
-        kept["work"][:, k] = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
+    first = make_row(stepper.read())
+    tape = np.empty((len(first), clock.n_samples, first.shape[1]))
+    tape[:, 0] = first
+    failed: list[Exception | None] = [None] * len(first)
+    n, k, turns = stepper.scenes[0].antenna.n_segments, 1, _list_turns(stepper)
+    while k < clock.n_samples and not all(failed):
+        k, ended = _record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
-            before = kept["angle"][lane, max(k - 1, 0)].copy(), kept["velocity"][lane, max(k - 1, 0)].copy()
-            failed[lane] = failed[lane] or explain_end(stepper, int(lane), clock.time[k], *before)
-        if all(failed):
-            break
+            before = tape[lane, max(k - 2, 0)].copy()
+            failed[lane] = failed[lane] or explain_end(
+                stepper, int(lane), clock.time[k - 1], before[:n], before[n : 2 * n]
+            )
     return [
-        failed[lane]
-        or Motion(time=clock.time, timestep=clock.timestep, **{name: array[lane] for name, array in kept.items()})
-        for lane in range(lanes)
+        error or Motion(time=clock.time, timestep=clock.timestep, **split_rows(rows))
+        for error, rows in zip(failed, tape, strict=True)
     ]
+
+
+def _record_some(
+    stepper: Stepper, tape: np.ndarray, sample: int, every: int, turns: Sequence[int], stop: Event
+) -> tuple[int, bool]:
+    """Samples from number ``sample`` on, up to the next look for Ctrl-C or turn of an object; as ``Stepper.record``."""
+    if stop.is_set():
+        raise KeyboardInterrupt
+    scenes, start = stepper.scenes, (sample - 1) * every
+    block = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes) * every))
+    turn = next((at for at in turns if at >= start), np.inf)
+    until = int(min(tape.shape[1], sample + block, turn // every + 1))
+    if until == sample:  # a turn within this sample
+        ended = advance(stepper, [start] * len(scenes), every, stop)
+        tape[:, sample] = make_row(stepper.read())
+        return sample + 1, ended
+    count = (until - sample) * every
+    drives = {k: s.compute_drive(start, count, stepper.timestep) for k, s in enumerate(scenes) if s.follows}
+    return stepper.record(tape, sample, until, every, drives)
+
+
+def _list_turns(stepper: Stepper) -> list[int]:
+    """The steps, rising, at which the velocity of some object changes."""
+    return sorted({at for scene in stepper.scenes for at, _, _ in _list_legs(scene, stepper.timestep)})
 
 
 def explain_end(

@@ -60,6 +60,28 @@ class Contacts:
         return len(self.place)
 
 
+COLUMNS = {"force": 2, "work": 2, "base": 3, "base_force": 2, "base_moment": 1, "contact_place": 1}
+"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is."""
+
+
+def make_row(state: State) -> np.ndarray:
+    """A sample (lane, column): angle, velocity, and COLUMNS; forces and works are sums over the objects."""
+    work = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
+    rest = (state.base, state.base_force, state.base_moment[:, None], state.contact_place[:, None])
+    return np.concatenate([state.angle, state.velocity, state.force.sum(axis=1), work, *rest], axis=1)
+
+
+def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
+    """The samples (…, column) by name, as copies (…, number) or, where there is one number, (…)."""
+    n = (tape.shape[-1] - sum(COLUMNS.values())) // 2
+    sizes = {"angle": n, "velocity": n, **COLUMNS}
+    parts = np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1)
+    return {
+        name: part.copy() if size > 1 else part[..., 0].copy()
+        for (name, size), part in zip(sizes.items(), parts, strict=True)
+    }
+
+
 class Stepper(Protocol):
     """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its neighbours."""
 
@@ -72,6 +94,20 @@ class Stepper(Protocol):
         ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each step's end, in place of the
         commanded ones.
         """
+
+    def record(
+        self, tape: np.ndarray, sample: int, stop: int, every: int, drives: Mapping[int, np.ndarray] | None = None
+    ) -> tuple[int, bool]:
+        """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write its row to ``tape`` (lane, sample,
+        column). The first sample that was not written, and whether some lane has come to an end, after which nothing goes on.
+        """
+        for k in range(sample, stop):
+            own = slice((k - sample) * every, (k - sample + 1) * every)
+            ended = self.step(every, {lane: rates[own] for lane, rates in drives.items()} if drives else None)
+            tape[:, k] = make_row(self.read())
+            if ended:
+                return k + 1, True
+        return stop, False
 
     def read(self) -> State:
         """The state of every lane, as copies."""

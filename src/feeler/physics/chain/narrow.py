@@ -90,6 +90,9 @@ def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
     mx, my = 0.5 * (corners[1, 0] + corners[2, 0]), 0.5 * (corners[1, 1] + corners[0, 1])
     hx, hy = -0.5 * ex, -0.5 * ey
     x, y = px - hx - mx, py - hy - my
+    beside, width = abs(x * hy - y * hx), sx * abs(hy) + sy * abs(hx)  # of both, across the core, times half its length
+    if beside > width and (beside - width) ** 2 > (radius + grown) ** 2 * (hx * hx + hy * hy) * (1.0 + 1e-12):
+        return count
     first, second = _box_points(x, y, hx, hy, sx, sy)
     count = _touch_box_sphere(table, count, x + first * hx, y + first * hy, radius, grown, sx, sy, mx, my)
     if second > -3.0:
@@ -180,7 +183,7 @@ def _touch_box_sphere(table, count, x, y, radius, grown, sx, sy, mx, my):
 @compiled
 def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, stop):
     """Closest points of the core and one convex part; where the core is inside, the shallowest way out."""
-    depth, ax, ay, nx, ny = _separate(px, py, ex, ey, corners, start, stop)
+    depth, ax, ay, nx, ny = _separate(px, py, ex, ey, radius + grown, corners, start, stop)
     if depth - radius - grown >= 0.0:
         return count
     if depth > 0.0:
@@ -193,8 +196,11 @@ def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, 
 
 
 @compiled
-def _separate(px, py, ex, ey, corners, start, stop):
-    """Greatest separation along a normal of either shape (negative: penetration), its point on the part, the normal."""
+def _separate(px, py, ex, ey, clear, corners, start, stop):
+    """Greatest separation along a normal of either shape (negative: penetration), its point on the part, the normal.
+
+    The first separation found beyond ``clear`` ends the search: they do not touch.
+    """
     best, bx, by, bnx, bny = -np.inf, 0.0, 0.0, 1.0, 0.0
     for k in range(start, stop):
         j = k + 1 if k + 1 < stop else start
@@ -207,6 +213,8 @@ def _separate(px, py, ex, ey, corners, start, stop):
         if gap > best:
             best, bnx, bny = gap, nx, ny
             bx, by = px + t * ex - gap * nx, py + t * ey - gap * ny
+            if gap > clear:
+                return best, bx, by, bnx, bny
     length = np.sqrt(ex * ex + ey * ey)
     for sign in (-1.0, 1.0):
         nx, ny = sign * ey / length, -sign * ex / length

@@ -12,7 +12,7 @@ from feeler.physics.rod.march import march, relax
 from feeler.physics.rod.model import FIRMNESS, SOFT, RodLane, make_rod_lane, make_rod_model
 from feeler.physics.rod.newton import place_nodes
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Contacts, State
+from feeler.physics.stepper import Contacts, State, Stepper
 
 MAX_STEPS = 400  # of one relaxation
 BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at rest
@@ -32,7 +32,7 @@ class Rest(NamedTuple):
         return self.imbalance < 10 * BALANCED
 
 
-class RodStepper:
+class RodStepper(Stepper):
     """One scene as a rod of implicit steps, without inertia (it follows its own damping) or with mass at its nodes."""
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, *, inertia: bool = False) -> None:
