@@ -140,7 +140,7 @@ def test_a_step_allocates_nothing(lanes, damped):
     _nrt_python.memsys_enable_stats()
     stepper = ChainStepper([touch()] * lanes, 0.02, damped)
     stepper.step(200)
-    assert stepper.tables.count.min() > 0
+    assert stepper.tables.number.min() > 0
     counts = []
     for n_steps in (1, 1000):
         before = rtsys.get_allocation_stats().alloc

@@ -110,7 +110,7 @@ class Simulations:
         return round(count)
 
     def _check_path(self, lane: int, n_steps: int) -> None:
-        scene = self.get_scene(lane)
+        scene = self._steppers[lane // self._lanes].scenes[lane % self._lanes]
         if scene.base_motion is not None and scene.follows:
             scene.base_motion.compute_pose(np.array([(self._steps[lane] + n_steps) * self.timestep]))
 

@@ -70,15 +70,16 @@ def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -
 
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
-    chunk = max(1, CHUNK // (stepper.scenes[0].antenna.n_segments * len(stepper.scenes)))
-    driven = [lane for lane, scene in enumerate(stepper.scenes) if scene.follows]
-    legs = [list(_list_legs(scene, stepper.timestep)) if scene.paths else () for scene in stepper.scenes]
+    scenes = stepper.scenes
+    chunk = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
+    driven = [lane for lane, scene in enumerate(scenes) if scene.base_motion is not None and scene.follows]
+    legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
     done, ended = 0, False
     while done < n_steps:
         if stop.is_set():
             raise KeyboardInterrupt
         until = min(n_steps, done + chunk)
-        for lane, turns in enumerate(legs):
+        for lane, turns in legs:
             now = first[lane] + done
             for at, o, velocity in turns:
                 if at == now:
@@ -86,9 +87,7 @@ def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -
                 elif at > now:
                     until = min(until, at - first[lane])
         count = until - done
-        drives = {
-            lane: stepper.scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven
-        }
+        drives = {lane: scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven}
         ended = stepper.step(count, drives)
         done = until
     return ended

@@ -72,14 +72,11 @@ def make_row(state: State) -> np.ndarray:
 
 
 def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
-    """The samples (…, column) by name, as copies (…, number) or, where there is one number, (…)."""
+    """The samples (…, column) by name, as copies (…, number); what COLUMNS counts as one number is (…)."""
     n = (tape.shape[-1] - sum(COLUMNS.values())) // 2
     sizes = {"angle": n, "velocity": n, **COLUMNS}
-    parts = np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1)
-    return {
-        name: part.copy() if size > 1 else part[..., 0].copy()
-        for (name, size), part in zip(sizes.items(), parts, strict=True)
-    }
+    parts = dict(zip(sizes, np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1), strict=True))
+    return {name: (part[..., 0] if COLUMNS.get(name) == 1 else part).copy() for name, part in parts.items()}
 
 
 class Stepper(Protocol):

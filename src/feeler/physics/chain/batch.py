@@ -7,7 +7,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
-from feeler.physics.chain.step import Tables, record_many, step_many
+from feeler.physics.chain.step import Tables, make_box, record_many, step_many
 from feeler.physics.chain.sweep import move
 from feeler.physics.compiling import announce_compiling
 from feeler.physics.scene import Scene
@@ -29,16 +29,18 @@ class ChainStepper(Stepper):
             self._settle()
 
     def _settle(self) -> None:
-        """Compute what follows from the state; changes nothing else."""
+        """Box the tables and compute what follows from the state; changes nothing else."""
         t = self.tables
-        step_many(t, 0, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
+        self.box = make_box(t)
+        step_many(self.box, 0, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
         move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
         drive = self._lay_out(n_steps, drives)
-        ended = step_many(self.tables, 0, n_steps, self.timestep, drive, self.damped)
-        self.drive = drive[-1:].copy()
+        ended = step_many(self.box, 0, n_steps, self.timestep, drive, self.damped)
+        if drives:
+            self.drive = drive[-1:].copy()
         return ended
 
     def record(
@@ -46,7 +48,7 @@ class ChainStepper(Stepper):
     ) -> tuple[int, bool]:
         """Take ``every`` steps before each sample and write it, all in compiled code."""
         drive = self._lay_out((stop - sample) * every, drives)
-        until, ended = record_many(self.tables, tape, sample, stop, every, self.timestep, drive, self.damped)
+        until, ended = record_many(self.box, tape, sample, stop, every, self.timestep, drive, self.damped)
         self.drive = drive[min((until - sample) * every, len(drive)) - 1 :][:1].copy()
         return until, ended
 
@@ -78,7 +80,7 @@ class ChainStepper(Stepper):
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
-        t, count = self.tables, max(self.tables.count[lane], 0)
+        t, count = self.tables, max(self.tables.number[lane], 0)
         table, rows = t.contacts[lane, :count], t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW)
         segment, force = table[:, f.T_SEGMENT].astype(int), np.maximum(rows[:, :, f.R_FORCE], 0.0)
         antenna = self.scenes[lane].antenna
@@ -97,11 +99,11 @@ class ChainStepper(Stepper):
     def find_broken(self) -> np.ndarray:
         """Whether each lane has left the finite numbers or had too many contacts."""
         work = self.tables.work
-        return ~np.isfinite(work[f.W_HEADING, -1] + work[f.W_OMEGA, -1]) | (self.tables.count < 0)
+        return ~np.isfinite(work[f.W_HEADING, -1] + work[f.W_OMEGA, -1]) | (self.tables.number < 0)
 
     def explain(self, lane: int) -> Exception | None:
         """The error of a lane that had too many contacts."""
-        if self.tables.count[lane] >= 0:
+        if self.tables.number[lane] >= 0:
             return None
         return InvalidInput(
             f"'{self.scenes[lane].label}' makes more than {MAX_CONTACTS} contacts at once. Use an outline with fewer corners."
@@ -117,8 +119,8 @@ class ChainStepper(Stepper):
 
     def save(self, lane: int) -> tuple[np.ndarray, ...]:
         """All that a lane's future depends on, but for its scene."""
-        t, count = self.tables, max(self.tables.count[lane], 0)
-        arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.memory[lane], t.count[lane])
+        t, count = self.tables, max(self.tables.number[lane], 0)
+        arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.memory[lane], t.number[lane])
         rest = (self.drive[:, :, lane], t.contacts[lane, :count], t.rows[lane, : f.ROWS * count])
         return tuple(np.array(array) for array in (*arrays, *rest))
 
@@ -128,7 +130,7 @@ class ChainStepper(Stepper):
         grown = (t.place[:, :, lane], t.memory[lane], t.contacts[lane], t.rows[lane])  # may be longer by now
         for array, kept in zip(grown, (*saved[2:4], *saved[6:]), strict=True):
             array[tuple(map(slice, kept.shape))] = kept
-        t.work[:, :, lane], t.base[:, :, lane], t.count[lane], self.drive[:, :, lane] = *saved[:2], saved[4], saved[5]
+        t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = *saved[:2], saved[4], saved[5]
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
@@ -163,7 +165,7 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
         contacts=np.empty((width, size, f.N_CONTACT)),
         rows=np.empty((width, f.ROWS * size, f.N_ROW)),
         memory=np.zeros((width, max(n_objects, 1), n), dtype=np.int64),
-        count=np.zeros(width, dtype=np.int64),
+        number=np.zeros(width, dtype=np.int64),
         open=np.zeros(width, dtype=np.bool_),
         loaded=np.zeros(n, dtype=np.bool_),
         width=(0,) * width,
@@ -181,7 +183,7 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
     t.place[:, :, lane], n_objects = 0.0, len(model.obj)
     t.obj[:, [f.O_HALF_X, f.O_HALF_Y], lane] = -np.inf  # nothing is near no object
     t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
-    t.memory[lane], t.count[lane] = 0, 0
+    t.memory[lane], t.number[lane] = 0, 0
     for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):
         whole[lane] = own[0, -1] if whole.dtype == np.int64 else 0.0
         whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]

@@ -3,6 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
+from numba.experimental import structref
 
 from feeler.compiled import compiled
 from feeler.physics.chain import fields as f
@@ -29,21 +31,40 @@ class Tables(NamedTuple):
     """(lane, row, field)."""
     memory: np.ndarray
     """(lane, object, segment): which rows were active in the step before."""
-    count: np.ndarray
+    number: np.ndarray
     """(lane,): contacts of the last step; −1 in a lane that had too many."""
     open: np.ndarray
     loaded: np.ndarray
     width: tuple
 
 
+@structref.register
+class _BoxType(types.StructRef):
+    """The type of a :class:`Box`."""
+
+
+class Box(structref.StructRefProxy):
+    """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a step."""
+
+
+structref.define_proxy(Box, _BoxType, ["tables"])
+
+
 @compiled
-def step_many(tables, first, n_steps, timestep, drive, damped):
+def make_box(tables):
+    """Tables in a box."""
+    return Box(tables)
+
+
+@compiled
+def step_many(box, first, n_steps, timestep, drive, damped):
     """Take ``n_steps`` steps; all arrays are changed in place.
 
     ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number ``first`` on, the last
     one for ever. ``damped``: contact is solved with the implicit damping in it. Returns whether some lane has come to an end.
     """
-    t, n = tables, tables.work.shape[1]
+    t = box.tables
+    n = t.work.shape[1]
     for step in range(first, first + n_steps):
         _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
         touched = _find(t)
@@ -53,12 +74,12 @@ def step_many(tables, first, n_steps, timestep, drive, damped):
             solve(t.constants, t.work, t.base, t.loaded, timestep, n - 1, t.width)
         if touched:
             t.loaded[:] = False
-            for lane in range(t.count.shape[0]):
-                clear(t.work, t.rows[lane], f.ROWS * t.count[lane], lane)
+            for lane in range(t.number.shape[0]):
+                clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
         _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
         move(t.constants, t.work, t.wides, t.base, timestep, t.width)
-    for lane in range(t.count.shape[0]):  # the tip's heading is the sum of all angles: one that is lost shows there
-        if t.count[lane] < 0 or not np.isfinite(t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]):
+    for lane in range(t.number.shape[0]):  # the tip's heading is the sum of all angles: one that is lost shows there
+        if t.number[lane] < 0 or not np.isfinite(t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]):
             return True
     return False
 
@@ -105,26 +126,26 @@ def _find(t):
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
         seek(t.constants, t.work, t.obj, t.place, o, t.width)
-        for lane in range(t.count.shape[0]):
+        for lane in range(t.number.shape[0]):
             if t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
-                last = max(last, int(t.place[o, f.P_LAST, lane]))
+                last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
             t.place[o, f.P_FX, lane] = t.place[o, f.P_FY, lane] = 0.0
-    for lane in range(t.count.shape[0]):
-        t.count[lane] = min(t.count[lane], 0)
+    for lane in range(t.number.shape[0]):
+        t.number[lane] = min(t.number[lane], 0)
         t.base[0, f.B_PRESS, lane] = t.base[0, f.B_PLACE, lane] = 0.0
     if last < 0:
         return False
     locate(t.work, last, t.width)
     touched = False
-    for lane in range(t.count.shape[0]):
+    for lane in range(t.number.shape[0]):
         shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane])
         for o in range(t.place.shape[0]):
             first, stop = owner[lane, o], owner[lane, o + 1]
-            if t.count[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
-                t.count[lane] = find_contacts(
-                    t.constants, t.work, t.obj, o, shapes, first, stop, t.place, t.contacts[lane], t.count[lane], lane
+            if t.number[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
+                t.number[lane] = find_contacts(
+                    t.constants, t.work, t.obj, o, shapes, first, stop, t.place, t.contacts[lane], t.number[lane], lane
                 )
-        touched = touched or t.count[lane] > 0
+        touched = touched or t.number[lane] > 0
     return touched
 
 
@@ -132,18 +153,18 @@ def _find(t):
 def _push(t, timestep, damped):
     """Solve the contacts and leave their wrenches in the bias columns."""
     last = t.work.shape[1] - 1 if damped else np.int64(-1)
-    for lane in range(t.count.shape[0]):
-        count = t.count[lane]
+    for lane in range(t.number.shape[0]):
+        count = t.number[lane]
         if count > 0:
             make_rows(t.constants, t.work, t.base, t.obj, t.contacts[lane], count, t.place, t.rows[lane], lane)
             for k in range(count):
-                last = max(last, int(t.contacts[lane, k, f.T_SEGMENT]))
+                last = max(last, np.int64(t.contacts[lane, k, f.T_SEGMENT]))
     solve_contacts(
         t.constants,
         t.work,
         t.base,
         t.rows,
-        t.count,
+        t.number,
         t.loaded,
         t.memory,
         t.open,
@@ -152,25 +173,25 @@ def _push(t, timestep, damped):
         t.width,
     )
     t.loaded[:] = False
-    for lane in range(t.count.shape[0]):
-        if t.count[lane] > 0:
+    for lane in range(t.number.shape[0]):
+        if t.number[lane] > 0:
             press(
-                t.constants, t.work, t.base, t.place, t.contacts[lane], t.rows[lane], f.ROWS * t.count[lane], t.loaded, timestep,
+                t.constants, t.work, t.base, t.place, t.contacts[lane], t.rows[lane], f.ROWS * t.number[lane], t.loaded, timestep,
                 lane,
             )  # fmt: skip
 
 
 @compiled
-def record_many(tables, tape, sample, stop, every, timestep, drive, damped):
+def record_many(box, tape, sample, stop, every, timestep, drive, damped):
     """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape`` (lane, sample, column).
 
     Columns as in :func:`feeler.physics.stepper.make_row`. Returns the first sample that was not written, and whether some
     lane has come to an end; nothing goes on after that.
     """
     for k in range(sample, stop):
-        ended = step_many(tables, (k - sample) * every, every, timestep, drive, damped)
+        ended = step_many(box, (k - sample) * every, every, timestep, drive, damped)
         for lane in range(tape.shape[0]):
-            _write(tables, tape[lane, k], lane)
+            _write(box.tables, tape[lane, k], lane)
         if ended:
             return k + 1, True
     return stop, False
