@@ -4,14 +4,16 @@
     python benchmarks/workprecision.py --draw     # draws docs/images/workprecision.png from it
 
 Three touches of 100 ms of the cockroach's antenna at 0.3 m/s and 0.7 L [C], with the smooth contact, each with timesteps from
-0.1 ms down. MuJoCo steps bare (``mj_step`` at its default tolerance and iterations; nothing is read out); feeler's times are of
-``run_scene``, 100 samples included. The error is the tip's greatest distance from the chain engine's path at 0.0005 ms, over
-the tip's greatest excursion. One thread, the fastest of three runs in processor time.
+0.1 ms down. MuJoCo steps bare (``mj_step`` at its default iterations and tolerance, which is relative to the antenna alone;
+nothing is read out); feeler's times are of ``run_scene``, 100 samples included. The error is the tip's greatest distance from
+the chain engine's path at 0.0005 ms, over the tip's greatest excursion; a run that diverges counts 100 %. One thread, the
+fastest of three runs in processor time.
 """
 
 import argparse
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco as mj
@@ -46,6 +48,10 @@ def run_mujoco(scene: Scene, timestep: float, integrator: mj.mjtIntegrator) -> n
     model = compile_model(scene, timestep)
     default = mj.MjOption()
     model.opt.integrator, model.opt.tolerance, model.opt.iterations = integrator, default.tolerance, default.iterations
+    alone = compile_model(replace(scene, objects=()), timestep)
+    model.stat.meaninertia = (
+        alone.stat.meaninertia
+    )  # the solver's tolerance is a share of it: the object must not count
     data, n = mj.MjData(model), scene.antenna.n_segments
     data.qvel[n:] = np.ravel([[*item.velocity, item.turn] for item in scene.objects])
     angle = [data.qpos[:n].copy()]
@@ -79,6 +85,7 @@ def compare(kind: str) -> list[dict]:
         for timestep in TIMESTEPS:
             path, seconds = measure(run, scene, timestep, argument)
             error = float(np.linalg.norm(path - truth, axis=1).max() / size)
+            error = error if np.isfinite(error) else 1.0
             rows.append({"touch": kind, "solver": name, "timestep": timestep, "seconds": seconds, "error": error})
             print(f"{kind:9} {name:24} {timestep:<6g} ms  {seconds:8.3f} s  {error:.2%}", flush=True)
     return rows
@@ -100,10 +107,10 @@ def draw() -> None:
                 else {"marker": "s", "ls": "--", "color": f"C{number}"}
             )
             ax.loglog([r["seconds"] for r in mine], [100 * r["error"] for r in mine], label=solver, ms=4, **style)
-        ax.axhline(1, color="0.6", lw=0.8)
+        ax.axhline(1, color="0.6", lw=0.8)  # what accuracy=0.01 asks for
         ax.set(title=kind, xlabel="processor time of a touch of 100 ms [s]")
     axes[0].set_ylabel("greatest error of the tip\n[% of its excursion]")
-    axes[-1].legend(fontsize=8)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(solvers), fontsize=8)
     PICTURE.parent.mkdir(exist_ok=True)
     figure.savefig(PICTURE, dpi=110)
 

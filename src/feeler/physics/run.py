@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from threading import Event
+from typing import Any
 
 import numpy as np
 
@@ -114,10 +115,12 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
             failed[lane] = failed[lane] or explain_end(
                 stepper, int(lane), clock.time[k - 1], before[:n], before[n : 2 * n]
             )
-    return [
-        error or Motion(time=clock.time, timestep=clock.timestep, **split_rows(rows))
-        for error, rows in zip(failed, tape, strict=True)
-    ]
+    return [error or _make_motion(clock, rows) for error, rows in zip(failed, tape, strict=True)]
+
+
+def _make_motion(clock: Clock, rows: np.ndarray) -> Motion:
+    kept: dict[str, Any] = split_rows(rows)
+    return Motion(time=clock.time, timestep=clock.timestep, **kept)
 
 
 def _record_some(
