@@ -7,7 +7,7 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
-from feeler.physics.chain.step import Tables, make_box, record_many, step_many
+from feeler.physics.chain.step import Tables, make_handle, record_many, step_many
 from feeler.physics.chain.sweep import move
 from feeler.physics.compiling import announce_compiling
 from feeler.physics.scene import Scene
@@ -29,16 +29,18 @@ class ChainStepper(Stepper):
             self._settle()
 
     def _settle(self) -> None:
-        """Box the tables and compute what follows from the state; changes nothing else."""
+        """Take hold of the tables and compute what follows from the state; changes nothing else."""
         t = self.tables
-        self.box = make_box(t)
-        step_many(self.box, 0, 0, self.timestep, self.drive, self.damped)  # compiles, or loads what was compiled before
+        self.handle = make_handle(t)
+        step_many(
+            self.handle, 0, 0, self.timestep, self.drive, self.damped
+        )  # compiles, or loads what was compiled before
         move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
         drive = self._lay_out(n_steps, drives)
-        ended = step_many(self.box, 0, n_steps, self.timestep, drive, self.damped)
+        ended = step_many(self.handle, 0, n_steps, self.timestep, drive, self.damped)
         if drives:
             self.drive = drive[-1:].copy()
         return ended
@@ -48,7 +50,7 @@ class ChainStepper(Stepper):
     ) -> tuple[int, bool]:
         """Take ``every`` steps before each sample and write it, all in compiled code."""
         drive = self._lay_out((stop - sample) * every, drives)
-        until, ended = record_many(self.box, tape, sample, stop, every, self.timestep, drive, self.damped)
+        until, ended = record_many(self.handle, tape, sample, stop, every, self.timestep, drive, self.damped)
         self.drive = drive[min((until - sample) * every, len(drive)) - 1 :][:1].copy()
         return until, ended
 

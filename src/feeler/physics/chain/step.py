@@ -39,31 +39,31 @@ class Tables(NamedTuple):
 
 
 @structref.register
-class _BoxType(types.StructRef):
-    """The type of a :class:`Box`."""
+class _HandleType(types.StructRef):
+    """The type of a :class:`Handle`."""
 
 
-class Box(structref.StructRefProxy):
+class Handle(structref.StructRefProxy):
     """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a step."""
 
 
-structref.define_proxy(Box, _BoxType, ["tables"])
+structref.define_proxy(Handle, _HandleType, ["tables"])
 
 
 @compiled
-def make_box(tables):
-    """Tables in a box."""
-    return Box(tables)
+def make_handle(tables):
+    """A handle on tables."""
+    return Handle(tables)
 
 
 @compiled
-def step_many(box, first, n_steps, timestep, drive, damped):
+def step_many(handle, first, n_steps, timestep, drive, damped):
     """Take ``n_steps`` steps; all arrays are changed in place.
 
     ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number ``first`` on, the last
     one for ever. ``damped``: contact is solved with the implicit damping in it. Returns whether some lane has come to an end.
     """
-    t = box.tables
+    t = handle.tables
     n = t.work.shape[1]
     for step in range(first, first + n_steps):
         _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
@@ -182,16 +182,16 @@ def _push(t, timestep, damped):
 
 
 @compiled
-def record_many(box, tape, sample, stop, every, timestep, drive, damped):
+def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
     """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape`` (lane, sample, column).
 
     Columns as in :func:`feeler.physics.stepper.make_row`. Returns the first sample that was not written, and whether some
     lane has come to an end; nothing goes on after that.
     """
     for k in range(sample, stop):
-        ended = step_many(box, (k - sample) * every, every, timestep, drive, damped)
+        ended = step_many(handle, (k - sample) * every, every, timestep, drive, damped)
         for lane in range(tape.shape[0]):
-            _write(box.tables, tape[lane, k], lane)
+            _write(handle.tables, tape[lane, k], lane)
         if ended:
             return k + 1, True
     return stop, False
