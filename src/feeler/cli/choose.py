@@ -10,10 +10,14 @@ SETTABLE = ("stiffness", "damping", "mass", "length", "radius")
 
 
 def choose_antenna(name: str) -> Antenna:
-    """A preset by name, or an antenna file by path."""
+    """A preset by name, or an antenna file or robot file by path."""
     if name in PRESETS:
         return make_preset(name)
     if name.endswith(".toml") or Path(name).exists():
+        from feeler.robot.description import is_robot_file, load_robot
+
+        if is_robot_file(name):
+            return load_robot(name).antenna
         from feeler.antenna.file import load_antenna
 
         return load_antenna(Path(name))

@@ -1,5 +1,6 @@
 """``feeler robot``: calibrate, check, convert, fit, classify and stream the recordings of a robotic antenna."""
 
+import json
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,13 +18,24 @@ EXAMPLES = """Examples:
   feeler robot stream surrogate_ball_tip_fast.csv --calibration calibration.json
 
   feeler robot fit surrogate_release.csv
+
+Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = "ball", radius = 3):
+
+  feeler robot new robot.toml --hinges 12
+
+  feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds 0.1,0.3
 """
 
-app = typer.Typer(help="Recordings of a robotic antenna: calibrate, check, convert, fit, classify, stream.",
+app = typer.Typer(help="Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify, stream.",
                   epilog=EXAMPLES, no_args_is_help=True)  # fmt: skip
 
-Files = Annotated[list[Path], typer.Argument(help="CSV recordings: time_ms, hinge1_pF … hinge8_pF (or _deg, _rad)")]
+Files = Annotated[list[Path], typer.Argument(help="CSV recordings: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad)")]
 Calibration = Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")]
+AntennaName = Annotated[str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")]
+Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm")]
+Numbers = Annotated[str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")]
+Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
+Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
 Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
 Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]
 Timestep = Annotated[float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")]
@@ -44,6 +56,18 @@ def example(folder: Annotated[Path, typer.Argument(help="where to put them")] = 
 
 
 @app.command()
+def new(
+    file: Annotated[Path, typer.Argument(help="TOML file to write")] = Path("robot.toml"),
+    hinges: Annotated[int, typer.Option(min=1, help="how many hinges it has")] = 8,
+) -> None:
+    """Write a commented robot file to be edited and given to --antenna."""
+    from feeler.robot import write_robot
+
+    write_robot(file, hinges)
+    typer.echo(f"wrote {file}; edit its numbers, then give it to --antenna")
+
+
+@app.command()
 def calibrate(
     table: Annotated[Path, typer.Argument(help="CSV: hinge, angle_deg, capacitance_pF, optionally time_ms")],
     out: Annotated[Path, typer.Option(help="where to save the calibration")] = Path("calibration.json"),
@@ -59,10 +83,14 @@ def calibrate(
 
 @app.command()
 def check(
-    recordings: Files, calibration: Calibration = None, outside: Outside = "refuse", gaps: Gaps = "refuse"
+    recordings: Files,
+    antenna: AntennaName = "robot",
+    calibration: Calibration = None,
+    outside: Outside = "refuse",
+    gaps: Gaps = "refuse",
 ) -> None:
     """Say what a recording holds, what is wrong with it and what would be mended."""
-    for path, recording in zip(recordings, _read(recordings, calibration, outside, gaps), strict=True):
+    for path, recording in zip(recordings, _Robot(antenna).read(recordings, calibration, outside, gaps), strict=True):
         typer.echo(f"{path.name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
         for line in recording.history:
             typer.echo(f"  {line}")
@@ -72,6 +100,7 @@ def check(
 def convert(
     recordings: Files,
     out: Annotated[Path, typer.Option(help="ending .zarr, .nc, .mat or .nwb")],
+    antenna: AntennaName = "robot",
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
@@ -81,7 +110,8 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    dataset = make_dataset(_read(recordings, calibration, outside, gaps), lengths=lengths)
+    robot = _Robot(antenna)
+    dataset = make_dataset(robot.read(recordings, calibration, outside, gaps), robot.antenna, lengths=lengths)
     save(dataset, out)
     typer.echo(f"{dict(dataset.sizes)} saved to {out}")
 
@@ -89,23 +119,34 @@ def convert(
 @app.command()
 def fit(
     recording: Annotated[Path, typer.Argument(help="CSV recording that starts at the release")],
+    antenna: AntennaName = "robot",
     calibration: Calibration = None,
     thickness: Annotated[float | None, typer.Option(help="flexure thickness [mm]")] = None,
     length: Annotated[float | None, typer.Option(help="flexure length [mm]")] = None,
     method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
     engine: Engine = None,
     timestep: Timestep = None,
+    as_json: Json = False,
 ) -> None:
     """Fit the stiffness and damping factors p1 and p2 to a recorded release."""
+    from feeler.errors import InvalidInput
     from feeler.robot import fit_factors, make_flexures
 
-    read = _read([recording], calibration, "refuse", "refuse")[0]
+    robot, sheet = _Robot(antenna), _tell(thickness=thickness, length=length)
+    if sheet and antenna != "robot":
+        raise InvalidInput("--thickness and --length belong to the paper's robot; write yours into the robot file.")
+    read = robot.read([recording], calibration, "refuse", "refuse")[0]
     result = fit_factors(
         read,
-        hinges=make_flexures(**_tell(thickness=thickness, length=length)),
+        **({"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}),
         method=method,
         **_tell(engine=engine, timestep=timestep),
     )
+    if as_json:
+        factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
+        rings = {"recording": vars(result.target), "model": vars(result.reached)}
+        typer.echo(json.dumps({**factors, **rings, "source": read.source}))
+        return
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
             f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio {ringing.damping_ratio:.4f}, "
@@ -120,31 +161,48 @@ def fit(
 @app.command()
 def classify(
     recordings: Files,
+    antenna: AntennaName = "robot",
+    objects: Objects = None,
+    locations: Numbers = None,
+    speeds: Speeds = None,
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
+    robots: Annotated[int, typer.Option(min=0, help="surrogate robots, sensors and all, that join the training")] = 0,
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
+    as_json: Json = False,
 ) -> None:
-    """Train on simulated touches, then name feature, location and speed of each recording."""
-    import numpy as np
+    """Train on simulated touches, then name feature, location and speed of each recording, and how likely they are.
 
-    from feeler.decoding.transfer import TransferClassifier
-    from feeler.robot import align_recordings, make_training, subtract_rest
+    Probabilities are tempered on surrogate robots; what the recording's notes know of the touch is printed beside.
+    """
+    from feeler.robot import align_recordings, choose_before, make_classifier, subtract_rest
+    from feeler.robot.answer import judge_touch
 
-    read = [subtract_rest(recording) for recording in _read(recordings, calibration, outside, gaps)]
-    training = make_training(**_tell(engine=engine, timestep=timestep, workers=workers))
-    classifier = TransferClassifier().fit(training.values, training.labels)
-    aligned = [align_recordings([recording]).values[0] for recording in read]
-    for path, ranked in zip(recordings, classifier.predict_top(np.stack(aligned), 2), strict=True):
-        words = "; then ".join(_name(label) for label in ranked)
-        typer.echo(f"{path.name}: {words}")
+    robot, touches = _Robot(antenna), _make_touches(objects, locations, speeds)
+    read = [subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)]
+    how = _tell(engine=engine, timestep=timestep, workers=workers)
+    classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
+    before, found = choose_before(robot.antenna, touches), []
+    for path, recording in zip(recordings, read, strict=True):
+        aligned = align_recordings([recording], robot.antenna, before=before)
+        answer = judge_touch(classifier, aligned.values[0], recording.labels)
+        found.append({"file": path.name, **answer.to_plain()})
+        if not as_json:
+            typer.echo(f"{path.name}: {answer}")
+    if as_json:
+        typer.echo(json.dumps(found))
 
 
 @app.command()
 def stream(
     source: Annotated[str, typer.Argument(help="CSV recording, - for standard input, or a serial port with --serial")],
+    antenna: AntennaName = "robot",
+    objects: Objects = None,
+    locations: Numbers = None,
+    speeds: Speeds = None,
     calibration: Calibration = None,
     serial: Annotated[bool, typer.Option("--serial", help="source is a serial port (extra: robot)")] = False,
     threshold: Annotated[float, typer.Option(help="posterior at which the answer counts as decided")] = 0.9,
@@ -155,18 +213,30 @@ def stream(
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
     from feeler.decoding.samples import open_serial, read_lines, read_samples
+    from feeler.errors import InvalidInput
     from feeler.robot import load_calibration, load_recording, make_decoder
+    from feeler.robot.answer import name_notes
 
+    robot, touches = _Robot(antenna), _make_touches(objects, locations, speeds)
+    calibration = calibration or robot.calibration
     lines = None if calibration is None else load_calibration(calibration)
-    decoder = make_decoder(threshold=threshold, **_tell(engine=engine, timestep=timestep, workers=workers))
-    if serial or source == "-":
+    how = _tell(engine=engine, timestep=timestep, workers=workers)
+    n = robot.antenna.sensors.size
+    recording = None if serial or source == "-" else load_recording(source, n_channels=n)
+    if lines is not None and lines.n_hinges != n:
+        raise InvalidInput(f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors.")
+    decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
+    if recording is None:
         samples = read_samples(open_serial(source) if serial else read_lines(sys.stdin.buffer), decoder.n_sensors_)
     else:
-        recording = load_recording(source)
         samples = zip(recording.time, recording.values.T, strict=True)
         if recording.quantity == "angle":
             lines = None
+        else:
+            _require(lines, source)
     _decode(decoder.start(), samples, lines, every)
+    if recording is not None and (noted := name_notes(recording.labels)):
+        typer.echo(noted)
 
 
 def _tell(**options: Any) -> dict[str, Any]:
@@ -175,13 +245,15 @@ def _tell(**options: Any) -> dict[str, Any]:
 
 
 def _decode(running, samples, lines, every: int) -> None:
+    from feeler.robot.answer import name_touch
+
     last, state = "waiting", None
     for time, values in samples:
         angle = values if lines is None else lines.slope * values + lines.offset
         state = running.update(angle, time)
         changed = state.state != last
         if changed or (state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"):
-            label = _name(state.label) if state.label else ""
+            label = name_touch(state.label) if state.label else ""
             typer.echo(f"{state.since_contact:6d} ms  {state.state:8} {state.probability:5.2f}  {label}")
         last = state.state
         if state.state == "over":
@@ -192,17 +264,51 @@ def _decode(running, samples, lines, every: int) -> None:
         typer.echo(f"{running.missed} samples were missing")
 
 
-def _read(paths, calibration, outside, gaps) -> list:
-    from feeler.robot import load_calibration, load_recording, repair
+class _Robot:
+    """What --antenna says: the antenna, and of a robot file also its calibration."""
 
-    lines = None if calibration is None else load_calibration(calibration)
-    read = []
-    for path in paths:
-        recording = load_recording(path)
-        if recording.quantity == "capacitance":
-            recording = recording.to_angles(_require(lines, path), outside=outside)
-        read.append(repair(recording, gaps=gaps))
-    return read
+    def __init__(self, name: str) -> None:
+        from feeler.cli.choose import choose_antenna
+        from feeler.robot.description import is_robot_file, load_robot
+
+        file = load_robot(name) if is_robot_file(name) else None
+        self.antenna = file.antenna if file else choose_antenna(name)
+        self.theory = file.theory if file else self.antenna
+        self.calibration = file.calibration if file else None
+
+    def read(self, paths, calibration, outside, gaps) -> list:
+        """Repaired angles of recordings that have as many channels as the antenna has sensors."""
+        from feeler.robot import load_calibration, load_recording, repair
+
+        calibration = calibration or self.calibration
+        lines = None if calibration is None else load_calibration(calibration)
+        read = []
+        for path in paths:
+            recording = load_recording(path, n_channels=self.antenna.sensors.size)
+            if recording.quantity == "capacitance":
+                recording = recording.to_angles(_require(lines, path), outside=outside)
+            read.append(repair(recording, gaps=gaps))
+        return read
+
+
+def _make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
+    """The touches to tell apart: the paper's, but for what was said."""
+    from feeler.robot import make_touches
+    from feeler.stimulus import load_objects
+
+    features = None if objects is None else load_objects(objects)
+    return make_touches(
+        **_tell(features=features, locations=_split("--locations", locations), speeds=_split("--speeds", speeds))
+    )
+
+
+def _split(option: str, text: str | None) -> tuple[float, ...] | None:
+    from feeler.errors import InvalidInput
+
+    try:
+        return None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
+    except ValueError:
+        raise InvalidInput(f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}.") from None
 
 
 def _require(lines, path):
@@ -211,11 +317,6 @@ def _require(lines, path):
     if lines is None:
         raise InvalidInput(f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`.")
     return lines
-
-
-def _name(label: tuple) -> str:
-    feature, location, speed = label
-    return feature if feature == "no contact" else f"{feature} at {location:g} of the length, {speed:g} m/s"
 
 
 def register(parent: typer.Typer) -> None:

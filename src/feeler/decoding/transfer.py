@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import find_peaks
+from scipy.special import log_softmax, softmax
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.svm import SVC
 from sklearn.utils.validation import check_is_fitted
@@ -23,6 +24,7 @@ PROMINENCE = 0.2  # [C] share of the trace's maximum that a peak must rise; ripp
 MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
 N_COPIES = 10  # [P]
 NOISE = 0.2  # [P] sd as a share of each tensor's maximum
+TEMPERATURES = np.geomspace(0.01, 10.0, 121)
 PARTS = ("feature", "location", "speed")
 
 
@@ -120,6 +122,8 @@ class TransferClassifier(ClassifierMixin, BaseEstimator):
     ----------
     classes_
         Labels (feature, location, speed), sorted.
+    temperature_
+        T of the probabilities: 1, or what ``temper`` found.
     """
 
     def __init__(self, n_copies: int = N_COPIES, noise: float = NOISE, C: float = 1.0, random_state: int = 0) -> None:
@@ -143,7 +147,31 @@ class TransferClassifier(ClassifierMixin, BaseEstimator):
         self.copies_ = copies.reshape(len(copies), -1) / self.scale_
         self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr", break_ties=True)
         self.svm_.fit(self.copies_ @ self.copies_.T, number[index])
+        self.temperature_ = 1.0
         return self
+
+    def temper(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
+        """Set the temperature T of ``predict_proba`` on tensors that the fit has not seen (arXiv:1706.04599).
+
+        Chooses the T with the greatest mean log probability of the true classes; ones without contact are left out.
+        """
+        votes = self.decide(X)
+        seen = [k for k, label in enumerate(y) if label in self.classes_ and np.isfinite(votes[k]).all()]
+        if len(y) != len(votes) or not seen:
+            raise InvalidInput("temper needs touches with contact and labels that the classifier knows; got none.")
+        true = np.array([self.classes_.index(y[k]) for k in seen])
+        scores = [log_softmax(votes[seen] / t, axis=1)[np.arange(true.size), true].mean() for t in TEMPERATURES]
+        self.temperature_ = float(TEMPERATURES[int(np.argmax(scores))])
+        return self
+
+    def predict_proba(self, X: np.ndarray) -> np.ndarray:
+        """Probability (trial, class), ``softmax(votes / T)``; NaN without contact. Call ``temper`` first: T is 1 else."""
+        return softmax(self.decide(X) / self.temperature_, axis=1)
+
+    def score(self, X: np.ndarray, y: Sequence[tuple], sample_weight: np.ndarray | None = None) -> float:
+        """Share of labels that are right in all three parts."""
+        right = [found == true for found, true in zip(self.predict(X), y, strict=True)]
+        return float(np.average(right, weights=sample_weight))
 
     def decide(self, X: np.ndarray) -> np.ndarray:
         """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors without contact."""

@@ -2,6 +2,7 @@
 
 from feeler.robot.comparison import compute_comparison, make_profiles
 from feeler.robot.dataset import make_dataset
+from feeler.robot.description import RobotFile, load_robot, write_robot
 from feeler.robot.factors import RobotFit, fit_factors, make_posture, measure_ringing, simulate_release, solve_factors
 from feeler.robot.gap import Gap
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
@@ -11,7 +12,9 @@ from feeler.robot.reality import (
     Touches,
     add_robots,
     align_recordings,
+    choose_before,
     draw_robots,
+    make_classifier,
     make_decoder,
     make_training,
     measure_transfer,
@@ -36,12 +39,14 @@ __all__ = [
     "Flexures",
     "Gap",
     "Recording",
+    "RobotFile",
     "RobotFit",
     "SensorCalibration",
     "Surrogate",
     "Touches",
     "add_robots",
     "align_recordings",
+    "choose_before",
     "compute_comparison",
     "compute_tip",
     "draw_robots",
@@ -52,6 +57,8 @@ __all__ = [
     "load_calibration",
     "load_calibration_table",
     "load_recording",
+    "load_robot",
+    "make_classifier",
     "make_dataset",
     "make_decoder",
     "make_flexures",
@@ -75,4 +82,5 @@ __all__ = [
     "sweep_gap",
     "sweep_shots",
     "touch_robots",
+    "write_robot",
 ]

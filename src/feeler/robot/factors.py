@@ -146,6 +146,7 @@ def fit_factors(
     recording: Recording,
     *,
     hinges: Flexures | None = None,
+    theory: Antenna | None = None,
     method: str = "update",
     name: str = "fitted robot",
     engine: str = DEFAULT_ENGINE,
@@ -162,6 +163,9 @@ def fit_factors(
         Hinge angles on an even time base, first sample at the release.
     hinges
         Geometry of the flexures; default :func:`make_flexures`.
+    theory
+        In place of ``hinges``, any antenna: p1 and p2 then scale its stiffness (damping = p2 · stiffness), as does
+        :attr:`feeler.robot.RobotFile.theory`.
     method
         ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations. ``powell``: the
         paper's optimiser, some hundred evaluations, same answer.
@@ -175,9 +179,12 @@ def fit_factors(
     """
     if method not in METHODS:
         raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
-    hinges = make_flexures() if hinges is None else hinges
-    angle = _check_release(recording, hinges)
-    tip = compute_tip(make_robot(hinges=hinges), angle)
+    if theory is None:
+        hinges = make_flexures() if hinges is None else hinges
+        theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
+    theory = theory.replace(damping=theory.stiffness, name=name)
+    angle = _check_release(recording, theory)
+    tip = compute_tip(theory, angle)
     target = measure_ringing(recording.time, tip)
     rest = angle[:, -max(angle.shape[1] // 4, 2) :].mean(axis=1)
     posture, duration = angle[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
@@ -186,14 +193,14 @@ def fit_factors(
     def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
         nonlocal count
         count += 1
-        antenna = make_robot(hinges=hinges, stiffness_factor=factors[0], damping_factor=factors[1], name=name)
+        antenna = theory.replace(stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness)
         motion = simulate_release(antenna, posture, duration, engine=engine, timestep=timestep)
         try:
             return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
         except InvalidInput:
             return None, antenna
 
-    start = solve_factors(target, hinges)
+    start = solve_factors(target, theory)
     factors = _search_powell(ring, target, start) if method == "powell" else _search_update(ring, target, start)
     reached, antenna = ring(factors)
     if reached is None:
@@ -210,14 +217,14 @@ def fit_factors(
 
 
 @checked
-def solve_factors(target: Ringing, hinges: Flexures) -> np.ndarray:
+def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
     """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and damping ratio.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
     """
-    theory = compute_modes(make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0), 1)
+    modes = compute_modes(theory.replace(damping=theory.stiffness), 1)
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
-    p1 = (omega / (2 * np.pi * theory.frequency[0])) ** 2
+    p1 = (omega / (2 * np.pi * modes.frequency[0])) ** 2
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
 
 
@@ -252,11 +259,11 @@ def _distance(reached: Ringing, target: Ringing) -> float:
     return float(np.hypot(reached.frequency / target.frequency - 1, reached.damping_ratio / target.damping_ratio - 1))
 
 
-def _check_release(recording: Recording, hinges: Flexures) -> np.ndarray:
+def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
     if recording.quantity != "angle":
         raise InvalidInput("the fit needs hinge angles; turn capacitance into angles with a sensor calibration first.")
-    if recording.n_sensors != hinges.stiffness.size:
-        n = hinges.stiffness.size
+    if recording.n_sensors != theory.n_segments:
+        n = theory.n_segments
         raise InvalidInput(f"the recording has {recording.n_sensors} channels, the model {n} hinges.")
     if np.abs(recording.values.sum(axis=0)).max() < MIN_RINGING:
         raise InvalidInput("the recording holds no deflection worth measuring: it must start at the release.")

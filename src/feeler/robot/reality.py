@@ -1,5 +1,6 @@
 """The reality gap, measured: transfer against its size, and what closes it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -9,14 +10,24 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.transfer import Aligned, TransferClassifier, TransferScore, align, score_transfer
+from feeler.decoding.transfer import AFTER, BEFORE, Aligned, TransferClassifier, TransferScore, align, score_transfer
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
-from feeler.robot.touches import Label, compute_tip, get_label, make_touches, simulate_pairs, simulate_touches
+from feeler.robot.touches import (
+    SPEEDS,
+    Label,
+    compute_tip,
+    get_label,
+    make_touches,
+    simulate_pairs,
+    simulate_touches,
+)
 from feeler.stimulus import Trial
+
+N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,6 +41,11 @@ class Touches:
     motions: tuple[np.ndarray, ...]
     """Angles (sensor, time) before alignment, from rest, of any durations."""
     recordings: tuple[Recording, ...] = ()
+
+    @property
+    def before(self) -> int:
+        """Samples kept before the peak."""
+        return self.aligned.values.shape[2] - AFTER
 
     @property
     def values(self) -> np.ndarray:
@@ -78,17 +94,35 @@ def make_training(
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
+    motions = _simulate(antenna, trials, n_variants, gap, rng, how)
+    labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
+    aligned = _align(antenna, motions, choose_before(antenna, trials))
+    touches = Touches(aligned=aligned, labels=labels, antenna=antenna, motions=tuple(motions))
+    return touches.take(np.flatnonzero(touches.aligned.touched))
+
+
+def _simulate(
+    antenna: Antenna, trials: list[Trial], n_variants: int, gap: Gap | None, rng: np.random.Generator | None, how: dict
+) -> list[np.ndarray]:
+    """Angles of the sensed hinges from rest (sensor, time): the nominal model's touches, then each variant's."""
+    how = {"reach": antenna.length / make_robot().length, **how}
     motions = simulate_touches(antenna, trials, **how)
     if n_variants:
         if rng is None:
-            raise InvalidInput(f"{n_variants} variants are drawn at random; give rng=.")
+            raise InvalidInput(f"{n_variants} variants are drawn at random, which needs rng=.")
         size = Gap() if gap is None else gap
         variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
         pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
-        motions += [motion - motion[:, :1] for motion in simulate_pairs(pairs, **how)]
-    labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    touches = Touches(aligned=_align(antenna, motions), labels=labels, antenna=antenna, motions=tuple(motions))
-    return touches.take(np.flatnonzero(touches.aligned.touched))
+        motions += simulate_pairs(pairs, **how)
+    sensed = [motion[antenna.sensors - 1] for motion in motions]
+    return [motion - motion[:, :1] for motion in sensed]
+
+
+@checked
+def choose_before(antenna: Antenna, trials: Sequence[Trial]) -> int:
+    """Samples to keep before the peak: the paper's window, longer where slower touches or a longer antenna need it."""
+    slowest = min(trial.speed for trial in trials)
+    return math.ceil(BEFORE * max(1.0, antenna.length / make_robot().length * SPEEDS[-1] / slowest))
 
 
 @checked
@@ -107,13 +141,13 @@ def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[
 def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
     antenna = make_robot() if antenna is None else antenna
-    return _read(surrogate, trials, surrogate.touch(trials), antenna)
+    return _read(surrogate, trials, surrogate.touch(trials, reach=antenna.length / make_robot().length), antenna)
 
 
 def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording], antenna: Antenna) -> Touches:
     recordings = tuple(surrogate.read_angles(recording) for recording in raw)
     return Touches(
-        aligned=_align(antenna, [recording.values for recording in recordings]),
+        aligned=_align(antenna, [recording.values for recording in recordings], choose_before(antenna, trials)),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
         motions=tuple(recording.values for recording in recordings),
@@ -122,25 +156,67 @@ def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording
 
 
 @checked
-def align_recordings(recordings: Sequence[Recording], antenna: Antenna | None = None) -> Aligned:
-    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated touches."""
-    return _align(make_robot() if antenna is None else antenna, [recording.values for recording in recordings])
+def align_recordings(
+    recordings: Sequence[Recording], antenna: Antenna | None = None, *, before: int = BEFORE
+) -> Aligned:
+    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated touches.
+
+    ``before`` is ``Touches.before`` of the training set.
+    """
+    return _align(make_robot() if antenna is None else antenna, [recording.values for recording in recordings], before)
 
 
-def _align(antenna: Antenna, motions: Sequence[np.ndarray]) -> Aligned:
-    return align(motions, [compute_tip(antenna, motion) for motion in motions])
+def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> Aligned:
+    return align(motions, [compute_tip(antenna, motion) for motion in motions], before=before)
 
 
 @checked
-def make_decoder(*, threshold: float = 0.9, seed: Annotated[int, "≥ 0"] = 0, **how: Any) -> StreamDecoder:
+def make_classifier(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    robots: Annotated[int, "≥ 0"] = 0,
+    seed: Annotated[int, "≥ 0"] = 0,
+    **how: Any,
+) -> TransferClassifier:
+    """The paper's classifier, trained on simulated touches of any antenna and objects, with probabilities.
+
+    Its probabilities are tempered on ``N_TEMPER`` surrogate robots drawn around the antenna at one reality gap, so that
+    they are as sure as they are right there; what your robot's own gap is, they cannot know. ``robots`` more surrogates
+    join the training. ``how`` goes to :func:`make_training`.
+    """
+    antenna = make_robot() if antenna is None else antenna
+    trials = make_touches() if trials is None else list(trials)
+    training = make_training(antenna, trials, **how)
+    children = np.random.SeedSequence([seed, robots]).spawn(N_TEMPER + robots)
+    drawn = [make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children]
+    training = add_robots(training, drawn[N_TEMPER:], trials)
+    held = [read_touches(robot, trials, antenna) for robot in drawn[:N_TEMPER]]
+    classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
+    return classifier.temper(
+        np.concatenate([touches.values for touches in held]), [label for touches in held for label in touches.labels]
+    )
+
+
+@checked
+def make_decoder(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    threshold: float = 0.9,
+    seed: Annotated[int, "≥ 0"] = 0,
+    **how: Any,
+) -> StreamDecoder:
     """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random.
 
-    ``how`` goes to :func:`make_training`.
+    Antenna and trials are those of :func:`make_training`, as are the words in ``how``.
     """
-    training = make_training(n_variants=1, rng=np.random.default_rng([seed, 1]), **how)
-    nominal = len(make_touches())
-    decoder = StreamDecoder(threshold=threshold).fit(training.motions[:nominal], training.labels[:nominal])
-    return decoder.temper(training.motions[nominal:], training.labels[nominal:])
+    antenna = make_robot() if antenna is None else antenna
+    trials = make_touches() if trials is None else list(trials)
+    motions = _simulate(antenna, trials, 1, None, np.random.default_rng([seed, 1]), how)
+    labels, n = [get_label(trial) for trial in trials], len(trials)
+    window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
+    return StreamDecoder(threshold=threshold, window=window).fit(motions[:n], labels).temper(motions[n:], labels)
 
 
 @checked

@@ -173,7 +173,8 @@ def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> N
         words = [f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found]
         raise InvalidInput(
             f"{source}: {len(numbers)} channels where {expected} were expected ({'; '.join(words) or 'none found'}). "
-            "Name them hinge1 … from the base, or give n_channels=."
+            "Name them hinge1 … from the base. For another antenna give n_channels=; on the command line describe it by "
+            "`feeler robot new --hinges N` and --antenna robot.toml. No channel is left out for you."
         )
 
 

@@ -39,8 +39,8 @@ class Surrogate:
 
     @property
     def mount(self) -> float:
-        """Length of the moving mount [mm]; 0 where the base is rigid."""
-        return float(self.antenna.segment_length[0]) if self.antenna.n_segments > self.sensing.base.size else 0.0
+        """Length of the moving mount, segment 1 [mm]; 0 where the base is rigid."""
+        return float(self.antenna.segment_length[0]) if self.gap.play > 0 else 0.0
 
     def touch(self, trials: Sequence[Trial], **how: Any) -> list[Recording]:
         """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with human precision."""
@@ -65,7 +65,7 @@ class Surrogate:
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True
         labels: dict[str, str | float] = {} if trial is None else {
-            "feature": trial.feature.name, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
+            "feature": trial.name, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
         }  # fmt: skip
         return Recording(
             time=(time + jitter)[kept],
@@ -90,7 +90,7 @@ def make_surrogate(
     """Draw a surrogate robot around ``nominal`` (default :func:`make_robot`) with differences of size ``gap``."""
     gap = Gap() if gap is None else gap
     antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
-    sensing = draw_sensing(gap, antenna.n_segments, rng)
+    sensing = draw_sensing(gap, antenna.sensors.size, rng)
     return Surrogate(
         antenna=_add_mount(antenna, gap).replace(name=name),
         sensing=sensing,

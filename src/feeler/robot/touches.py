@@ -10,7 +10,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.stimulus import Ball, Box, Trial
+from feeler.stimulus import Ball, Box, Feature, Trial
 
 SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
 LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
@@ -28,13 +28,15 @@ Label = tuple[str, float, float]
 @checked
 def make_touches(
     *,
+    features: Sequence[Feature] | None = None,
     locations: Sequence[float] = LOCATIONS,
     speeds: Sequence[float] = SPEEDS,
     size: float = SIZE,
     friction: float = 1.0,
 ) -> list[Trial]:
-    """The paper's grid for the robot: ball and box at every location and speed, 30 touches by default."""
-    features = (Ball(radius=size), Box(half_width=size, half_height=size))
+    """Every feature at every location and speed; by default the paper's ball and box of ``size``, 30 touches."""
+    if features is None:
+        features = (Ball(radius=size), Box(half_width=size, half_height=size))
     return [
         Trial(feature=feature, location=location, speed=speed, lead=LEAD, friction=friction)
         for speed in speeds
@@ -46,12 +48,13 @@ def make_touches(
 @checked
 def get_label(trial: Trial) -> Label:
     """The class of a trial."""
-    return trial.feature.kind, trial.location, trial.speed
+    return trial.name, trial.location, trial.speed
 
 
-def choose_duration(trial: Trial) -> float:
-    """Time [ms] after which a touch of the robot has let go and rung for about ``TAIL`` ms."""
-    sweep = max(SWEEP[0] + SWEEP[1] * (trial.location - 0.5), 0.0)
+def choose_duration(trial: Trial, reach: float = 1.0) -> float:
+    """Time [ms] after which a touch has let go and rung for about ``TAIL`` ms; ``reach`` is the antenna's length over the
+    paper's robot's."""
+    sweep = reach * max(SWEEP[0] + SWEEP[1] * (trial.location - 0.5), 0.0)
     return float(np.ceil(trial.lead + sweep / trial.speed + TAIL))
 
 
@@ -59,7 +62,8 @@ def choose_duration(trial: Trial) -> float:
 def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
     """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see :func:`choose_duration`.
 
-    ``how`` may hold ``duration`` [ms] and, as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
+    ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`choose_duration`) and,
+    as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
     """
     return simulate_pairs([(antenna, trial) for trial in trials], **how)
 
@@ -69,6 +73,7 @@ def simulate_pairs(
     pairs: Sequence[tuple[Antenna, Trial]],
     *,
     duration: float | None = None,
+    reach: float = 1.0,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
@@ -86,7 +91,7 @@ def simulate_pairs(
     from feeler.physics.simulate import expect_motions, simulate
 
     step = choose_timestep(timestep, engine)
-    durations = [duration or choose_duration(trial) for _, trial in pairs]
+    durations = [duration or choose_duration(trial, reach) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
         clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=step)
@@ -110,10 +115,17 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 @checked
 def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]) -> np.ndarray:
-    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on."""
-    if np.shape(angle)[-2:-1] != (antenna.n_segments,):
+    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on.
+
+    Angles of the sensed hinges alone count the others as straight.
+    """
+    length = antenna.segment_length
+    if np.shape(angle)[-2:-1] == (antenna.sensors.size,):
+        length = np.add.reduceat(length, antenna.sensors - 1)
+    elif np.shape(angle)[-2:-1] != (antenna.n_segments,):
         raise InvalidInput(
-            f"angle needs the {antenna.n_segments} hinges of the antenna (…, hinge, time), got shape {np.shape(angle)}."
+            f"angle needs the {antenna.n_segments} hinges of the antenna, or its {antenna.sensors.size} sensors, as "
+            f"(…, hinge, time), got shape {np.shape(angle)}."
         )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
-    return np.einsum("n,...nt->...t", antenna.segment_length, np.sin(heading))
+    return np.einsum("n,...nt->...t", length, np.sin(heading))

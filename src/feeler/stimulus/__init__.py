@@ -1,6 +1,7 @@
 """What touches an antenna: features, and trials that say where, how fast and from which side."""
 
 from feeler.stimulus.base import BaseMotion
+from feeler.stimulus.catalogue import load_objects
 from feeler.stimulus.convex import split_convex
 from feeler.stimulus.feature import SHAPES, Feature, make_feature, parse_feature
 from feeler.stimulus.object import Object, check_clear, make_object, make_objects
@@ -25,6 +26,7 @@ __all__ = [
     "Triangle",
     "Wall",
     "check_clear",
+    "load_objects",
     "make_feature",
     "make_grid",
     "make_object",

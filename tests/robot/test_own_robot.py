@@ -1,0 +1,174 @@
+"""Anyone's robot: any number of hinges and sensors, objects of one's own, answers that say how sure they are."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from feeler.cli.app import app
+from feeler.decoding.transfer import TransferClassifier
+from feeler.errors import InvalidInput
+from feeler.robot import (
+    compute_tip,
+    fit_factors,
+    load_robot,
+    make_robot,
+    make_surrogate,
+    make_touches,
+    save_calibration,
+    save_recording,
+    simulate_release,
+    write_robot,
+)
+from feeler.robot.answer import judge_touch
+from feeler.robot.factors import make_posture
+from feeler.robot.recording import Recording
+from feeler.stimulus import load_objects
+
+OBJECTS = """
+[[object]]
+name = "bolt"
+shape = "ball"
+radius = 3.0
+[[object]]
+name = "wedge"
+shape = "outline"
+vertices = [[0, -3], [0, 3], [-5, 0]]
+"""
+
+
+def run(*words):
+    return CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=True)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """A folder with a robot of twelve hinges, two objects, and recordings of touches with known truth."""
+    folder = tmp_path_factory.mktemp("lab")
+    write_robot(folder / "robot.toml", 12)
+    text = (folder / "robot.toml").read_text().replace('# calibration = "calibration.json"', 'calibration = "c.json"')
+    (folder / "robot.toml").write_text(text)
+    (folder / "objects.toml").write_text(OBJECTS)
+    antenna = load_robot(folder / "robot.toml").antenna
+    robot = make_surrogate(np.random.default_rng(3), nominal=antenna, name="my robot")
+    save_calibration(robot.calibration, folder / "c.json")
+    touches = make_touches(features=load_objects(folder / "objects.toml"), locations=(0.9,), speeds=(0.3,))
+    for touch, recording in zip(touches, robot.touch(touches, reach=antenna.length / make_robot().length), strict=True):
+        save_recording(recording, folder / f"{touch.name}.csv")
+    return folder
+
+
+def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
+    assert run("robot", "new", tmp_path / "r.toml", "--hinges", 5).exit_code == 0
+    robot = load_robot(tmp_path / "r.toml")
+    width = np.linspace(12, 4, 5)
+    np.testing.assert_allclose(robot.theory.stiffness, 2500 * width * 0.05**3 / (12 * 0.5))
+    np.testing.assert_allclose(robot.antenna.damping, 2.0 * robot.theory.stiffness)
+    assert run("export", tmp_path / "s.xml", "--antenna", tmp_path / "r.toml").exit_code == 0
+    with pytest.raises(InvalidInput, match="exists already"):
+        write_robot(tmp_path / "r.toml", 5)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('"feeler.robot/1"', '"feeler.robot/2"', "schema must be 'feeler.robot/1'"),
+        ("thickness", "thicknes", "has no 'thicknes'; valid: width, thickness"),
+        ("modulus = 2500", "", "needs modulus"),
+        ("modulus = 2500", 'modulus = "stiff"', "must be a number or a list"),
+        ("radius = 1.0", "radius = [1, 2, 3]", "one number per hinge; their lengths are"),
+        ("stiffness = 1.0", "stiffness = -1.0", "must be a number > 0"),
+        ("name =", "nmae =", "unknown key 'nmae'"),
+        ("[hinges]", "[hinges", "robot.toml"),
+    ],
+)
+def test_a_wrong_robot_file_is_refused_by_name(tmp_path, old, new, match):
+    write_robot(tmp_path / "robot.toml", 4)
+    (tmp_path / "robot.toml").write_text((tmp_path / "robot.toml").read_text().replace(old, new))
+    with pytest.raises(InvalidInput, match=match):
+        load_robot(tmp_path / "robot.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("", "must hold 1 to 1000 tables"),
+        ("[[object]]\nradius = 1", "object 1: needs a shape"),
+        ("[[object]]\nshape = 'bal'\nradius = 1", "unknown shape 'bal'"),
+        (
+            "[[object]]\nshape = 'ball'\nradius = 1\n[[object]]\nshape = 'ball'\nradius = 2",
+            "two objects are called 'ball'",
+        ),
+        ("[[object]]\nshape = 'ball'\nfile = 'x.svg'", "not read from a drawing"),
+        ("[[object]]\nshape = 'outline'\nfile = 'x.csv'\nhue = 2", "a drawing has no 'hue'"),
+        ("[[object]", "not valid TOML"),
+    ],
+)
+def test_a_wrong_objects_file_is_refused_by_name(tmp_path, text, match):
+    (tmp_path / "o.toml").write_text(text)
+    with pytest.raises(InvalidInput, match=match):
+        load_objects(tmp_path / "o.toml")
+
+
+def test_a_drawing_lies_beside_the_objects_file(tmp_path):
+    (tmp_path / "leaf.csv").write_text("x,y\n0,-3\n0,3\n-5,0\n")
+    (tmp_path / "o.toml").write_text('[[object]]\nname = "leaf"\nshape = "outline"\nfile = "leaf.csv"')
+    (leaf,) = load_objects(tmp_path / "o.toml")
+    assert (leaf.name, leaf.size) == ("leaf", 3)
+
+
+def test_the_tip_of_sensed_hinges_is_the_whole_tip_where_the_others_are_straight():
+    robot = make_robot().replace(sensors=[1, 3, 6])
+    angle = np.zeros((8, 5))
+    angle[robot.sensors - 1] = np.random.default_rng(0).normal(0, 0.1, (3, 5))
+    np.testing.assert_allclose(compute_tip(robot, angle[robot.sensors - 1]), compute_tip(robot, angle))
+    with pytest.raises(InvalidInput, match="the 8 hinges of the antenna, or its 3 sensors"):
+        compute_tip(robot, np.zeros((7, 5)))
+
+
+def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
+    said = run("robot", "classify", lab / "bolt.csv", lab / "wedge.csv", "--antenna", lab / "robot.toml",
+               "--objects", lab / "objects.toml", "--speeds", "0.3", "--locations", "0.6,0.9", "--json")  # fmt: skip
+    assert said.exit_code == 0, said.output
+    for answer in json.loads(said.stdout):
+        assert 0.25 < answer["probability"] <= 1 and answer["runner_up_probability"] <= answer["probability"]
+        assert answer["label"]["feature"] in ("bolt", "wedge")
+        assert answer["truth"] == {"feature": answer["file"][:-4], "location": 0.9, "speed": 0.3}
+        assert answer["right"]["location"] and answer["known"]
+
+
+@pytest.mark.parametrize("verb", ["classify", "check", "stream", "fit"])
+def test_a_recording_with_other_channels_is_refused(lab, verb):
+    said = run("robot", verb, lab / "bolt.csv", "--calibration", lab / "c.json")
+    assert isinstance(said.exception, InvalidInput)
+    assert "12 channels where 8 were expected (not expected 9, 10, 11, 12)" in str(said.exception)
+
+
+def test_probabilities_are_tempered_and_truth_is_judged():
+    rng = np.random.default_rng(0)
+    clean = rng.normal(0, 1, (3, 2, 40))
+    labels = [("ball", 0.9, 0.1), ("box", 0.9, 0.1), ("box", 0.5, 0.1)]
+    classifier = TransferClassifier().fit(clean, labels)
+    index = np.tile(np.arange(3), 40)
+    noisy = clean[index] + rng.normal(0, 4.0, (120, 2, 40))
+    classifier.temper(noisy[:60], [labels[i] for i in index[:60]])
+    sure = classifier.predict_proba(noisy[60:])
+    np.testing.assert_allclose(sure.sum(axis=1), 1)
+    right = classifier.score(noisy[60:], [labels[i] for i in index[60:]])
+    assert sure.max(axis=1).mean() == pytest.approx(right, abs=0.15)  # as sure as it is right
+    answer = judge_touch(classifier, clean[0], {"feature": "box", "speed": 0.1, "size": 4.0})
+    assert answer.label == labels[0] and answer.right == {"feature": False, "speed": True} and answer.known
+    assert "WRONG: feature" in str(answer)
+    assert "no such class" in str(judge_touch(classifier, clean[0], {"feature": "cone"}))
+    still = judge_touch(classifier, np.full((2, 40), np.nan), {})
+    assert str(still) == "no contact" and still.to_plain()["probability"] is None
+
+
+def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):
+    write_robot(tmp_path / "r.toml", 5)
+    theory = load_robot(tmp_path / "r.toml").theory
+    planted = theory.replace(stiffness=1.3 * theory.stiffness, damping=2.4 * theory.stiffness)
+    motion = simulate_release(planted, make_posture(planted, 4.0), 600.0)
+    found = fit_factors(Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion), theory=theory)
+    assert (found.stiffness_factor, found.damping_factor) == pytest.approx((1.3, 2.4), rel=0.01)
