@@ -104,7 +104,7 @@ export function makeVerdict(app) {
   function say() {
     const { reading } = app.records.A, study = app.studies.A;
     if (!reading || !study) {
-      setWords(app.studying.A ? "" : "No decoder yet for this antenna and speed.", "");
+      setWords("", app.studying.A ? "" : "No decoder yet for this antenna and speed.");
       return;
     }
     const found = readVerdict(reading, study, Math.round(app.time));
@@ -171,7 +171,9 @@ export function makeCode(app) {
     c.stroke();
     c.fillStyle = colours.soft;
     c.fillText(`bases, ${lags} ms`, 0, h - 2);
-    c.fillText("when each is played", left, h - 2);
+    c.textAlign = "right";
+    c.fillText("when each is played", w - 6, h - 2);
+    c.textAlign = "left";
   }
 
   /** @param {any} study @param {number} m @param {number} sensors @param {number} lags */

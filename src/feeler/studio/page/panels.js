@@ -90,6 +90,8 @@ export function makeAntennaPanel(app, editor) {
     show(swap, Boolean(app.store.state.B));
     unit.textContent = app.editing === "stiffness" ? "N·mm/rad" : "N·mm·ms/rad";
     for (const slider of [gradient, length, sensors]) slider.update();
+    length.element.dataset.tag = findTag(one, "length", 0);
+    sensors.element.dataset.tag = findTag(one, "sensors", 0);
     matched.checked = Boolean(one.matched);
     show(reset, Boolean(one.stiffness || one.damping || one.length || one.sensors));
     element.style.setProperty("--slot", SLOT_COLOURS[/** @type {"A"} */ (app.slot)]);
@@ -103,8 +105,8 @@ export function makeAntennaPanel(app, editor) {
     if (!first) return;
     const k = readCurve(one, first, "stiffness"), mode = app.records[app.slot].mode;
     const rows = [
-      ["stiffest", `${write(Math.max(...k))} N·mm/rad`, one.stiffness ? "own" : "stiffness_base"],
-      ["softest", `${write(Math.min(...k))} N·mm/rad`, one.stiffness ? "own" : "stiffness_rate"],
+      ["stiffest", `${write(Math.max(...k))} N·mm/rad`, findTag(one, "stiffness", 0)],
+      ["softest", `${write(Math.min(...k))} N·mm/rad`, findTag(one, "stiffness", 1)],
       ["compliance Σ 1/k", `${write(sumCompliance(k))} rad/(N·mm)`, "derived"],
       ["first mode, damped", mode ? (mode.frequency ? `${write(mode.frequency * 1e3)} Hz` : "does not swing") : "–", "derived"],
       ["damping ratio", mode ? write(mode.damping_ratio) : "–", "derived"],
@@ -177,7 +179,27 @@ export function makeWallPanel(app) {
   return { element, update: () => sliders.forEach((it) => it.update()) };
 }
 
+/** Facts behind a preset's numbers; what stands in none is derived from them. */
+const FACTS_OF = {
+  exponential: ["stiffness_base", "stiffness_rate"], linear: ["linear_stiffness_base", "linear_stiffness_tip"],
+  constant: ["constant_stiffness", "constant_stiffness"], matched: ["level", "level"], robot: ["flexures", "flexures"],
+};
+
+/** Where a number of an antenna comes from. @param {any} one @param {"stiffness"|"length"|"sensors"} what @param {number} end */
+function findTag(one, what, end) {
+  if (one[what]) return "own";
+  if (one.toml) return "file";
+  const preset = /** @type {"robot"} */ (one.preset || "exponential");
+  if (what === "stiffness") return (FACTS_OF[preset] || FACTS_OF.exponential)[end];
+  return preset === "robot" ? `robot ${what}` : { length: "length", sensors: "n_sensors" }[what];
+}
+
 const OWN_TAGS = {
+  file: ["file", "as the antenna file says; the file names its sources"],
+  level: ["derived", "level, with the total compliance Σ 1/k of the exponential antenna [P]"],
+  flexures: ["derived", "p1 = 1.19 [P] times the stiffness of the flexure, whose thickness and length are our choice [C]"],
+  "robot length": ["D", "eight hinges 7.85 mm apart, read off the poster; counted from the first hinge"],
+  "robot sensors": ["P", "eight capacitive hinges"],
   own: ["yours", "set or computed here, for this antenna"],
   derived: ["derived", "follows from the antenna's own numbers"],
   size: ["C", "the paper's two half-widths are not stated: 1.5 and 3 mm are our choice; 1.53 mm in its video [D]"],

@@ -49,14 +49,13 @@ class App {
     this.playing = false;
     this.waiting = "waiting for the engine …";
     this.id = 0;
-    this.stale = false;
     this.studyTimer = 0;
     this.pending = 0;
     this.last = 0;
     this.wants = { draw: false, panels: false };
     /** @type {any} */
     this.link = { live: true, send: () => {}, close: () => {} };
-    /** @type {{asked: number, first: number}[]} */
+    /** What benchmarks/studio.py reads. @type {{asked: number, first: number, whole?: number, read?: number}[]} */
     this.latency = [];
     this.asked = 0;
     this.inPage = false;
@@ -164,7 +163,7 @@ class App {
       if (this.asked && header.slot === "A" && !header.hand) {
         const from = this.asked;
         this.asked = 0;
-        requestAnimationFrame(() => this.latency.push({ asked: from, first: performance.now() - from }));
+        requestAnimationFrame(() => { this.latency.push({ asked: from, first: performance.now() - from }); });
       }
       if (header.hand) this.time = record.filled - 1;
     } else if (header.part === "end") {
@@ -173,9 +172,15 @@ class App {
       record.mode = header.mode || record.mode;
       if (header.hand) { record.commands = header.commands; this.handOn = false; }
       this.root.dataset.hash = header.hash;
+      this.note("whole", header.slot);
       this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
-      if (this.stale && header.slot === "A") { this.stale = false; }
     }
+  }
+
+  /** How long after the wish something came [ms]. @param {"whole"|"read"} what @param {string} slot */
+  note(what, slot) {
+    const last = this.latency[this.latency.length - 1];
+    if (last && slot === "A") last[what] = performance.now() - last.asked;
   }
 
   /** A recorded touch brings its wish along. @param {any} header */
@@ -192,6 +197,7 @@ class App {
     const record = this.records[/** @type {"A"} */ (header.slot)];
     if (header.id !== record.id) return;
     const step = Math.max(1, Math.round(Math.min(record.total, 380) / arrays.posterior.shape[0]));
+    this.note("read", header.slot);
     record.reading = { posterior: arrays.posterior, code: arrays.code, noticed: header.noticed, step };
   }
 

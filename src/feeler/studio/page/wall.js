@@ -43,7 +43,7 @@ export function makeWall(app) {
       c.fillStyle = colours.soft;
       c.textAlign = "center";
       c.font = "14px system-ui, sans-serif";
-      c.fillText(record.header ? "learning what distance feels like …" : app.waiting || "", w / 2, h / 2);
+      c.fillText(record.header ? "learning what distance feels like … (the first time ever, the engine is compiled: a minute)" : app.waiting || "", w / 2, h / 2);
       return;
     }
     const at = Math.min(Math.round(app.time), record.n - 1), [x, y, heading] = record.body.slice(3 * at, 3 * at + 3);
@@ -122,7 +122,7 @@ export function makeWall(app) {
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function drawChart(c, w, h) {
-    const record = app.walls.A, colours = app.colours, left = 40, bottom = 20, wide = w - left - 10, high = h - bottom - 26;
+    const record = app.walls.A, colours = app.colours, left = 48, bottom = 20, wide = w - left - 10, high = h - bottom - 26;
     c.font = "11px system-ui, sans-serif";
     if (!record.end) return;
     const n = record.end.distance.length, most = 22;
