@@ -26,6 +26,9 @@ APP = "const app = document.getElementById('studio').studio; "
 
 @pytest.fixture(scope="module")
 def studio():
+    feeler.touch(
+        feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3), duration=8.0
+    )
     running = Studio(port=0, token="the-same-after-a-restart")
     yield running
     running.close()
