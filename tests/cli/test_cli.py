@@ -1,15 +1,8 @@
 """The command line: one clear message and exit code 2, never a traceback."""
 
-import subprocess
-import sys
-
 import pytest
 
-FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
-
-
-def run(*arguments, cwd):
-    return subprocess.run([*FEELER, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=240)
+from ._command import run
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""``feeler touch --store``: resumes, reports to machines, and stops as asked, in real processes."""
+"""``feeler touch --store``: resumes, reports to machines, and stops as asked, in real processes where it is stopped."""
 
 import json
 import os
@@ -13,14 +13,12 @@ import xarray as xr
 
 from feeler.tensors.formats import load
 
+from ._command import run
+
 FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
 SET = ["touch", "--store", "set.zarr", "--duration", "30", "--workers", "2"]
 SET += [word for place in range(20) for word in ("--location", f"{0.4 + 0.02 * place:g}")]
 SLOW = [*SET, "--engine", "mujoco", "--duration", "15"]  # a second or so per touch
-
-
-def run(*arguments, cwd):
-    return subprocess.run([*FEELER, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=300)
 
 
 def start(*arguments, cwd):

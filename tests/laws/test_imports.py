@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -75,31 +76,33 @@ def test_one_table_says_what_a_scale_is():
     assert not [path.relative_to(SOURCE).as_posix() for path in FILES if asking.search(path.read_text())]
 
 
-@pytest.mark.parametrize(
-    ("code", "slow"),
-    [
-        ("import feeler", ("numpy", "scipy", "xarray", "matplotlib", "numba")),
-        ("import feeler.cli.app", ("scipy", "xarray", "matplotlib", "numba")),
-        ("import feeler.paper.reproduce, feeler.paper.context as c; c.Context()", ("xarray", "matplotlib", "numba")),
-    ],
+BEFORE_USE = (
+    ("import feeler", {"numpy", "scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler.cli.app", {"scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler.paper.reproduce, feeler.paper.context as c; c.Context()", {"xarray", "matplotlib", "numba"}),
 )
-def test_nothing_slow_is_loaded_before_it_is_used(code, slow):
-    code = f"import sys; {code}; sys.exit(', '.join({set(slow)!r} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stderr.strip() == ""
+
+
+def run_python(*lines):
+    """What a fresh interpreter says of these lines, one after the other."""
+    return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False).stderr
+
+
+def test_nothing_slow_is_loaded_before_it_is_used():
+    assert not any(later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE))  # else one process would not do
+    steps = [f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE]
+    assert run_python("import sys", *steps) == ""
 
 
 def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
-    code = "import feeler, feeler.stimulus.trial, feeler.experiment.touch; feeler.touch.__call__; feeler.bend.__call__"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    first = "import feeler, feeler.stimulus.trial, feeler.experiment.touch"
+    assert run_python(first, "feeler.touch.__call__; feeler.bend.__call__") == ""
 
 
-@pytest.mark.parametrize(
-    "room", ["tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response"]
-)
-def test_analysis_needs_no_simulator(room):
-    code = f"import feeler.{room}, sys; sys.exit('mujoco' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+def test_analysis_needs_no_simulator():
+    rooms = ("tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response")
+    steps = [f"import feeler.{room}\nassert 'mujoco' not in sys.modules, 'loaded by {room}'" for room in rooms]
+    assert run_python("import sys", *steps) == ""
 
 
 def test_only_one_module_writes_a_model():

@@ -143,9 +143,9 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
     from feeler.plotting import plot_touch, style, write_touch_movie
     from feeler.tensors.formats import save
 
+    out.mkdir(parents=True, exist_ok=True)  # first of all: a wrong path is said before the work is done
     everything = simulate(antenna, trial, duration=duration, all_hinges=True, **options)
     tensors = everything.isel(sensor=antenna.sensors - 1)
-    out.mkdir(parents=True, exist_ok=True)
     save(tensors, out / "tensor.nc")
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
