@@ -60,6 +60,8 @@ def run_mujoco(scene: Scene, timestep: float, integrator: mj.mjtIntegrator) -> n
     for _ in range(round(DURATION) - 1):
         mj.mj_step(model, data, nstep=round(1 / timestep))
         angle.append(data.qpos[:n].copy())
+        if not np.isfinite(data.qpos).all():
+            return np.full((round(DURATION), 2), np.nan)
     return scene.antenna.shape(np.array(angle))[:, -1]
 
 

@@ -22,7 +22,7 @@ from feeler.experiment.seed import check_seed
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.placement import place
 from feeler.stimulus.sample import SampledTrials
@@ -125,6 +125,7 @@ def touch(
     variants = antenna if isinstance(antenna, SampledAntennas) else None
     antenna = antenna.antenna if isinstance(antenna, SampledAntennas) else antenna
     moved, modules = _survey(antenna, trials)
+    modules = tuple(sorted({*modules, get_engine(engine).module}))
     save = _choose(save, moved, accuracy)
     if all_hinges:
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))

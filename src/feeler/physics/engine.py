@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Stepper
@@ -18,6 +19,11 @@ class Engine:
     lanes: int = 1
     stride: float = 1.0
     """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment."""
+
+    @property
+    def module(self) -> str:
+        """Where the engine's code begins; results depend on all that it imports."""
+        return (self.make.func if isinstance(self.make, partial) else self.make).__module__
 
 
 ENGINES: Registry[Engine] = Registry(

@@ -1,0 +1,99 @@
+"""A shape and an engine from outside the package go all the way: touch, store, dispersion, decoding, export."""
+
+import os
+import sys
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.decoding import compute_sweep, make_labels
+from feeler.dispersion import compute_dispersion
+from feeler.errors import StoreError
+from feeler.physics.engine import ENGINES
+from feeler.stimulus import SHAPES, Feature, Trial
+
+ANTENNA = feeler.Antenna(
+    segment_length=np.full(14, 3.0), segment_mass=2e-4, radius=0.1, stiffness=np.linspace(0.2, 0.02, 14), damping=0.5
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Capsule(Feature):
+    """A shape that the package does not know: a segment across the motion, grown."""
+
+    half_length: float
+    rounding: float
+    kind: ClassVar[str] = "capsule"
+    symmetric: ClassVar[bool] = True
+
+    def make_parts(self):
+        return [[(0.0, -self.half_length), (0.0, self.half_length)]]
+
+
+@pytest.fixture
+def trials():
+    SHAPES.register("capsule", Capsule)
+    yield [
+        Trial(feature=Capsule(half_length=size, rounding=0.5), location=place, speed=0.3, approach=80)
+        for size in (0.5, 3.0)
+        for place in (0.6, 0.9)
+    ]
+    SHAPES.unregister("capsule")
+
+
+def test_every_engine_feels_a_new_shape_as_mujoco_does(trials):
+    def touch(engine):
+        return feeler.touch(ANTENNA, trials[2], duration=30, engine=engine, timestep=0.02).angle.values
+
+    reference = touch("mujoco")
+    peak = np.abs(reference).max()
+    assert peak > 0.01
+    np.testing.assert_allclose(touch("chain"), reference, rtol=0, atol=1e-9 * peak)
+    np.testing.assert_allclose(touch("chain-consistent"), reference, rtol=0, atol=0.01 * peak)
+
+
+def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
+    tensors = feeler.touch(ANTENNA, trials, duration=40, store=tmp_path / "store")
+    angle = tensors.angle.values
+    again = feeler.load(tmp_path / "store")
+    np.testing.assert_array_equal(again.angle.values, angle)
+    assert set(again.feature.values) == {"capsule"}
+    found = compute_dispersion({"capsules": angle})
+    flat = angle.reshape(len(angle), -1)
+    expected = np.corrcoef(flat)[~np.eye(len(flat), dtype=bool)].reshape(len(flat), -1).max(axis=1)
+    np.testing.assert_allclose(found.values("pearson", "capsules"), expected, rtol=1e-9)
+    sweep = compute_sweep(angle, make_labels(tensors), ratios=(0.05,), n_repeats=1, n_copies=10, random_state=0)
+    assert sweep.noisy.mean() > 0.9  # four touches that differ, hardly any noise
+    feeler.save(tensors, tmp_path / "touches.nc")
+    np.testing.assert_array_equal(feeler.load(tmp_path / "touches.nc").angle.values, angle)
+
+
+MODULE = """
+from feeler.physics.chain.batch import ChainStepper
+from feeler.physics.engine import Engine
+def make(scenes, timestep):
+    return ChainStepper(scenes, timestep / {parts})
+ENGINE = Engine(make=make, timestep=0.05)
+"""
+
+
+def test_a_store_knows_the_code_of_an_engine_from_outside(tmp_path, monkeypatch):
+    trial = Trial(feature=feeler.Ball(radius=1.5), location=0.6, speed=0.3, approach=80)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def touch(parts, name):
+        (tmp_path / f"{name}.py").write_text(MODULE.format(parts=parts))
+        os.utime(tmp_path / f"{name}.py", (0, 0))  # code that is younger than this process is refused
+        ENGINES.register("mine", __import__(name).ENGINE)
+        try:
+            return feeler.touch(ANTENNA, trial, duration=20, engine="mine", store=tmp_path / "store")
+        finally:
+            ENGINES.unregister("mine")
+            sys.modules.pop(name)
+
+    touch(1, "engine_one")
+    with pytest.raises(StoreError, match="engine_"):
+        touch(2, "engine_two")
