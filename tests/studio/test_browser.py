@@ -54,7 +54,7 @@ def ask(browser, words):
     return browser.execute_script(APP + "return " + words)
 
 
-def wait_for(browser, words, seconds=60.0):
+def wait_for(browser, words, seconds=120.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if ask(browser, words):

@@ -87,7 +87,7 @@ def test_whoever_leaves_frees_the_processor():
     page.session.close()
     began = time.monotonic()
     page.wait(5.0)
-    assert time.monotonic() - began < 1.0  # 50 ms on an idle machine; benchmarks/studio.py measures it
+    assert time.monotonic() - began < 2.0  # 50 ms on an idle machine; benchmarks/studio.py measures it
     assert not page.find("touch", "end")
 
 

@@ -518,7 +518,7 @@ function build(app) {
       show(panel, !onWall && (Boolean(study) || panel === verdictPanel) && !A.name && !A.hand);
       panel.classList.toggle("old", Boolean(study) && !fits);
     }
-    show(root.querySelector(".right"), !onWall && !A.name && (live || Boolean(study)));
+    show(root.querySelector(".right"), !onWall && !A.name && !A.hand && (live || Boolean(study)));
     set.update();
     verdict.update();
   }
