@@ -91,6 +91,16 @@ def test_whoever_leaves_frees_the_processor():
     assert not page.find("touch", "end")
 
 
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_page_that_is_gone_ends_its_work_quietly():
+    def put(data):
+        raise ConnectionError("gone")
+
+    page = Page()
+    page.session = Session(put)
+    page.ask({"type": "touch", "wish": {"antenna": {}, "duration": 2000.0}}).wait(10.0)
+
+
 def test_several_objects_and_a_wall_are_felt():
     wish = {"antenna": {}, **SHORT, "objects": [{"kind": "wall", "x": 3.0, "y": 30.0, "heading": -90.0}]}
     page = Page().ask({"type": "touch", "wish": wish})

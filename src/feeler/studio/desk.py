@@ -1,7 +1,7 @@
 """A desk: work of several kinds at once, and of each kind only what was wished for last."""
 
 from collections.abc import Callable
-from threading import Event, Lock, Thread
+from threading import Event, Lock, Thread, current_thread
 
 Work = Callable[[Event], None]
 
@@ -37,7 +37,8 @@ class Desk:
             for stop, _ in running:
                 stop.set()
         for _, thread in running:
-            thread.join(wait)
+            if thread is not current_thread():  # who finds that its page is gone clears the desk from within
+                thread.join(wait)
 
     @property
     def busy(self) -> bool:
