@@ -59,7 +59,7 @@ def make_crate(
         or f"Simulated touches of insect-like antennae: {sizes}, {tensors.sizes.get('time', 0)} samples each."
     )
     variables = [_describe(str(key), item) for key, item in tensors.variables.items()]
-    software = f"https://pypi.org/project/feeler/#{find_version('feeler')}"
+    software = "#feeler"
     root: dict[str, Any] = {
         "@id": "./",
         "@type": "Dataset",
@@ -103,7 +103,7 @@ def make_crate(
                 "@type": "SoftwareApplication",
                 "name": "feeler",
                 "version": find_version("feeler"),
-                "url": "https://pypi.org/project/feeler/",
+                "citation": {"@id": PAPER},
             },
             {"@id": PAPER, "@type": "ScholarlyArticle", "url": PAPER, "name": "The paper that feeler follows"},
             {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
