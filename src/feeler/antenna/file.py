@@ -44,7 +44,7 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
     InvalidInput
         Not a TOML file of this schema; the message names the file, the line and the key.
     """
-    return parse_antenna(read_text(path), Path(path).name)
+    return parse_antenna(read_toml_text(path), Path(path).name)
 
 
 @checked
@@ -103,7 +103,7 @@ def _quote(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def read_text(path: str | os.PathLike) -> str:
+def read_toml_text(path: str | os.PathLike) -> str:
     """The text of a small UTF-8 file; refuses what is no regular file or too large."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # a pipe must not make us wait

@@ -1,7 +1,8 @@
-"""``feeler tracks``: how fast an animal moves its antennae, from tracked landmarks."""
+"""``feeler tracks``: how fast an animal moves its antennae, and how they bend, from tracked landmarks."""
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -10,36 +11,196 @@ EXAMPLES = """Examples:
 
   feeler tracks trial1_xypts.csv trial2_xypts.csv --frame-rate 30
 
+  feeler tracks walkDLC_resnet50_shuffle1.h5 --frame-rate 200 --bases left_base,right_base --max-gap 5 --out out/tracks
+
+  feeler tracks walk.analysis.h5 --frame-rate 100 --individual track_0 --points base,p1,p2,p3,tip --scale 8
+
   feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks left_tip,right_tip,head,abdomen
 """
 
 
 def tracks(
-    files: Annotated[list[Path], typer.Argument(help="DLTdv xypts CSV, or a table with NAME_x, NAME_y columns")],
-    frame_rate: Annotated[float, typer.Option(help="frames per second")],
-    origin: Annotated[str, typer.Option(help="top-left (DLTdv8) or bottom-left (older DLTdv)")] = "top-left",
-    landmarks: Annotated[str, typer.Option(help="names of the points in order, separated by commas")] = "",
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="DeepLabCut CSV or H5, SLEAP analysis H5, Anipose CSV, movement netCDF, DLTdv, or NAME_x, NAME_y"
+        ),
+    ],
+    frame_rate: Annotated[float | None, typer.Option(help="frames per second, unless the file holds it")] = None,
+    origin: Annotated[str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")] = "top-left",
+    landmarks: Annotated[str, typer.Option(help="names of DLTdv's points in order, separated by commas")] = "",
+    tips: Annotated[str, typer.Option(help="landmarks of the left and right tip")] = "left_tip,right_tip",
+    bases: Annotated[str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")] = "",
+    body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen",
+    points: Annotated[
+        str, typer.Option(help="landmarks along a flagellum, base to tip: its posture in place of speeds")
+    ] = "",
+    min_likelihood: Annotated[float, typer.Option(help="less likely places count as not seen; 0 takes all")] = 0.6,
+    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
+    plane: Annotated[str | None, typer.Option(help="xy, xz or yz, of places in space")] = None,
+    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
     cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0,
-    max_gap: Annotated[int, typer.Option(help="longest gap bridged by a straight line [frames]")] = 5,
+    max_gap: Annotated[int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")] = 0,
     length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for table (CSV), figure (PNG, SVG) and numbers (JSON)")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
-    """Average maximum angular speed per trial and side, and the equivalent lateral speed."""
+    """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a flagellum's posture."""
     from feeler.tracking import load_tracks, measure_exploration
 
-    names = tuple(landmarks.split(",")) if landmarks else None
-    trials = [load_tracks(file, frame_rate=frame_rate, origin=origin, landmarks=names) for file in files]
-    result = measure_exploration(trials, length=length, cutoff=cutoff * 1e-3, max_gap=max_gap)
-    typer.echo("trial                            left °/s (peaks)   right °/s (peaks)   bridged   missing frames")
-    for file, speeds, counts, sweeps in zip(files, result.mean_peak, result.n_peaks, result.sweeps, strict=True):
-        left, right = np.rad2deg(speeds) * 1e3
-        bridged, missing = sum(side.bridged for side in sweeps), sum(side.missing for side in sweeps)
-        typer.echo(
-            f"{file.name[:32]:32} {left:9.2f} ({counts[0]:3d}) {right:14.2f} ({counts[1]:3d}) {bridged:9d} {missing:9d}"
+    names = _split(landmarks)
+    trials = [
+        load_tracks(
+            file,
+            frame_rate=frame_rate,
+            origin=origin,
+            landmarks=names,
+            min_likelihood=min_likelihood,
+            individual=individual,
+            plane=plane,
         )
-    typer.echo(
-        f"average maximum angular speed {np.rad2deg(result.mean) * 1e3:.2f} °/s; with an antenna of {length:g} mm "
-        f"that is {result.lateral_speed * 100:.2f} cm/s sideways. Tracks: {result.source}."
+        for file in files
+    ]
+    trials = trials if scale is None else [trial.scaled(scale) for trial in trials]
+    if points:
+        _measure_posture(files, trials, points, out)
+        return
+    head, abdomen = _pair("--body", body)
+    given = {"tips": _pair("--tips", tips), "bases": _pair("--bases", bases) if bases else None}
+    result = measure_exploration(
+        trials,
+        length=length,
+        cutoff=cutoff * 1e-3,
+        max_gap=max_gap,
+        landmarks={**given, "head": head, "abdomen": abdomen},
     )
+    found = _describe(files, trials, result)
+    typer.echo(json.dumps(found) if as_json else _write_words(found))
+    if out is not None:
+        _save(out, files, trials, result, found)
+
+
+def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
+    """All numbers, in degrees per second."""
+    rows = []
+    for k, (file, trial) in enumerate(zip(files, trials, strict=True)):
+        mean, error = (np.rad2deg(values[k]) * 1e3 for values in (result.mean_peak, result.error))
+        rows.append(
+            {
+                "file": file.name,
+                "mean_peak": [None if np.isnan(value) else float(value) for value in mean],
+                "error": [None if np.isnan(value) else float(value) for value in error],
+                "n_peaks": result.n_peaks[k].tolist(),
+                "bridged": sum(side.bridged for side in result.sweeps[k]),
+                "missing": sum(side.missing for side in result.sweeps[k]),
+                "doubted": trial.doubted,
+            }
+        )
+    return {
+        "trials": rows,
+        "mean": float(np.rad2deg(result.mean) * 1e3),
+        "lateral_speed": float(result.lateral_speed),
+        "length": result.length,
+        "source": result.source,
+        "units": {"mean_peak": "deg/s", "error": "deg/s", "mean": "deg/s", "lateral_speed": "m/s", "length": "mm"},
+    }
+
+
+def _write_words(found: dict[str, Any]) -> str:
+    lines = ["trial                            left °/s (peaks)   right °/s (peaks)   bridged   missing frames"]
+    for row in found["trials"]:
+        left, right = (float("nan") if value is None else value for value in row["mean_peak"])
+        n_left, n_right = row["n_peaks"]
+        lines.append(
+            f"{row['file'][:32]:32} {left:9.2f} ({n_left:3d}) {right:14.2f} ({n_right:3d}) {row['bridged']:9d} "
+            f"{row['missing']:9d}"
+        )
+        if row["doubted"]:
+            named = ", ".join(f"{name} {count}" for name, count in row["doubted"].items())
+            lines.append(f"  frames whose likelihood is too low: {named}")
+        errors = ["none" if value is None else f"{value:.2g}" for value in row["error"]]
+        lines.append(f"  standard error: left {errors[0]}, right {errors[1]} °/s")
+    if any(row["missing"] for row in found["trials"]):
+        lines.append(
+            "Missing frames cut the motion into pieces, whose ends give false peaks or hide true ones: these means are biased. "
+            "--max-gap 5 bridges short gaps by straight lines."
+        )
+    lines.append(
+        f"average maximum angular speed {found['mean']:.2f} °/s; with an antenna of {found['length']:g} mm "
+        f"that is {found['lateral_speed'] * 100:.2f} cm/s sideways. Tracks: {found['source']}."
+    )
+    return "\n".join(lines)
+
+
+def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]) -> None:
+    """tracks.csv (trial, side, time, angle, speed), tracks.json, tracks.png and .svg."""
+    from matplotlib.figure import Figure
+
+    from feeler.plotting import style
+
+    out.mkdir(parents=True, exist_ok=True)
+    with open(out / "tracks.csv", "w", encoding="utf-8", newline="\n") as table:
+        table.write("trial,side,time_ms,angle_deg,speed_deg_per_s\n")
+        for file, trial, pair in zip(files, trials, result.sweeps, strict=True):
+            for side, sweeps in zip(("left", "right"), pair, strict=True):
+                columns = trial.time, np.rad2deg(sweeps.angle), np.rad2deg(sweeps.speed) * 1e3
+                table.writelines(
+                    f"{file.name},{side},{t:.6g},{a:.6g},{v:.6g}\n" for t, a, v in zip(*columns, strict=True)
+                )
+    (out / "tracks.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    with style():
+        figure = Figure(figsize=(6.0, 1.2 + 1.5 * len(trials)), layout="constrained")
+        axes = figure.subplots(len(trials), 2, squeeze=False, sharex="row")
+        for row, file, trial, pair in zip(axes, files, trials, result.sweeps, strict=True):
+            for side, sweeps in zip(("left", "right"), pair, strict=True):
+                row[0].plot(trial.time * 1e-3, np.rad2deg(sweeps.angle), lw=0.8, label=side)
+                row[1].plot(trial.time * 1e-3, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
+                row[1].plot(sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3)
+            row[0].set(title=file.name[:40], xlabel="time [s]", ylabel="angle [°]")
+            row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        for kind in ("png", "svg"):
+            figure.savefig(out / f"tracks.{kind}")
+    typer.echo(f"wrote {out}/tracks.csv, tracks.json, tracks.png, tracks.svg", err=True)
+
+
+def _measure_posture(files: list[Path], trials: list, points: str, out: Path | None) -> None:
+    """Say how a flagellum bends, and keep it as netCDF."""
+    from feeler.tracking import measure_posture
+
+    for file, trial in zip(files, trials, strict=True):
+        posture = measure_posture(trial, _split(points) or ())
+        unit = posture.position.attrs["units"]
+        seen = int(np.isfinite(posture.bend).all("joint").sum())
+        largest = ", ".join(
+            f"{name} {value:.1f}°"
+            for name, value in zip(
+                posture.joint.values, np.rad2deg(np.abs(posture.bend).max("time")).values, strict=True
+            )
+        )
+        typer.echo(
+            f"{file.name}: {float(posture.piece_length.sum()):.4g} {unit} long, {seen} of {trial.n_frames} frames whole; "
+            f"largest bend {largest}"
+        )
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            posture.to_netcdf(out / f"{file.stem}.posture.nc", engine="h5netcdf")
+            typer.echo(f"wrote {out}/{file.stem}.posture.nc", err=True)
+
+
+def _split(text: str) -> tuple[str, ...] | None:
+    return tuple(name.strip() for name in text.split(",")) if text else None
+
+
+def _pair(option: str, text: str) -> tuple[str, str]:
+    from feeler.errors import InvalidInput
+
+    names = _split(text) or ()
+    if len(names) != 2:
+        raise InvalidInput(f"{option} takes two landmarks separated by a comma, got {text!r}.")
+    return names[0], names[1]
 
 
 def register(app: typer.Typer) -> None:

@@ -10,6 +10,7 @@ from feeler.paper.context import Context
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.tracking import SIDES, Exploration, Tracks, make_synthetic_tracks, measure_exploration
+from feeler.tracking.speed import MAX_GAP
 
 PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
 SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
@@ -35,12 +36,12 @@ def compute(tracks: list[Tracks] | None = None, *, n_trials: int = N_TRIALS, see
     """
     if tracks is not None:
         planted = np.full((len(tracks), len(SIDES)), np.nan)
-        return FigS2Data(trial=tracks[0], exploration=measure_exploration(tracks), planted=planted)
+        return FigS2Data(trial=tracks[0], exploration=measure_exploration(tracks, max_gap=MAX_GAP), planted=planted)
     rng = np.random.default_rng(seed)
     planted = rng.normal(0.0, SPREAD, (n_trials, len(SIDES)))
     planted += PAPER_MEAN - planted.mean()
     trials = [make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted]
-    return FigS2Data(trial=trials[0], exploration=measure_exploration(trials), planted=planted)
+    return FigS2Data(trial=trials[0], exploration=measure_exploration(trials, max_gap=MAX_GAP), planted=planted)
 
 
 def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.antenna.file import read_text
+from feeler.antenna.file import read_toml_text
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Flexures
@@ -108,7 +108,7 @@ def load_robot(path: str | os.PathLike) -> RobotFile:
     """
     path = Path(path)
     try:
-        content = parse_toml(read_text(path))
+        content = parse_toml(read_toml_text(path))
         return _build(content, path)
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         words = str(error)[:300]

@@ -18,7 +18,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from feeler.antenna.file import read_text
+from feeler.antenna.file import read_toml_text
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
@@ -38,7 +38,7 @@ def load_objects(path: str | os.PathLike) -> list[Feature]:
     """
     source = Path(path)
     try:
-        content = parse_toml(read_text(path))
+        content = parse_toml(read_toml_text(path))
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InvalidInput(f"{source.name} is not valid TOML: {str(error)[:200]}") from error
     entries = content.get("object")

@@ -55,7 +55,7 @@ def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells
         Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong width, or a cell that
         is no number (named by line and column).
     """
-    return parse_table(_read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
+    return parse_table(read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
 
 
 @checked
@@ -70,7 +70,8 @@ def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) 
     return Table(columns=columns, values=values, notes=notes, line=numbers, source=source)
 
 
-def _read_text(path: str | os.PathLike, max_bytes: int) -> str:
+def read_text(path: str | os.PathLike, max_bytes: int = MAX_BYTES) -> str:
+    """The text of a regular UTF-8 file, lines ended by newlines."""
     try:
         info = os.stat(path)
         if not stat.S_ISREG(info.st_mode):

@@ -16,8 +16,12 @@ def compute_antenna_angle(
     tips: tuple[str, str] = ("left_tip", "right_tip"),
     head: str = "head",
     abdomen: str = "abdomen",
+    bases: tuple[str, str] | None = None,
 ) -> np.ndarray:
-    """Angle (side, frame) [rad] between the body (abdomen to head) and each antenna (head to tip).
+    """Angle (side, frame) [rad] between the body (abdomen to head) and each antenna (its base to its tip).
+
+    Without ``bases``, landmarks on the antennae's bases, they are taken to sit at the head, as in the paper. That is wrong by
+    about the distance from head to base over the antenna's length: a speed of 204 °/s reads 190 °/s at 18 of 240 px.
 
     0 is straight ahead and positive is away from the midline on both sides, so that the body's own walking and
     turning drop out. NaN wherever one of the three landmarks is missing or two of them coincide. Angles are unwrapped
@@ -25,8 +29,8 @@ def compute_antenna_angle(
     """
     body = tracks.of(head) - tracks.of(abdomen)
     angles = []
-    for tip, outward in zip(tips, (1.0, -1.0), strict=True):
-        angles.append(outward * _signed_angle(body, tracks.of(tip) - tracks.of(head)))
+    for tip, base, outward in zip(tips, bases or (head, head), (1.0, -1.0), strict=True):
+        angles.append(outward * _signed_angle(body, tracks.of(tip) - tracks.of(base)))
     angle = np.stack(angles)
     if not np.isfinite(angle).any():
         raise InvalidInput("no frame holds head, abdomen and an antenna tip together: there is no angle to measure.")

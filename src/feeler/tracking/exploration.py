@@ -1,6 +1,6 @@
 """The speed of active touch: from tracked trials to the equivalent lateral speed of the antenna."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.angle import SIDES, compute_antenna_angle
-from feeler.tracking.speed import CUTOFF, MAX_GAP, MIN_PROMINENCE, Sweeps, find_sweeps
+from feeler.tracking.speed import CUTOFF, MIN_PROMINENCE, Sweeps, find_sweeps
 from feeler.tracking.tracks import Tracks
 
 ANTENNA_LENGTH = 42.0  # [D] mm
@@ -27,6 +27,9 @@ class Exploration:
     """Motion of (left, right) in each trial."""
     length: float
     """Antenna length [mm]."""
+    error: np.ndarray
+    """(trial, side) one standard error of ``mean_peak`` [rad/ms]: the peaks' spread over √n, and the noise of one speed, by
+    about which a peak, the largest of several noisy values, comes out too high."""
     source: str
     """``tracked``, or ``synthetic`` if any trial is made up."""
 
@@ -47,8 +50,9 @@ def measure_exploration(
     *,
     length: float = ANTENNA_LENGTH,
     cutoff: float = CUTOFF,
-    max_gap: int = MAX_GAP,
+    max_gap: int = 0,
     min_prominence: float = MIN_PROMINENCE,
+    landmarks: Mapping[str, Any] | None = None,
 ) -> Exploration:
     """Average maximum angular speed per trial and side, and the lateral speed that it amounts to.
 
@@ -62,7 +66,10 @@ def measure_exploration(
     length
         Antenna length [mm].
     cutoff, max_gap, min_prominence
-        Low-pass [kHz], longest bridged gap [frames], least prominence of a peak [rad/ms]; none is stated in the paper.
+        Low-pass [kHz], longest gap bridged by a straight line [frames], least prominence of a peak [rad/ms]; none is
+        stated in the paper. A gap that is left open cuts the motion in two, and its ends give false peaks or hide true ones.
+    landmarks
+        What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``, ``head``, ``abdomen``.
 
     Raises
     ------
@@ -76,7 +83,7 @@ def measure_exploration(
     options: dict[str, Any] = {"cutoff": cutoff, "max_gap": max_gap, "min_prominence": min_prominence}
 
     def find(tracks: Tracks) -> tuple[Sweeps, Sweeps]:
-        one, other = compute_antenna_angle(tracks)
+        one, other = compute_antenna_angle(tracks, **(landmarks or {}))
         return find_sweeps(one, tracks.interval, **options), find_sweeps(other, tracks.interval, **options)
 
     sweeps = tuple(find(tracks) for tracks in trials)
@@ -91,5 +98,6 @@ def measure_exploration(
         n_peaks=np.array([[side.peak_speed.size for side in pair] for pair in sweeps]),
         sweeps=sweeps,
         length=float(length),
+        error=np.array([[side.error for side in pair] for pair in sweeps]),
         source="synthetic" if any(tracks.source == "synthetic" for tracks in trials) else "tracked",
     )

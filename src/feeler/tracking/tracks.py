@@ -2,17 +2,19 @@
 
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.tensors.table import Table, read_table
+from feeler.tensors.table import Table
+from feeler.tracking.trackers import Found, read_tracker
 
 LANDMARKS = ("left_tip", "right_tip", "head", "abdomen")
 """[P] The four landmarks of the paper's Fig. S2; their order in its files is not published [C]."""
 ORIGINS = ("top-left", "bottom-left")
+MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
 
 
@@ -36,6 +38,8 @@ class Tracks:
     source: str = "tracked"
     """``tracked``, or ``synthetic`` for made-up motion."""
     notes: dict[str, str] = field(default_factory=dict)
+    doubted: dict[str, int] = field(default_factory=dict)
+    """Landmark → frames that were made NaN because the tracker's likelihood was below the threshold."""
 
     def __post_init__(self) -> None:
         position = np.array(self.position, dtype=float)
@@ -64,6 +68,12 @@ class Tracks:
         """Time (frame,) since the first frame [ms]."""
         return np.arange(self.n_frames) * self.interval
 
+    def scaled(self, pixels_per_mm: float) -> "Tracks":
+        """The same tracks in mm."""
+        if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit != "px":
+            raise InvalidInput(f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}.")
+        return replace(self, position=self.position / pixels_per_mm, unit="mm")
+
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
         if landmark not in self.landmarks:
@@ -75,20 +85,26 @@ class Tracks:
 def load_tracks(
     path: str | os.PathLike,
     *,
-    frame_rate: float,
+    frame_rate: float | None = None,
     landmarks: tuple[str, ...] | None = None,
     origin: str = "top-left",
     camera: int = 1,
     first_pixel: float | None = None,
+    min_likelihood: float = MIN_LIKELIHOOD,
+    individual: str | None = None,
+    plane: str | None = None,
 ) -> Tracks:
-    """Read landmark tracks: DLTdv xypts CSV, or any table with two columns ``NAME_x, NAME_y`` per landmark.
+    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement (netCDF), DLTdv, or a table.
+
+    A table has two columns ``NAME_x, NAME_y`` per landmark and, if it likes, ``NAME_likelihood``. Places whose likelihood is
+    below ``min_likelihood`` become NaN and are counted in ``doubted``; nothing is filled in.
 
     Parameters
     ----------
     path
-        CSV file; DLTdv files are recognised by their header ``pt1_cam1_X, pt1_cam1_Y, …``.
+        The tracker's file; what wrote it is seen by its content.
     frame_rate
-        Frames per second of the film.
+        Frames per second of the film; needed unless the file holds it (movement).
     landmarks
         What DLTdv's points 1, 2, … are; default: left_tip, right_tip, head, abdomen for four points [C]. For a
         generic table: which landmarks to take, default all.
@@ -98,6 +114,12 @@ def load_tracks(
         Which camera of a DLTdv file with several.
     first_pixel
         Coordinate of the first pixel's centre; default 1 for DLTdv (MATLAB counts from 1), 0 for other tables.
+    min_likelihood
+        Least likelihood (score, confidence) that counts as seen; 0 takes all. 0.6 is DeepLabCut's and movement's default.
+    individual
+        Which animal of a file with several.
+    plane
+        Of places in space (Anipose, movement): ``xy``, ``xz`` or ``yz``. They count as seen with y upwards.
 
     Returns
     -------
@@ -106,19 +128,58 @@ def load_tracks(
     """
     if origin not in ORIGINS:
         raise InvalidInput(f"unknown origin {origin!r}; valid: {', '.join(ORIGINS)}.")
-    if not 0 < frame_rate <= MAX_FRAME_RATE:  # also refuses NaN
+    if not 0 <= min_likelihood <= 1:
+        raise InvalidInput(f"min_likelihood must lie in [0, 1], got {min_likelihood}.")
+    if frame_rate is not None and not 0 < frame_rate <= MAX_FRAME_RATE:  # also refuses NaN
         raise InvalidInput(f"frame_rate must lie in (0, {MAX_FRAME_RATE:g}] frames per second, got {frame_rate}.")
-    table = read_table(path)
-    is_dltdv = any(re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in table.columns)
-    names, position = _take_dltdv(table, camera, landmarks) if is_dltdv else _take_named(table, landmarks)
-    position = position - (float(is_dltdv) if first_pixel is None else first_pixel)
-    if origin == "top-left":
+    found = read_tracker(path, individual, plane)
+    first = first_pixel or 0.0
+    if isinstance(found, Table):
+        is_dltdv = any(re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in found.columns)
+        first = float(is_dltdv) if first_pixel is None else first_pixel
+        found = _take_dltdv(found, camera, landmarks) if is_dltdv else _take_named(found, landmarks)
+    elif landmarks is not None:
+        found = _select(found, landmarks)
+    frame_rate = frame_rate or found.frame_rate
+    if frame_rate is None:
+        raise InvalidInput(
+            f"{os.path.basename(path)} does not say how many frames a second; give frame_rate= (--frame-rate)."
+        )
+    position, doubted = _doubt(found, min_likelihood)
+    position = position - first
+    if origin == "top-left" and plane is None:
         position = position * (1.0, -1.0)
-    source = "synthetic" if "synthetic" in table.notes.get("source", "").lower() else "tracked"
-    return Tracks(position=position, landmarks=names, interval=1e3 / frame_rate, source=source, notes=table.notes)
+    source = "synthetic" if "synthetic" in found.notes.get("source", "").lower() else "tracked"
+    notes = {**found.notes, **({"software": found.software} if found.software else {})}
+    return Tracks(
+        position=position,
+        landmarks=found.names,
+        interval=1e3 / frame_rate,
+        source=source,
+        notes=notes,
+        doubted=doubted,
+    )
 
 
-def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) -> tuple[tuple[str, ...], np.ndarray]:
+def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
+    """These landmarks of a tracker's file."""
+    if unknown := [name for name in landmarks if name not in found.names]:
+        raise InvalidInput(f"no landmark {unknown[0]!r}; the tracks hold {', '.join(found.names)}.")
+    index = [found.names.index(name) for name in landmarks]
+    likelihood = None if found.likelihood is None else found.likelihood[:, index]
+    return replace(found, names=tuple(landmarks), position=found.position[:, index], likelihood=likelihood)
+
+
+def _doubt(found: Found, least: float) -> tuple[np.ndarray, dict[str, int]]:
+    """Positions with NaN where the tracker was unsure, and how many frames that were of each landmark."""
+    if found.likelihood is None:
+        return found.position, {}
+    unsure = (found.likelihood < least) & np.isfinite(found.position).all(axis=2)
+    counts = dict(zip(found.names, unsure.sum(axis=0).tolist(), strict=True))
+    return np.where(unsure[:, :, None], np.nan, found.position), {name: n for name, n in counts.items() if n}
+
+
+def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) -> Found:
     pattern = re.compile(r"pt(\d{1,4})_cam(\d{1,3})_([XY])", re.IGNORECASE)
     found = {}
     for index, column in enumerate(table.columns):
@@ -132,7 +193,7 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
         _require_pair(table, found, point, f"pt{point}_cam{camera}")
     names = _name_points(points, landmarks)
     columns = [[found[point, axis] for axis in "XY"] for point in points]
-    return names, table.values[:, columns]
+    return Found(names=names, position=table.values[:, columns], notes=table.notes)
 
 
 def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[str, ...]:
@@ -143,7 +204,7 @@ def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[
     return tuple(landmarks)
 
 
-def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> tuple[tuple[str, ...], np.ndarray]:
+def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
     found = {}
     for index, column in enumerate(table.columns):
         match = re.fullmatch(r"(.{1,200}?)[_. ]([xyXY])", column)
@@ -157,7 +218,13 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> tuple[tuple[
         )
     for name in names:
         _require_pair(table, found, name, name)
-    return names, table.values[:, [[found[name, axis] for axis in "XY"] for name in names]]
+    position = table.values[:, [[found[name, axis] for axis in "XY"] for name in names]]
+    sure = [
+        [c for c in table.columns if re.fullmatch(rf"{re.escape(n)}[_. ](likelihood|score|confidence)", c)]
+        for n in names
+    ]
+    seen = [table.column(columns[0]) if columns else np.ones(len(position)) for columns in sure]
+    return Found(names=names, position=position, likelihood=np.stack(seen, axis=1), notes=table.notes)
 
 
 def _require_pair(table: Table, found: dict, key: object, shown: str) -> None:

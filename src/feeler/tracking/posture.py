@@ -1,0 +1,65 @@
+"""Posture of a tracked flagellum: headings of its pieces and bends between them, from any number of points."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.tracking.tracks import Tracks
+
+
+@checked
+def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
+    """Posture in every frame from landmarks along a flagellum, base to tip; NaN where a landmark is missing.
+
+    Parameters
+    ----------
+    tracks
+        In px, or in mm after ``Tracks.scaled``.
+    points
+        At least three landmarks, base first.
+
+    Returns
+    -------
+    Dataset
+        ``position`` (time, point, axis) [px or mm] relative to the base; ``heading`` (time, piece) [rad] of each piece,
+        anticlockwise from +x; ``bend`` (time, joint) [rad] in (−π, π] between neighbouring pieces; ``curvature`` (time, joint)
+        [1/px or 1/mm], bend over the mean length of the two pieces; ``piece_length`` (piece,), the median over frames.
+
+    Raises
+    ------
+    InvalidInput
+        Fewer than three points, an unknown one, one twice, or no frame that holds two neighbours.
+    """
+    names = tuple(points)
+    if len(names) < 3 or len(set(names)) < len(names):
+        raise InvalidInput(
+            f"a posture needs at least 3 different landmarks from base to tip, got {', '.join(names) or 'none'}."
+        )
+    position = np.stack([tracks.of(name) for name in names], axis=1)
+    piece = np.diff(position, axis=1)
+    length = np.linalg.norm(piece, axis=2)
+    if not np.isfinite(length).any(axis=0).all():
+        raise InvalidInput("two neighbouring landmarks are never seen in one frame: there is no posture to measure.")
+    median = np.nanmedian(length, axis=0)
+    heading = np.where(length > 0, np.arctan2(piece[:, :, 1], piece[:, :, 0]), np.nan)
+    bend = np.angle(np.exp(1j * np.diff(heading, axis=1)))
+    unit, joint = tracks.unit, 0.5 * (median[1:] + median[:-1])
+    return xr.Dataset(
+        {
+            "position": (("time", "point", "axis"), position - position[:, :1], {"units": unit}),
+            "heading": (("time", "piece"), heading, {"units": "rad"}),
+            "bend": (("time", "joint"), bend, {"units": "rad"}),
+            "curvature": (("time", "joint"), bend / joint, {"units": f"1/{unit}"}),
+            "piece_length": (("piece",), median, {"units": unit}),
+        },
+        coords={
+            "time": ("time", tracks.time, {"units": "ms"}),
+            "point": list(names),
+            "joint": list(names[1:-1]),
+            "axis": ["x", "y"],
+        },
+        attrs={"source": tracks.source},
+    )

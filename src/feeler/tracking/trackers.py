@@ -1,0 +1,221 @@
+"""What trackers write: DeepLabCut, SLEAP, Anipose and movement, each turned into names, places and likelihoods.
+
+Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of their own (:func:`read_tracker_hdf5`).
+"""
+
+import io
+import os
+import pickle
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+from feeler.guard import open_guarded
+from feeler.tensors.table import Table, parse_table, read_text
+
+HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
+MAX_LABELS = 2**20  # [C] bytes of a DeepLabCut file's column names
+PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """The content of a tracker's file."""
+
+    names: tuple[str, ...]
+    position: np.ndarray
+    """(frame, landmark, axis), as in the file."""
+    likelihood: np.ndarray | None = None
+    """(frame, landmark), where the tracker gives one."""
+    frame_rate: float | None = None
+    """Frames per second, where the file holds it."""
+    software: str = ""
+    notes: dict[str, str] = field(default_factory=dict)
+
+
+def read_tracker(path: str | os.PathLike, individual: str | None, plane: str | None) -> Found | Table:
+    """The file's content; a plain or DLTdv table is handed on as it is."""
+    if plane is not None and plane not in PLANES:
+        raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
+    if Path(path).suffix.lower() in HDF5_ENDINGS:
+        return _project(_read_hdf5_file(path, individual), plane, Path(path).name)
+    text, source = read_text(path), Path(path).name
+    if re.match(r"\s*scorer[,;\t]", text):
+        return _read_deeplabcut(text, source, individual)
+    table = parse_table(text, source=source)
+    if any(name.endswith("_ncams") for name in table.columns) and "fnum" in table.columns:
+        return _project(_read_anipose(table), plane, source)
+    return table
+
+
+def _read_deeplabcut(text: str, source: str, individual: str | None) -> Found:
+    """DeepLabCut's CSV: rows scorer, (individuals,) bodyparts and coords above the numbers."""
+    lines = io.StringIO(text)
+    rows: list[list[str]] = []
+    while not rows or (rows[-1][0] != "coords" and len(rows) < 4):
+        rows.append([cell.strip() for cell in re.split("[,;\t]", lines.readline().rstrip("\n"))])
+    named = {row[0]: row[1:] for row in rows}
+    if not {"bodyparts", "coords"} <= named.keys() or len({len(row) for row in rows}) > 1:
+        raise InvalidInput(f"{source}: begins like DeepLabCut's CSV but lacks its rows bodyparts and coords.")
+    header = ",".join(f"c{k}" for k in range(len(rows[0])))
+    rest = lines.read()
+    delimiter = max(",;\t", key=rest[:1000].count)
+    table = parse_table(f"{header.replace(',', delimiter)}\n{rest}", source=source)
+    labels = list(
+        zip(named.get("individuals", [""] * len(named["coords"])), named["bodyparts"], named["coords"], strict=True)
+    )
+    return _gather(labels, table.values[:, 1:], table.values[:, 0], individual, source)
+
+
+def _gather(
+    labels: Sequence[tuple[str, str, str]], values: np.ndarray, frame: np.ndarray, individual: str | None, source: str
+) -> Found:
+    """DeepLabCut's columns (individual, body part, coordinate) as landmarks."""
+    chosen = _choose(list(dict.fromkeys(label[0] for label in labels if label[0] != "single")), individual, source)
+    place = {label[1:]: k for k, label in enumerate(labels) if label[0] in (chosen, "single")}
+    parts = tuple(dict.fromkeys(part for part, _ in place))
+    if not parts or any((part, axis) not in place for part in parts for axis in "xy"):
+        raise InvalidInput(f"{source}: every body part needs its columns x and y.")
+    position = values[:, [[place[part, axis] for axis in "xy"] for part in parts]]
+    given = all((part, "likelihood") in place for part in parts)
+    likelihood = values[:, [place[part, "likelihood"] for part in parts]] if given else None
+    _check_frames(frame, source)
+    return Found(names=parts, position=position, likelihood=likelihood, software="DeepLabCut")
+
+
+def _check_frames(frame: np.ndarray, source: str) -> None:
+    if frame.size > 1 and not np.all(np.diff(frame) == 1):
+        raise InvalidInput(
+            f"{source}: frame numbers do not rise one by one; there are frames missing. Fill them with NaN."
+        )
+
+
+def _choose(individuals: list[str], individual: str | None, source: str) -> str:
+    if individual is not None and individual in individuals:
+        return individual
+    if len(individuals) == 1 and individual is None:
+        return individuals[0]
+    shown = ", ".join(individuals[:12])
+    asked = "holds several individuals" if individual is None else f"has no individual {individual!r}"
+    raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=, or --individual).")
+
+
+def _read_anipose(table: Table) -> Found:
+    """Anipose's pose-3d: NAME_x, _y, _z, _error, _ncams, _score per landmark, then M, center and fnum."""
+    names = tuple(name.removesuffix("_ncams") for name in table.columns if name.endswith("_ncams"))
+    _check_frames(table.column("fnum"), table.source)
+    position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
+    likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
+    return Found(names=names, position=position.transpose(2, 0, 1), likelihood=likelihood, software="Anipose")
+
+
+def _project(found: Found, plane: str | None, source: str) -> Found:
+    """The two axes of ``plane`` of landmarks in space."""
+    if found.position.shape[2] == 2:
+        return found
+    if plane is None:
+        raise InvalidInput(
+            f"{source} holds places in space; say onto which plane to look: {', '.join(PLANES)} (plane=)."
+        )
+    position = found.position[:, :, list(PLANES[plane])]
+    return Found(**{**vars(found), "position": position})
+
+
+def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
+    if not Path(path).is_file():
+        raise InvalidInput(f"cannot read {path!s}: no such file. Check the path.")
+    about, arrays = open_guarded("feeler.tracking.trackers:read_tracker_hdf5", path)
+    source, kind = Path(path).name, about["kind"]
+    if kind == "DeepLabCut":
+        labels = [tuple(label) for label in about["labels"]]
+        if arrays["values"].ndim != 2 or arrays["values"].shape[1] != len(labels):
+            raise InvalidInput(
+                f"{source}: {len(labels)} columns are named, the table has shape {arrays['values'].shape}."
+            )
+        return _gather(labels, arrays["values"], arrays["frame"], individual, source)
+    position, score = arrays["position"].astype(float), arrays.get("likelihood")  # (individual, frame, landmark, axis)
+    n_animals, _, n_points, n_axes = position.shape
+    if (n_animals, n_points) != (len(about["individuals"]), len(about["names"])) or n_axes not in (2, 3):
+        raise InvalidInput(f"{source}: its names do not fit places of shape {position.shape}.")
+    k = about["individuals"].index(_choose(about["individuals"], individual, source))
+    return Found(
+        names=tuple(about["names"]),
+        position=position[k],
+        likelihood=None if score is None else score[k].astype(float),
+        frame_rate=about.get("frame_rate"),
+        software=kind,
+    )
+
+
+def read_tracker_hdf5(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What the guard's process does with an HDF5 file: which tracker wrote it, its names and arrays."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        if {"tracks", "node_names"} <= file.keys():
+            return _take_sleap(file)
+        if {"position", "keypoints", "individuals"} <= file.keys():
+            return _take_movement(file)
+        for group in file.values():
+            if isinstance(group, h5py.Group) and "table" in group:
+                return _take_deeplabcut(group["table"])
+        raise InvalidInput(
+            "it is none of SLEAP's analysis (tracks, node_names), DeepLabCut's table, or movement's netCDF; it holds "
+            f"{', '.join(list(file)[:8])}. A .slp project must be exported as analysis first."
+        )
+
+
+def _take_sleap(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """SLEAP's analysis: tracks (track, axis, node, frame), point_scores (track, node, frame)."""
+    names = [_decode(name) for name in file["node_names"][:]]
+    tracks = [_decode(name) for name in file["track_names"][:]] if "track_names" in file else []
+    position = file["tracks"][:].transpose(0, 3, 2, 1)
+    arrays = {"position": np.ascontiguousarray(position)}
+    if "point_scores" in file:
+        arrays["likelihood"] = np.ascontiguousarray(file["point_scores"][:].transpose(0, 2, 1))
+    tracks = tracks or [f"track_{k}" for k in range(len(position))]
+    return {"kind": "SLEAP", "names": names, "individuals": tracks}, arrays
+
+
+def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """movement's netCDF: position and confidence with named dims in any order."""
+    wanted = ("individuals", "time", "keypoints", "space")
+    about: dict[str, Any] = {"kind": "movement"}
+    arrays = {}
+    for name, key in (("position", "position"), ("confidence", "likelihood")):
+        if name in file:
+            dims = [dim[0].name.rsplit("/", 1)[-1] for dim in file[name].dims]
+            order = [dims.index(dim) for dim in wanted if dim in dims]
+            arrays[key] = np.ascontiguousarray(file[name][:].transpose(order))
+    about["names"], about["individuals"] = ([_decode(v) for v in file[key][:]] for key in ("keypoints", "individuals"))
+    if "fps" in file.attrs and np.isfinite(file.attrs["fps"]):
+        about["frame_rate"] = float(np.ravel(file.attrs["fps"])[0])
+    return about, arrays
+
+
+class _Plain(pickle.Unpickler):
+    """Lists, tuples, texts and numbers: nothing in the file can name anything that would be called."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        raise InvalidInput(f"its column names call {module}.{name}; only plain texts are read.")
+
+
+def _take_deeplabcut(table: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """DeepLabCut's table by pandas: a column of frames and one block of numbers, column names as a pickled list."""
+    words = bytes(table.attrs["values_block_0_kind"])
+    if len(words) > MAX_LABELS:
+        raise InvalidInput(f"its column names take {len(words):,} bytes, more than {MAX_LABELS:,}.")
+    labels = _Plain(io.BytesIO(words)).load()
+    plain = [["" if len(label) == 3 else str(label[1]), str(label[-2]), str(label[-1])] for label in labels]
+    rows = table[:]
+    arrays = {"values": rows["values_block_0"].astype(float), "frame": rows["index"].astype(float)}
+    return {"kind": "DeepLabCut", "labels": plain}, arrays
+
+
+def _decode(name: Any) -> str:
+    return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)

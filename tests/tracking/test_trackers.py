@@ -1,0 +1,226 @@
+"""Files of trackers: what is planted comes back, likelihood counts, hostile files stay harmless.
+
+DLC_one and DLC_two (.csv, .h5) were written by pandas 3.1 with PyTables 3.11, as DeepLabCut writes them (``to_hdf`` with
+key ``df_with_missing`` and format ``table``). SLEAP's analysis file, Anipose's table and movement's netCDF follow their
+published layouts: sleap.io.convert, anipose triangulate, movement.io.
+"""
+
+import json
+import pickle
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from feeler.cli.app import app
+from feeler.errors import InvalidInput
+from feeler.tracking import compute_antenna_angle, load_tracks, measure_exploration, measure_posture
+from feeler.tracking.tracks import Tracks
+
+DATA = Path(__file__).parent / "data"
+NAMES = ("left_tip", "right_tip", "head", "abdomen")
+SPEED, RATE = np.deg2rad(204.2e-3), 200.0  # rad/ms, frames/s
+
+
+def plant(rng, outliers=0.0, noise=0.3):
+    """Names, positions (frame, landmark, axis) [px, y down] and likelihoods of antennae that sit 18 px beside the head."""
+    time = np.arange(2000) * 1e3 / RATE
+    names = (*NAMES, "left_base", "right_base")
+    swing = np.deg2rad(40) + SPEED / (2 * np.pi * 1e-3) * np.cos(2 * np.pi * 1e-3 * time)
+    head, place = np.array([300.0, 300.0]), {}
+    place["head"], place["abdomen"] = (np.tile(v, (time.size, 1)) for v in (head, head - [200.0, 0.0]))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        base = head + np.array([0.0, 18.0 * sign])
+        place[f"{side}_base"] = np.tile(base, (time.size, 1))
+        place[f"{side}_tip"] = base + 240 * np.stack([np.cos(swing), sign * np.sin(swing)], axis=1)
+    position = np.stack([place[name] for name in names], axis=1) + rng.normal(0, noise, (time.size, len(names), 2))
+    lost = rng.random((time.size, len(names))) < outliers
+    position[lost] += rng.uniform(-200, 200, (lost.sum(), 2))
+    return names, position * [1.0, -1.0], np.where(lost, 0.1, 0.95)
+
+
+def write_deeplabcut(path, names, position, likelihood):
+    columns = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
+    head = (
+        ("scorer", *["DLC"] * columns.shape[1]),
+        ("bodyparts", *np.repeat(names, 3)),
+        ("coords", *["x", "y", "likelihood"] * len(names)),
+    )
+    rows = [",".join(row) for row in head] + [
+        f"{k}," + ",".join(map(repr, row)) for k, row in enumerate(columns.tolist())
+    ]
+    path.write_text("\n".join(rows) + "\n")
+
+
+def write_sleap(path, names, position, likelihood):
+    with h5py.File(path, "w") as file:
+        file["tracks"] = position.transpose(2, 1, 0)[None]
+        file["point_scores"] = likelihood.T[None]
+        file["track_occupancy"] = np.ones((len(position), 1), np.uint8)
+        file["node_names"] = np.array(names, dtype="S")
+        file["track_names"] = np.array(["track_0"], dtype="S")
+
+
+def write_anipose(path, names, position, likelihood):
+    columns = {}
+    for k, name in enumerate(names):
+        columns |= {f"{name}_{axis}": position[:, k, j] for j, axis in enumerate("xy")}
+        columns |= {f"{name}_z": 0 * position[:, k, 0] + 7, f"{name}_error": 0 * position[:, k, 0] + 1.5}
+        columns |= {f"{name}_ncams": 0 * position[:, k, 0] + 3, f"{name}_score": likelihood[:, k]}
+    columns |= {f"M_{i}{j}": np.full(len(position), float(i == j)) for i in range(3) for j in range(3)}
+    columns |= {f"center_{i}": np.zeros(len(position)) for i in range(3)} | {"fnum": np.arange(len(position))}
+    np.savetxt(path, np.stack(list(columns.values()), axis=1), delimiter=",", header=",".join(columns), comments="")
+
+
+def write_movement(path, names, position, likelihood):
+    xr.Dataset(
+        {
+            "position": (("time", "space", "keypoints", "individuals"), position.transpose(0, 2, 1)[..., None]),
+            "confidence": (("time", "keypoints", "individuals"), likelihood[..., None]),
+        },
+        coords={
+            "time": np.arange(len(position)) / RATE,
+            "space": ["x", "y"],
+            "keypoints": list(names),
+            "individuals": ["one"],
+        },
+        attrs={"fps": RATE, "time_unit": "seconds", "source_software": "SLEAP", "ds_type": "poses"},
+    ).to_netcdf(path, engine="h5netcdf")
+
+
+def write_plain(path, names, position, likelihood):
+    header = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "likelihood"))
+    table = np.concatenate([position, likelihood[:, :, None]], axis=2).reshape(len(position), -1)
+    np.savetxt(path, table, delimiter=",", header=header, comments="")
+
+
+WRITERS = {
+    "dlc.csv": write_deeplabcut,
+    "sleap.analysis.h5": write_sleap,
+    "pose_3d.csv": write_anipose,
+    "movement.nc": write_movement,
+    "flat.csv": write_plain,
+}
+BASES = {"bases": ("left_base", "right_base")}
+
+
+@pytest.mark.parametrize(("name", "outliers"), [("dlc.csv", 0.0), *((name, 0.03) for name in WRITERS)])
+def test_planted_speed_comes_back_within_its_stated_error(tmp_path, name, outliers):
+    planted = plant(np.random.default_rng(1), outliers)
+    WRITERS[name](tmp_path / name, *planted)
+    plane = "xy" if name == "pose_3d.csv" else None
+    tracks = load_tracks(tmp_path / name, frame_rate=None if name.endswith(".nc") else RATE, plane=plane)
+    assert sum(tracks.doubted.values()) == (planted[2] < 0.6).sum()
+    found = measure_exploration([tracks], max_gap=5, landmarks=BASES)
+    np.testing.assert_array_equal(found.n_peaks, [[20, 20]])
+    assert np.all(np.abs(found.mean_peak - SPEED) < 2 * found.error)
+    assert np.all(found.error < 0.02 * SPEED)
+
+
+def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(tmp_path):
+    names, position, likelihood = plant(np.random.default_rng(1), 0.03)
+    write_deeplabcut(tmp_path / "t.csv", names, position, likelihood)
+    clean, all_of_them = (load_tracks(tmp_path / "t.csv", frame_rate=RATE, min_likelihood=m) for m in (0.6, 0.0))
+    assert measure_exploration([clean], max_gap=5).mean < 0.96 * SPEED
+    assert measure_exploration([all_of_them], landmarks=BASES).n_peaks.sum() != 40
+
+
+def test_gaps_stay_unless_bridging_is_asked_for(tmp_path):
+    write_deeplabcut(tmp_path / "t.csv", *plant(np.random.default_rng(1), 0.03))
+    tracks = load_tracks(tmp_path / "t.csv", frame_rate=RATE)
+    assert np.isnan(tracks.position).any()
+    assert measure_exploration([tracks], landmarks=BASES).sweeps[0][0].bridged == 0
+
+
+@pytest.mark.parametrize("ending", ["csv", "h5"])
+def test_deeplabcuts_own_files(ending):
+    tracks = load_tracks(DATA / f"DLC_one.{ending}", frame_rate=30)
+    k = np.delete(np.arange(50.0), 7)
+    assert tracks.landmarks == NAMES and tracks.doubted == dict.fromkeys(NAMES, 1)
+    np.testing.assert_allclose(np.delete(tracks.of("head"), 7, axis=0), np.stack([5 + k, -(2 * k - 2)], axis=1))
+    other = load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30, individual="two", landmarks=("head",))
+    np.testing.assert_allclose(np.delete(other.of("head"), 7, axis=0), np.stack([15 + k, -(2 * k - 12)], axis=1))
+    if ending == "csv":
+        with pytest.raises(InvalidInput, match="several individuals; choose one of one, two"):
+            load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30)
+
+
+def test_column_names_that_would_call_something_are_refused(tmp_path):
+    with h5py.File(tmp_path / "evil.h5", "w") as file:
+        table = file.create_dataset(
+            "df_with_missing/table", (3,), dtype=[("index", "<i8"), ("values_block_0", "<f8", (3,))]
+        )
+        table.attrs["values_block_0_kind"] = np.bytes_(pickle.dumps(Path.home, protocol=0))
+    with pytest.raises(InvalidInput, match="only plain texts are read"):
+        load_tracks(tmp_path / "evil.h5", frame_rate=30)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"frame_rate": None}, "does not say how many frames"),
+        ({"frame_rate": 30, "min_likelihood": 2.0}, r"must lie in \[0, 1\]"),
+        ({"frame_rate": 30, "individual": "zoe"}, "has no individual 'zoe'"),
+        ({"frame_rate": 30, "plane": "yx"}, "unknown plane 'yx'; valid: xy, xz, yz"),
+        ({"frame_rate": 30, "landmarks": ("paw",)}, "no landmark 'paw'; the tracks hold left_tip"),
+    ],
+)
+def test_what_is_missing_is_named(options, match):
+    with pytest.raises(InvalidInput, match=match):
+        load_tracks(DATA / "DLC_one.csv", **options)
+
+
+def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
+    write_anipose(tmp_path / "p.csv", *plant(np.random.default_rng(0)))
+    with pytest.raises(InvalidInput, match="onto which plane"):
+        load_tracks(tmp_path / "p.csv", frame_rate=30)
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        file["stuff"] = np.zeros(3)
+    with pytest.raises(InvalidInput, match=r"none of SLEAP's analysis .* it holds stuff"):
+        load_tracks(tmp_path / "x.h5", frame_rate=30)
+    text = (DATA / "DLC_one.csv").read_text().replace("\n9,", "\n99,")
+    (tmp_path / "hole.csv").write_text(text)
+    with pytest.raises(InvalidInput, match="frames missing"):
+        load_tracks(tmp_path / "hole.csv", frame_rate=30)
+
+
+@pytest.mark.parametrize("n", [3, 9])
+def test_an_arc_has_one_curvature_and_bends_that_add_up(n):
+    radius, turn = 50.0, np.linspace(0.0, 1.2, n)
+    arc = radius * np.stack([np.sin(turn), 1 - np.cos(turn)], axis=1)
+    spin = np.linspace(0, 7, 11)  # however it points, it bends alike
+    turned = np.stack([arc @ [[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]] for a in spin])
+    tracks = Tracks(position=turned + 3, landmarks=tuple(f"p{k}" for k in range(n)), interval=5.0).scaled(2.0)
+    posture = measure_posture(tracks, tracks.landmarks)
+    np.testing.assert_allclose(posture.bend.sum("joint"), 1.2 * (n - 2) / (n - 1))
+    chord = 2 * 25.0 * np.sin(0.6 / (n - 1))
+    np.testing.assert_allclose(posture.piece_length, chord)
+    np.testing.assert_allclose(posture.curvature, 1.2 / (n - 1) / chord)
+    with pytest.raises(InvalidInput, match="at least 3 different landmarks"):
+        measure_posture(tracks, ("p0", "p1"))
+    with pytest.raises(InvalidInput, match="once; got"):
+        tracks.scaled(2.0)
+
+
+def test_tracks_writes_table_figure_and_numbers(tmp_path):
+    write_deeplabcut(tmp_path / "walk.csv", *plant(np.random.default_rng(1), 0.03))
+    words = ["tracks", tmp_path / "walk.csv", "--frame-rate", RATE, "--bases", "left_base,right_base", "--max-gap", 5]
+    said = CliRunner().invoke(app, [str(w) for w in (*words, "--out", tmp_path / "out", "--json")])
+    assert said.exit_code == 0, said.output
+    found = json.loads(said.stdout)
+    assert found == json.loads((tmp_path / "out/tracks.json").read_text())
+    assert found["mean"] == pytest.approx(204.2, abs=2 * max(found["trials"][0]["error"]))
+    assert found["trials"][0]["doubted"]["left_tip"] > 0
+    table = np.genfromtxt(tmp_path / "out/tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    left = table[table["side"] == "left"]
+    tracks = load_tracks(tmp_path / "walk.csv", frame_rate=RATE)
+    raw = np.rad2deg(compute_antenna_angle(tracks, **BASES)[0])
+    assert np.nanmedian(np.abs(left["angle_deg"] - raw)) < 0.2
+    assert (tmp_path / "out/tracks.png").stat().st_size > 10_000
+    said = CliRunner().invoke(app, [str(w) for w in ("tracks", DATA / "DLC_one.csv", "--frame-rate", 30, "--points",
+                                    "left_tip,head,abdomen", "--out", tmp_path / "p")])  # fmt: skip
+    assert said.exit_code == 0 and "49 of 50 frames whole" in said.output
+    assert xr.open_dataset(tmp_path / "p/DLC_one.posture.nc", engine="h5netcdf").sizes["joint"] == 1
