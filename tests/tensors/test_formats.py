@@ -106,6 +106,34 @@ def test_pynwb_validates_the_file(tmp_path, whole):
         assert file.trials["feature"][1] == "box"
 
 
+@pytest.mark.parametrize(
+    "subject", [{}, {"subject": "c1", "species": "Periplaneta americana", "sex": "F", "age": "P90D"}]
+)
+def test_nwbinspector_finds_nothing_critical_and_no_violation(tmp_path, whole, subject):
+    from nwbinspector import Importance, configure_checks, inspect_nwbfile, load_config
+
+    save(whole, tmp_path / "set.nwb", **NWB, **subject, experimenter="Doe, Jane", institution="Home")
+    checks = configure_checks(config=load_config("dandi"))
+    found = list(inspect_nwbfile(nwbfile_path=tmp_path / "set.nwb", checks=checks))
+    assert [
+        (m.check_function_name, m.message) for m in found if m.importance != Importance.BEST_PRACTICE_SUGGESTION
+    ] == []
+
+
+def test_all_trials_share_one_clock_and_point_at_their_series(tmp_path, whole):
+    from pynwb import NWBHDF5IO
+
+    save(whole, tmp_path / "set.nwb", **NWB)
+    with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
+        trials = io.read().trials
+        start, stop = trials["start_time"][:], trials["stop_time"][:]
+        assert np.all(start[1:] > stop[:-1])
+        np.testing.assert_allclose(stop - start, 1e-3 * np.ptp(whole.time.values))
+        for k, row in enumerate(trials["timeseries"][:]):
+            assert {one.timeseries.name for one in row} == {f"{v}_{k:06d}" for v in ("angle", "curvature", "tip")}
+            assert all(one.timeseries.starting_time == start[k] and one.timeseries.rate == 1000.0 for one in row)
+
+
 def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
     monkeypatch.setitem(sys.modules, "pynwb", None)
     with pytest.raises(MissingExtra, match=r"pip install 'feeler\[nwb\]'"):

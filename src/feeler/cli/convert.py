@@ -13,6 +13,9 @@ EXAMPLES = """Examples:
   feeler convert set.zarr one.csv --variable curvature --trial 3
 
   feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-1
+
+  feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-2 --subject c1
+    --species "Periplaneta americana" --sex F --age P90D --experimenter "Doe, Jane" --institution "Insect lab"
 """
 
 
@@ -23,6 +26,12 @@ def convert(
     trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,
     session_start: Annotated[str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")] = "",
     identifier: Annotated[str, typer.Option(help="unique name of an NWB file")] = "",
+    subject: Annotated[str, typer.Option(help="id of an NWB file's animal; default: the antenna's name")] = "",
+    species: Annotated[str, typer.Option(help="Latin name of the animal, of an NWB file")] = "",
+    sex: Annotated[str, typer.Option(help="M, F, U or O, of an NWB file")] = "U",
+    age: Annotated[str, typer.Option(help="age such as P90D, of an NWB file")] = "",
+    experimenter: Annotated[str, typer.Option(help="as in 'Doe, Jane', of an NWB file")] = "",
+    institution: Annotated[str, typer.Option(help="where it was recorded, of an NWB file")] = "",
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
     """Write tensors in another format; configuration, units, versions, seeds and licence travel along."""
@@ -33,7 +42,8 @@ def convert(
     if target.exists():
         raise InvalidInput(f"{target} exists already. Choose another name.")
     wanted = list_options(target.suffix.lower())
-    given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier}
+    given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier, "subject": subject}
+    given |= {"species": species, "sex": sex, "age": age, "experimenter": experimenter, "institution": institution}
     if "session_start" in wanted:
         given["session_start"] = _parse_start(session_start)
     options = {name: value for name, value in given.items() if name in wanted}

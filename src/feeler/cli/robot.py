@@ -99,7 +99,7 @@ def check(
 @app.command()
 def convert(
     recordings: Files,
-    out: Annotated[Path, typer.Option(help="ending .zarr, .nc, .mat or .nwb")],
+    out: Annotated[Path, typer.Option(help="ending .zarr, .nc or .mat; for NWB give the .nc to feeler convert")],
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
     outside: Outside = "refuse",

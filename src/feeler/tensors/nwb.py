@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,29 @@ from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.csvfile import exact_numbers
 from feeler.tensors.plain import complete, describe
 
+PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
+UNIDENTIFIED = "http://purl.obolibrary.org/obo/NCBITaxon_32644"  # NCBI's taxon "unidentified": a model has no species
+SEXES = ("M", "F", "U", "O")
 
-def save_nwb(dataset: xr.Dataset, path: str | os.PathLike, *, session_start: datetime, identifier: str) -> None:
+
+def save_nwb(
+    dataset: xr.Dataset,
+    path: str | os.PathLike,
+    *,
+    session_start: datetime,
+    identifier: str,
+    subject: str = "",
+    species: str = "",
+    sex: str = "U",
+    age: str = "",
+    experimenter: str = "",
+    institution: str = "",
+) -> None:
     """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials, and the notes.
+
+    All trials share the session's clock: trial k starts at k · (its length + 1 s), because a Dataset does not hold when it
+    was recorded, and points at its series. nwbinspector finds nothing critical and no violation; what it suggests beside is
+    given by the words below.
 
     Parameters
     ----------
@@ -23,6 +44,12 @@ def save_nwb(dataset: xr.Dataset, path: str | os.PathLike, *, session_start: dat
         When the recording began, with its time zone; NWB demands it and feeler will not make it up.
     identifier
         A name that no other NWB file of yours has.
+    subject, species, sex, age
+        Who was recorded: an id, a Latin name such as ``Periplaneta americana``, M, F, U or O, and an age such as ``P90D``.
+        Without them the subject is the antenna's name, of unknown sex and age (``P0D/``) and NCBI's taxon "unidentified": a
+        model is no animal.
+    experimenter, institution
+        As ``Family, Given``, and a name; left out where empty.
 
     Raises
     ------
@@ -37,6 +64,8 @@ def save_nwb(dataset: xr.Dataset, path: str | os.PathLike, *, session_start: dat
         raise MissingExtra("NWB files need pynwb: pip install 'feeler[nwb]'.") from error
     if session_start.tzinfo is None or not identifier:
         raise InvalidInput("session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text.")
+    if sex not in SEXES:
+        raise InvalidInput(f"sex must be one of {', '.join(SEXES)}, got {sex!r}.")
     dataset = complete(dataset)
     series = [str(name) for name, item in dataset.variables.items() if {"trial", "time"} <= set(item.dims)]
     if not series or "time" not in dataset.coords:
@@ -47,15 +76,23 @@ def save_nwb(dataset: xr.Dataset, path: str | os.PathLike, *, session_start: dat
         session_start_time=session_start.astimezone(UTC),
         notes=_describe(dataset, series),
         keywords=["tactile", "antenna", "feeler"],
+        experiment_description=f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the notes.",
+        experimenter=experimenter or None,
+        institution=institution or None,
+        subject=_make_subject(dataset, subject, species, sex, age),
     )
-    seconds = dataset.time.values * 1e-3
+    clock = _make_clock(dataset)
+    held: list[list[Any]] = [[] for _ in range(dataset.sizes["trial"])]
     for name in series:
         ordered = dataset[name].transpose("trial", "time", ...)
         for index in range(dataset.sizes["trial"]):
             unit = str(ordered.attrs.get("units", "unknown"))
             values, title = ordered.values[index], f"{name}_{index:06d}"
-            file.add_acquisition(TimeSeries(name=title, data=values, unit=unit, timestamps=seconds))
-    _add_trials(file, dataset, float(seconds[-1]))
+            words = f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
+            one = TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index))
+            file.add_acquisition(one)
+            held[index].append(one)
+    _add_trials(file, dataset, held)
     temporary = Path(path).with_name(f".{Path(path).name}.tmp.nwb")
     try:
         with NWBHDF5IO(str(temporary), "w") as io:
@@ -72,11 +109,38 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
     return json.dumps({"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str)
 
 
-def _add_trials(file: Any, dataset: xr.Dataset, stop: float) -> None:
+def _make_subject(dataset: xr.Dataset, subject: str, species: str, sex: str, age: str) -> Any:
+    from pynwb.file import Subject
+
+    names = np.unique(np.atleast_1d(dataset["antenna"].values)).tolist() if "antenna" in dataset.variables else []
+    return Subject(
+        subject_id=subject or ", ".join(map(str, names)).replace("/", "_") or "unknown",
+        species=species or UNIDENTIFIED,
+        sex=sex,
+        age=age or "P0D/",
+        description="given by the user" if subject else "a model or a device named as the antenna; no animal is stated",
+    )
+
+
+def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
+    """Trial → its place on the session's clock [s], as start and rate where the samples are even."""
+    seconds = dataset.time.values * 1e-3
+    length = float(seconds[-1] - seconds[0]) + PAUSE
+    step = np.diff(seconds)
+    if seconds.size > 1 and np.ptp(step) <= 1e-6 * step.mean():
+        rate = float(np.round(1 / step.mean(), 6))
+        return lambda k: {"starting_time": float(seconds[0]) + k * length, "rate": rate}
+    return lambda k: {"timestamps": seconds + k * length}
+
+
+def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
     labels = {str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)}
     for name, item in labels.items():
         file.add_trial_column(name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]")
     for index in range(dataset.sizes["trial"]):
         values = {name: item.values[index] for name, item in labels.items()}
         plain = {name: str(value) if isinstance(value, str) else value for name, value in values.items()}
-        file.add_trial(start_time=0.0, stop_time=stop, **plain)
+        series = held[index]
+        start = series[0].starting_time if series[0].rate else float(series[0].timestamps[0])
+        stop = start + float(dataset.time[-1] - dataset.time[0]) * 1e-3
+        file.add_trial(start_time=start, stop_time=stop, timeseries=series, **plain)
