@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from feeler.antenna.beam import Along, compute_beam
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
@@ -67,6 +68,35 @@ class Antenna(Frozen):
         object.__setattr__(self, "sensors", _check_sensors(self.sensors, n))
         if not isinstance(self.name, str):
             raise InvalidInput(f"Antenna.name must be text, got {str(self.name)[:40]!r}.")
+
+    @classmethod
+    def from_beam(
+        cls,
+        *,
+        length: float,
+        modulus: Along,
+        density: Along,
+        radius: Along | None = None,
+        width: Along | None = None,
+        thickness: Along | None = None,
+        n_segments: int = 60,
+        damping_time: float = 0.0,
+        **fields: Any,
+    ) -> "Antenna":
+        """An antenna by its making: k = E·I/ℓ in each hinge (twice that in hinge 1, which stands for half a segment), m = ρ·A·ℓ.
+
+        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa] and ``density`` [g/mm³] are numbers or functions of the
+        place x, 0 at the base and 1 at the tip: ``radius=lambda x: 0.2 - 0.15 * x``. The section is a full circle of
+        ``radius``, or a strip that bends across its ``thickness``. Damping is ``damping_time`` [ms] times stiffness. Other
+        ``fields`` (sensors, rest_angle, name) are the antenna's own.
+
+        Raises
+        ------
+        InvalidInput
+            No section or two, or a quantity that is not > 0 all along.
+        """
+        beam = compute_beam(length, n_segments, radius, width, thickness, modulus, density, damping_time)
+        return cls(**{**beam, **fields})
 
     def __repr__(self) -> str:
         mass, sensors = 1e3 * self.segment_mass.sum(), self.sensors.size

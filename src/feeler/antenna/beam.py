@@ -1,0 +1,60 @@
+"""Antennas by their making: a slender beam of one material, as segments and hinges."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from feeler.errors import InvalidInput
+
+Along = float | Callable[[np.ndarray], Any]
+"""One number, or a function of the place x along the length (0 base, 1 tip)."""
+
+
+def compute_beam(
+    length: float,
+    n_segments: int,
+    radius: Along | None,
+    width: Along | None,
+    thickness: Along | None,
+    modulus: Along,
+    density: Along,
+    damping_time: float,
+) -> dict[str, np.ndarray]:
+    """Fields of an antenna for a beam; see :meth:`feeler.Antenna.from_beam`."""
+    if (radius is None) == (width is None or thickness is None) or (width is None) != (thickness is None):
+        raise InvalidInput("a beam needs either radius [mm], or width and thickness [mm].")
+    for name, value in (("length", length), ("n_segments", n_segments)):
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
+    if not (np.isfinite(damping_time) and damping_time >= 0):
+        raise InvalidInput(f"damping_time must be finite and ≥ 0 ms, got {damping_time}.")
+    size = length / n_segments
+    hinge = np.arange(n_segments) / n_segments
+    middle = hinge + 0.5 / n_segments
+    if radius is not None:
+        area, moment = np.pi * _at("radius", radius, middle) ** 2, np.pi / 4 * _at("radius", radius, hinge) ** 4
+        half = _at("radius", radius, middle)
+    else:
+        area = _at("width", width, middle) * _at("thickness", thickness, middle)
+        moment = _at("width", width, hinge) * _at("thickness", thickness, hinge) ** 3 / 12
+        half = _at("thickness", thickness, middle) / 2
+    stiffness = _at("modulus", modulus, hinge) * moment / size
+    stiffness[0] *= 2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
+    return {
+        "segment_length": np.full(n_segments, size),
+        "segment_mass": _at("density", density, middle) * area * size,
+        "radius": half,
+        "stiffness": stiffness,
+        "damping": damping_time * stiffness,
+    }
+
+
+def _at(name: str, value: Along | None, x: np.ndarray) -> np.ndarray:
+    """A quantity at places along the beam."""
+    values = np.broadcast_to(np.asarray(value(x) if callable(value) else value, dtype=float), x.shape).copy()
+    if not np.all(np.isfinite(values) & (values > 0)):
+        raise InvalidInput(
+            f"{name} must be finite and > 0 all along the beam, got {values.min():.4g} to {values.max():.4g}."
+        )
+    return values
