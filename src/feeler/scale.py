@@ -36,11 +36,9 @@ class Scale:
     locations: tuple[float, ...] = LOCATIONS
     shapes: tuple[str, ...] = ("ball", "box", "triangle")
     movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
-    """Touches that Movie S2 shows."""
-    frames: Mapping[str, int] = field(
-        default_factory=lambda: MappingProxyType({"S1": 90, "S2": 48, "S3": 84, "S4": 100})
-    )
-    """Frames of each movie."""
+    """Touches that Movie S2 also shows each by itself."""
+    fps: int = 25
+    """Frames per second of every movie."""
 
     # calibration
     fit_starts: int = 3
@@ -146,7 +144,8 @@ QUICK = Scale(
     name="quick",
     queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *REST),
     control_speeds=("slow",),
-    frames={"S1": 40, "S2": 32, "S3": 24, "S4": 40},
+    movie_speeds=(),
+    fps=12,
     fit_starts=0,
     control_starts=0,
     error_places=0,
@@ -200,8 +199,7 @@ SMOKE = replace(
     speeds=("fast", "slow"),
     locations=(LOCATIONS[0], LOCATIONS[-1]),
     shapes=("ball", "box"),
-    movie_speeds=("fast",),
-    frames={"S1": 12, "S2": 12, "S3": 8, "S4": 10},
+    fps=3,
     draws=50,
     impact_speeds=(),
     wall_part="smoke",

@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +38,7 @@ def reproduce(
     seed: Annotated[int, typer.Option(min=0, help="root of all randomness")] = 0,
     workers: Annotated[int | None, typer.Option(help="processes side by side; default one per core")] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")] = False,
+    open_: Annotated[bool, typer.Option("--open", help="show the report in the browser when it is there")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
@@ -66,6 +68,8 @@ def reproduce(
         )
         raise typer.Exit(130) from None
     _summarise(context, made, time.perf_counter() - start, log_json)
+    if open_:
+        webbrowser.open((out / "report.html").resolve().as_uri())
 
 
 def _make_reporter(log_json: bool, total: int, start: float):

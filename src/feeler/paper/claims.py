@@ -39,6 +39,8 @@ class Claim:
     tag: str
     kind: str
     section: str
+    figure: str = ""
+    """The figure that it speaks of, and beside which it stands; empty: it stands at the end of its section."""
     keys: tuple[str, ...] = ()
     """Values it is judged by; where there are ``definitions``, each holds ``{definition}``."""
     target: float = 0.0

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle
 
@@ -15,7 +17,8 @@ from feeler.experiment.release import release
 from feeler.paper.context import Context
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.plotting.look import PALETTE, style
-from feeler.plotting.movie import write_movie
+from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.posture import MovingAntenna
 from feeler.report.section import Section
 from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
 
@@ -109,29 +112,34 @@ def plot_impulse(data: Fig2BData, ax) -> None:
     ax.legend(loc="upper left")
 
 
-def write_movie_s1(antenna: Antenna, data: Fig2BData, path: Path, n_frames: int, fps: int = 25) -> Path:
-    """Antenna and cylinder left, tip displacement right: the impulse with the lever, about twenty-five times slower than life."""
+def write_movie_s1(antenna: Antenna, data: Fig2BData, path: Path, fps: int = FPS) -> Path:
+    """Antenna and cylinder left, tip displacement right: the impulse with the lever."""
     motion = data.motion
     points = antenna.shape(motion.angle)
-    frames = np.unique(np.linspace(0, len(motion.time) - 1, min(n_frames, len(motion.time))).astype(int))
+    curvature = motion.angle / antenna.segment_length
+    frames = choose_frames(motion.time, fps=fps)
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
-        (line,) = left.plot([], [], color="#5b3a1e", linewidth=2)
+        norm = Normalize(-(top := float(np.abs(curvature).max())), top)
+        line = MovingAntenna(antenna, left, norm, "RdBu_r")
         cylinder = left.add_patch(Circle((0, 0), RADIUS, color=PALETTE[2]))
-        left.set(xlim=(-12, 30), ylim=(-2, 1.15 * antenna.length), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+        high = 1.05 * max(antenna.length, float(motion.object[:, 1].max()) + RADIUS)
+        left.set(xlim=(-12, 30), ylim=(-2, high), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+        figure.colorbar(ScalarMappable(norm, "RdBu_r"), ax=left, label="curvature [1/mm]")
         right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
         (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
         right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
-        right.set(xlabel="time from the largest deflection [ms]", ylabel="tip displacement / largest")
+        right.set(xlabel="time from the largest deflection [ms]", ylabel="tip displacement against the push / largest")
         right.legend(loc="lower right")
+        clock = right.set_title(say_clock(float(motion.time[-1])))
 
         def draw(k: int) -> list:
             now = frames[k]
-            line.set_data(*points[now].T)
             cylinder.center = tuple(motion.object[now])
             trace.set_data(data.impulse_time[: now + 1], data.impulse[: now + 1])
-            return [cylinder, line, trace]
+            clock.set_text(say_clock(float(motion.time[now])))
+            return [cylinder, *line.move(points[now], curvature[now]), trace, clock]
 
         return write_movie(path, figure, draw, len(frames), fps)
 
@@ -154,6 +162,10 @@ def show(context: Context, section: Section) -> None:
         impulse_time=data.impulse_time,
     )
     movie = section.folder / "movieS1_impulse.mp4"
-    write_movie_s1(context.antenna, data, movie, context.effort.frames["S1"])
-    section.movie(movie, "The impulse test in simulation, slowed down. (Movie S1)")
+    write_movie_s1(context.antenna, data, movie, context.effort.fps)
+    section.movie(
+        movie,
+        f"The impulse test in simulation, {SLOWER:g} times slower than life: a cylinder on a lever pushes the antenna to the "
+        "right and slips off. Displacement is drawn against the push, as the published trace is. (Movie S1)",
+    )
     section.values["calibration.rejected"] = data.free.rejected

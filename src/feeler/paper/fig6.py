@@ -16,12 +16,13 @@ from feeler.dispersion import INDICES
 from feeler.paper.context import Context
 from feeler.paper.fig6_data import Fig6Data, load
 from feeler.plotting.look import PALETTE, style
-from feeler.plotting.movie import write_movie
+from feeler.plotting.movie import say_clock, write_movie
 from feeler.report.section import Section
 from feeler.robot import Recording, Touches, compute_tip, make_robot
 from feeler.robot.comparison import compute_comparison
 
 PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
+RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
 (BALL, BOX), SIMULATED, SURROGATE = PALETTE[:2], "#000000", PALETTE[3]
 
 
@@ -96,15 +97,21 @@ def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
         {"color": SIMULATED, "ls": "--", "label": "simulation, fitted"},
     )
     lines = [ax.plot([], [], marker="o", ms=3, **look)[0] for look in looks]
-    clock = ax.text(0.98, 0.98, "", transform=ax.transAxes, ha="right", va="top")
-    ax.set(xlim=(-2, 70), ylim=(-30, 30), aspect="equal", xlabel="from hinge 1 [mm]", ylabel="sideways [mm]")
-    ax.legend(frameon=False, fontsize="x-small", loc="upper left")
+    clock = ax.set_title(say_clock(RELEASE_SPAN, RELEASE_SLOWER))
+    ax.set(
+        xlim=(-2, 1.08 * robot.length),
+        ylim=(-35, 35),
+        aspect="equal",
+        xlabel="from hinge 1 [mm]",
+        ylabel="sideways [mm]",
+    )
+    ax.legend(loc="upper left", fontsize=9)
 
     def move(time: float) -> list:
         for line, angle in zip(lines, angles, strict=True):
             points = robot.shape(angle[:, min(round(time), angle.shape[1] - 1)])
             line.set_data(points[:, 1], points[:, 0])
-        clock.set_text(f"{time:.0f} ms")
+        clock.set_text(say_clock(time, RELEASE_SLOWER))
         return [*lines, clock]
 
     return move
@@ -207,10 +214,14 @@ def _write_movie(context: Context, section: Section, data: Fig6Data) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         move = draw_release(data, figure.subplots())
-        path = write_movie(
-            section.folder / "movieS4_release.mp4", figure, lambda k: move(10.0 * k), context.effort.frames["S4"]
-        )
-    section.movie(path, "Release of the surrogate robot and of the model fitted to it, slowed down. (Movie S4)")
+        fps = context.effort.fps
+        times = np.arange(0.0, RELEASE_SPAN, 1000 / fps / RELEASE_SLOWER)
+        path = section.folder / "movieS4_release.mp4"
+        write_movie(path, figure, lambda k: move(float(times[k])), len(times), fps)
+    section.movie(
+        path,
+        f"Release of the surrogate robot and of the model fitted to it, {RELEASE_SLOWER:g} times slower than life. (Movie S4)",
+    )
 
 
 def _list_scores(section: Section, data: Fig6Data) -> None:

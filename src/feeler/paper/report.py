@@ -4,33 +4,43 @@ import json
 import os
 import platform
 import tomllib
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
 from pypdf import PdfReader, PdfWriter
 
 from feeler.paper.context import Context
-from feeler.paper.findings import list_findings
+from feeler.paper.findings import list_findings, list_numbers, list_topics
 from feeler.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
 from feeler.physics.contact import get_contact
 from feeler.provenance import list_versions
-from feeler.report.page import Part, open_templates, render_page
+from feeler.report.page import Part, embed, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
+
+QUESTION = "Does an antenna that is stiff at its base, soft at its tip, and slow to touch, feel more?"
+OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
     """Write ``report.html``, ``figures.pdf`` (not at smoke scale) and ``numbers.json``; copy each figure's files and
     numbers to ``figures/``."""
     templates: Any = open_templates("feeler.paper").get_template("report.html").module
+    made = {str(block["name"]): section.name for section in sections for block in section.blocks if "name" in block}
+    opening, beside = Markup(""), dict[str, Markup]()
     if context.is_cockroach:
+        opening, beside = _open(templates, sections, claims), _group(templates, claims, made)
         findings = list_findings({key: value for section in sections for key, value in section.values.items()})
-        first = Part(name="claims", title="What holds", body=_fill_verdicts(templates, claims, findings))
+        first = Part(
+            name="claims", title="Every claim and its verdict", body=_fill_verdicts(templates, claims, findings)
+        )
     else:
         title = "The paper's measures, of this antenna"
         first = Part(name="claims", title=title, body=templates.measures(claims))
-    made = {block["name"]: section.name for section in sections for block in section.blocks if "name" in block}
-    body = templates.places([{"prefix": "", "note": ""} | place for place in _load_places()], made)
+    names = [str(name).removesuffix(".mp4") for name in made]
+    body = templates.places([{"prefix": "", "note": ""} | place for place in _load_places()], names)
     places = Part(name="places", title="Every figure and movie", body=body)
     versions = ", ".join(f"{name} {version}" for name, version in list_versions().items())
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
@@ -38,7 +48,9 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     methods = Part(name="methods", title="Methods and conditions", body=body)
     other = f"The antenna '{context.antenna.name}', touched"
     title = "Soft antennae, touched" if context.is_cockroach else other
-    page = render_page(title, _describe(context), [first, *sections, places, methods])
+    parts: list[Section | Part]
+    parts = [*sections, first, places, methods] if context.is_cockroach else [first, *sections, places, methods]
+    page = render_page(title, _describe(context), parts, opening=opening, beside=beside)
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
     _write_numbers(context.out / "numbers.json", context, sections, claims)
@@ -49,6 +61,34 @@ def _fill_verdicts(templates: Any, claims: list[Judged], findings: list[tuple[st
     paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
     counts = {word: paper[word] for word in EVIDENCE}
     return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours, findings)
+
+
+def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Markup:
+    """The first screen: the question, a movie, what holds and what does not, and a few numbers."""
+    values = {key: value for section in sections for key, value in section.values.items()}
+    counts = {word: count_verdicts(claims)[word] for word in EVIDENCE}
+    found: dict[str, str] = {"movie": "", "still": "", "caption": ""}
+    for section in sections:
+        for block in section.blocks:
+            if block.get("name") == OPENING_MOVIE:
+                movie = section.folder / OPENING_MOVIE
+                found = {
+                    "movie": embed(movie),
+                    "still": embed(movie.with_suffix(".jpg")),
+                    "caption": str(block["caption"]),
+                }
+    return templates.opening(
+        QUESTION, numbers=list_numbers(values), topics=list_topics(values, claims), counts=counts, **found
+    )
+
+
+def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
+    """The claims that stand beside each figure; where a run has not made it, at the end of the section."""
+    groups: dict[str, list[Judged]] = {}
+    for judged in claims:
+        place = judged.claim.figure if judged.claim.figure in made else judged.claim.section
+        groups.setdefault(place, []).append(judged)
+    return {place: templates.beside(found, place in made) for place, found in groups.items()}
 
 
 def _load_places() -> list[dict[str, str]]:

@@ -5,6 +5,7 @@ is no evidence for or against and is not counted with it: *by construction*, *ci
 the paper does not give, *no evidence* (identical touches do as well), *not comparable*.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -127,7 +128,9 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
 def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> Judged:
     known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.shows))
     found = [values[key] for key in keys if values.get(key) is not None]
-    ours = "; ".join(map(_show, found)) or "–"
+    names = name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
+    ours = "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True)) if names else ""
+    ours = ours or "; ".join(map(_show, found)) or "–"
 
     def say(verdict: str, why: str) -> Judged:
         return Judged(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
@@ -143,6 +146,12 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
     if claim.null and (reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])):
         return say("no evidence", f"{why}, but {reason}")
     return say(verdict, why)
+
+
+def name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between digits divides nothing."""
+    parts = [re.split(r"(?<!\d)\.|\.(?!\d)", key) for key in keys]
+    return tuple(" ".join(p for k, p in enumerate(own) if {q[k] for q in parts if len(q) > k} != {p}) for own in parts)
 
 
 def _find_hindrance(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:

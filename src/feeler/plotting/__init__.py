@@ -5,7 +5,7 @@ from feeler.plotting.look import style
 from feeler.plotting.movie import write_movie
 from feeler.plotting.posture import make_patch, plot_posture, plot_profiles
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
-from feeler.plotting.touch import plot_touch, write_touch_movie
+from feeler.plotting.touch import plot_touch, write_touch_movie, write_touches_movie
 
 __all__ = [
     "make_patch",
@@ -18,4 +18,5 @@ __all__ = [
     "style",
     "write_movie",
     "write_touch_movie",
+    "write_touches_movie",
 ]

@@ -8,21 +8,39 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from feeler.checked import checked
 from feeler.errors import MissingExtra
 from feeler.plotting.look import fix_layout
 
 DPI = 110
+SLOWER = 30.0
+"""Times slower than life, the same in every movie of a touch, so that fast and slow ones can be compared by eye."""
+FPS = 15
+STILL = 66  # % of the movie
 DrawFrame = Callable[[int], Sequence[Artist] | None]
 
 
 @checked
-def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = 25) -> Path:
+def choose_frames(time: np.ndarray, *, slower: float = SLOWER, fps: int = FPS) -> np.ndarray:
+    """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last one is among them."""
+    n_frames = max(2, round((time[-1] - time[0]) * slower * fps / 1000))
+    return np.searchsorted(time, np.linspace(time[0], time[-1], n_frames) - 1e-9).clip(max=len(time) - 1)
+
+
+def say_clock(time: float, slower: float = SLOWER) -> str:
+    """The words that stand in every movie."""
+    return f"{time:.0f} ms, {slower:g}× slower than life"
+
+
+@checked
+def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = FPS) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
     Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging rest, which is
-    many times faster. The file appears under its name only when it is whole.
+    many times faster. The file appears under its name only when it is whole; a frame at two thirds of it stands beside
+    it as a still, ``.jpg``, for paper and for those who want no moving pictures.
 
     Raises
     ------
@@ -55,6 +73,8 @@ def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int
             background = _draw(figure, canvas, draw_frame(k), background)
             frame = np.asarray(canvas.buffer_rgba())[: size[1], : size[0], :3]
             writer.send(np.ascontiguousarray(frame))
+            if k == STILL * n_frames // 100:
+                Image.fromarray(frame).save(path.with_suffix(".jpg"), quality=88)
     finally:
         writer.close()
     return partial.replace(path)

@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
-from feeler.plotting.look import set_decades
+from feeler.plotting.look import TENSOR_COLOURS, set_decades
 from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
@@ -22,6 +25,41 @@ SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis
 def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: Any) -> None:
     """One posture: base, hinges and tip (joint, 2) [mm] as a line."""
     ax.plot(points[:, 0], points[:, 1], **({"color": "#5b3a1e", "solid_capstyle": "round"} | line))
+
+
+class MovingAntenna:
+    """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its sensors as dots."""
+
+    def __init__(self, antenna: Antenna, ax: Axes, norm: Normalize, colours: str = TENSOR_COLOURS) -> None:
+        self.antenna = antenna
+        self._skin = LineCollection([], colors="#1b1f24", capstyle="round", zorder=3)
+        self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
+        for lines in (self._skin, self._line):
+            ax.add_collection(lines, autolim=False)
+        (self._dots,) = ax.plot([], [], "o", ms=0.9, mfc="#ffffff", mew=0, zorder=5)
+
+    @property
+    def colours(self) -> LineCollection:
+        """For a colour bar."""
+        return self._line
+
+    def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
+        """Artists changed to a posture (joint, 2) [mm] whose hinges have these values (segment,)."""
+        parts = np.stack([points[:-1], points[1:]], axis=1)
+        width = self._measure_width()
+        for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):
+            lines.set_segments(list(parts))
+            lines.set_linewidth(list(width + wider))
+        self._line.set_array(values)
+        self._dots.set_data(*points[self.antenna.sensors - 1].T)
+        return [self._skin, self._line, self._dots]
+
+    def _measure_width(self) -> np.ndarray:
+        """The true diameter of each segment [points], but never too thin to see its colour."""
+        ax = self._line.axes
+        assert ax is not None
+        per_mm = np.diff(ax.transData.transform([(0.0, 0.0), (1.0, 0.0)])[:, 0])[0]
+        return np.maximum(2 * self.antenna.radius * per_mm * 72 / ax.figure.dpi, 2.4)
 
 
 @checked

@@ -1,19 +1,28 @@
 """Draw tactile tensors: sensors from base (bottom) to tip (top) over time."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from feeler.checked import checked
 
+GID = "tensor"
+LEVELS = 64  # of a colour scale that a page knows
+
 
 @checked
-def plot_tensor(tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize, labels: bool = True) -> AxesImage:
-    """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``."""
+def plot_tensor(
+    tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize, labels: bool = True, unit: str = "/mm"
+) -> AxesImage:
+    """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``, whose values are in ``unit``."""
     step = time[1] - time[0] if len(time) > 1 else 1.0
     extent = (time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5)
     image = ax.imshow(tensor, origin="lower", aspect="auto", extent=extent, norm=norm, interpolation="nearest")
+    _remember(image, unit)
     if labels:
         ax.set_xlabel("time [ms]")
         ax.set_ylabel("sensor (base → tip)")
@@ -22,7 +31,13 @@ def plot_tensor(tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize,
 
 @checked
 def plot_tensor_grid(
-    tensors: list[list[np.ndarray]], time: np.ndarray, ax: Axes, norm: Normalize, rows: list[str], columns: list[str]
+    tensors: list[list[np.ndarray]],
+    time: np.ndarray,
+    ax: Axes,
+    norm: Normalize,
+    rows: list[str],
+    columns: list[str],
+    unit: str = "/mm",
 ) -> AxesImage:
     """Small multiples (row, column) of tensors as one picture on one colour scale; time [ms] under every column.
 
@@ -36,15 +51,42 @@ def plot_tensor_grid(
         for j, tensor in enumerate(row):
             mosaic[high * i :, wide * j :][:n_sensors, :n_samples] = tensor[::-1]  # tip upwards
     image = ax.imshow(mosaic, aspect="auto", norm=norm, interpolation="nearest")
+    step = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    grid = {"rows": rows, "columns": columns, "wide": wide, "high": high, "sensors": n_sensors, "start": float(time[0])}
+    _remember(image, unit, grid | {"step": step})
+    levels = [(high * i + n_sensors - end, str(end)) for i in range(len(rows)) for end in (1, n_sensors)]
     ax.set_yticks([high * i + n_sensors / 2 for i in range(len(rows))], rows)
-    middle = n_samples // 2
-    ax.set_xticks(
-        [wide * j + sample for j in range(len(columns)) for sample in (0, middle)],
-        [f"{time[sample]:.0f}" for _ in columns for sample in (0, middle)],
-    )
+    ax.set_yticks([place for place, _ in levels], [words for _, words in levels], minor=True)
+    last = n_samples - 1
+    marks = [(wide * j + sample, f"{time[sample]:.0f}") for j in range(len(columns)) for sample in (0, last)]
+    ax.set_xticks([place for place, _ in marks], [words for _, words in marks])
+    for label, at_end in zip(ax.get_xticklabels(), [False, True] * len(columns), strict=True):
+        label.set_horizontalalignment("right" if at_end else "left")
+    ax.tick_params(axis="y", which="major", pad=16)
+    ax.tick_params(axis="y", which="minor", labelsize=7)
     top = ax.secondary_xaxis("top")
     top.set_xticks([wide * j + n_samples / 2 for j in range(len(columns))], columns)
     for axis in (ax, top):
-        axis.tick_params(length=2)
+        axis.tick_params(length=2, which="both")
         axis.spines[:].set_visible(False)
     return image
+
+
+def _remember(image: AxesImage, unit: str, grid: dict[str, Any] | None = None) -> None:
+    image.set_gid(GID)
+    image.tensor = {"unit": unit, "grid": grid}  # type: ignore[attr-defined]
+
+
+def list_tensors(figure: Figure) -> list[dict[str, Any]]:
+    """Where each tensor stands in a figure that is laid out, and what its colours mean: so a page can tell values."""
+    found = []
+    for ax in figure.axes:
+        for image in ax.images:
+            if image.get_gid() == GID:
+                low, high = image.norm.vmin, image.norm.vmax
+                colours = (
+                    np.round(255 * image.get_cmap()(np.linspace(0, 1, LEVELS))[:, :3]).astype(int).ravel().tolist()
+                )
+                place = {"box": [round(v, 5) for v in ax.get_position().bounds], "x": ax.get_xlim(), "y": ax.get_ylim()}
+                found.append(place | {"low": low, "high": high, "colours": colours} | image.tensor)  # type: ignore[attr-defined]
+    return found

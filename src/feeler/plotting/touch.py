@@ -1,22 +1,25 @@
 """One touch, drawn: its tensor as a picture, and the antenna meeting the feature while its tensor grows as a movie."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Patch
+from matplotlib.text import Text
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.plotting.look import style
-from feeler.plotting.movie import write_movie
-from feeler.plotting.posture import make_patch
+from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial
-
-FRAMES = 48
 
 
 @checked
@@ -27,40 +30,85 @@ def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
 
 
+class _View:
+    """A touch as it goes on: the antenna meets the feature in one axes while its tensor grows in the other."""
+
+    def __init__(
+        self, antenna: Antenna, trial: Trial, tensors: xr.Dataset, norm: Normalize, axes: Sequence[Axes]
+    ) -> None:
+        self.trial, self.placement = trial, place(antenna, trial)
+        self.time, self.curvature = tensors["time"].values, tensors["curvature"].values[0]
+        self.points = antenna.shape(tensors["angle"].values[0].T)
+        above, below = axes
+        reach = antenna.length
+        above.set(xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal")
+        self.ax, self.antenna = above, MovingAntenna(antenna, above, norm)
+        self.image = plot_tensor(self.curvature[antenna.sensors - 1], self.time, below, norm)
+        self.sensors = antenna.sensors - 1
+        self.patch: Patch = above.add_patch(Circle((0, 0)))
+
+    def move(self, time: float) -> list[Artist]:
+        """Artists changed to a time [ms]."""
+        now = min(int(np.searchsorted(self.time, time - 1e-9)), len(self.time) - 1)
+        self.patch.remove()
+        origin = self.placement.origin + self.placement.velocity * self.time[now]
+        self.patch = self.ax.add_patch(make_patch(self.trial.shape, origin, self.placement.forward))
+        self.image.set_data(np.where(self.time <= self.time[now], self.curvature[self.sensors], np.nan))
+        return [self.image, self.patch, *self.antenna.move(self.points[now], self.curvature[:, now])]
+
+
 @checked
 def write_touch_movie(
-    antenna: Antenna, trial: Trial, tensors: xr.Dataset, path: Path, n_frames: int = FRAMES, fps: int = 25
+    antenna: Antenna, trial: Trial, tensors: xr.Dataset, path: Path, *, slower: float = SLOWER, fps: int = FPS
 ) -> Path:
     """Shape and feature left, growing tensor right; ``tensors`` holds one touch recorded at every hinge."""
-    time, curvature = tensors["time"].values, tensors["curvature"].values[0]
-    points, placement = antenna.shape(tensors["angle"].values[0].T), place(antenna, trial)
-    frames = np.unique(np.linspace(0, len(time) - 1, min(n_frames, len(time))).astype(int))
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
-        (line,) = left.plot([], [], color="#5b3a1e", linewidth=2)
-        reach = antenna.length
-        left.set(xlim=(-0.35 * reach, 0.85 * reach), ylim=(-0.1 * reach, 1.1 * reach), aspect="equal")
+        norm = Normalize(0.0, max(float(tensors["curvature"].max()), 1e-9))
+        view = _View(antenna, trial, tensors, norm, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
-        norm = Normalize(0.0, max(float(curvature.max()), 1e-9))
-        image = plot_tensor(curvature, time, right, norm)
-        right.set_ylabel("hinge (base → tip)")
-        figure.colorbar(image, ax=right, label="curvature [1/mm]")
-        left.set_title(trial.label, fontsize=7)
-        clock = left.text(0.98, 0.98, "", transform=left.transAxes, ha="right", va="top", fontsize=8)
-        patch = None
+        left.set_title(trial.label, fontsize=8)
+        figure.colorbar(view.image, ax=right, label="curvature [1/mm]")
+        return _write([view], path, figure, right.set_title("0 ms"), slower, fps)
 
-        def draw(k: int) -> list:
-            nonlocal patch
-            now = frames[k]
-            line.set_data(points[now, :, 0], points[now, :, 1])
-            if patch is not None:
-                patch.remove()
-            origin = placement.origin + placement.velocity * time[now]
-            patch = left.add_patch(make_patch(trial.shape, origin, placement.forward))
-            grown = np.where(time[None, :] <= time[now], curvature, np.nan)
-            image.set_data(grown)
-            clock.set_text(f"{time[now]:.0f} ms")
-            return [image, patch, line, clock]
 
-        return write_movie(path, figure, draw, len(frames), fps)
+@checked
+def write_touches_movie(
+    antenna: Antenna,
+    touches: Mapping[str, tuple[Trial, xr.Dataset]],
+    path: Path,
+    *,
+    slower: float = SLOWER,
+    fps: int = FPS,
+) -> Path:
+    """Touches side by side on one clock and one colour scale, each antenna above its growing tensor.
+
+    ``touches`` by title; each Dataset holds one touch recorded at every hinge. Narrow, so that a phone shows it legibly.
+    """
+    with style():
+        figure = Figure(figsize=(4.6, 5.0), layout="constrained")
+        axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
+        norm = Normalize(0.0, max(float(tensors["curvature"].max()) for _, tensors in touches.values()))
+        views = []
+        for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
+            views.append(_View(antenna, trial, tensors, norm, column))
+            column[0].set_title(title, fontsize=9)
+        for ax in axes[:, 1:].flat:
+            ax.set(ylabel="", yticklabels=[])
+        axes[0, 0].set_ylabel("y [mm]")
+        bar = figure.colorbar(views[0].image, ax=axes, location="bottom", label="curvature [1/mm]", aspect=50, pad=0.02)
+        bar.ax.tick_params(labelsize=8)
+        return _write(views, path, figure, figure.suptitle("0 ms", fontsize=10), slower, fps)
+
+
+def _write(views: Sequence[_View], path: Path, figure: Figure, clock: Text, slower: float, fps: int) -> Path:
+    time = max((view.time for view in views), key=lambda times: float(times[-1]))
+    shown = time[choose_frames(time, slower=slower, fps=fps)]
+    clock.set_text(say_clock(float(shown[-1]), slower))  # as long as it gets: the place that it is laid out for
+
+    def draw(k: int) -> list[Artist]:
+        clock.set_text(say_clock(float(shown[k]), slower))
+        return [*(artist for view in views for artist in view.move(float(shown[k]))), clock]
+
+    return write_movie(path, figure, draw, len(shown), fps)

@@ -1,7 +1,8 @@
 """Sections as one self-contained page: pictures and movies stand inside the file, nothing comes from elsewhere."""
 
 import base64
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.resources import files
@@ -14,7 +15,7 @@ from markupsafe import Markup
 from feeler.checked import checked
 from feeler.report.section import Section
 
-MIME = {".png": "image/png", ".mp4": "video/mp4"}
+MIME = {".png": "image/png", ".jpg": "image/jpeg", ".mp4": "video/mp4"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,19 +34,39 @@ def open_templates(package: str) -> Environment:
 
 
 @checked
-def render_page(title: str, lead: str, parts: Sequence[Section | Part]) -> str:
-    """Parts and sections, in order, as one page of HTML; ``lead`` is the paragraph below the title."""
-    shown = [part if isinstance(part, Part) else _fill(part) for part in parts]
-    css = Markup(files("feeler.report").joinpath("page.css").read_text(encoding="utf-8"))
+def render_page(
+    title: str,
+    lead: str,
+    parts: Sequence[Section | Part],
+    *,
+    opening: str = "",
+    beside: Mapping[str, str] | None = None,
+) -> str:
+    """Parts and sections, in order, as one page of HTML.
+
+    Parameters
+    ----------
+    lead : the paragraph below the title and the ``opening``.
+    opening : what fills the first screen (Markup; a plain string is escaped).
+    beside : what stands beside the figure of a name, or at the end of the section of a name.
+    """
+    shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
+    css, script = (
+        Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8")) for name in ("page.css", "page.js")
+    )
     page = open_templates("feeler.report").get_template("page.html")
-    return page.render(title=title, lead=lead, parts=shown, css=css, version=version("feeler"))
+    return page.render(
+        title=title, lead=lead, opening=opening, parts=shown, css=css, script=script, version=version("feeler")
+    )
 
 
-def _fill(section: Section) -> Part:
+def _fill(section: Section, beside: Mapping[str, str]) -> Part:
     blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
-    body = blocks.draw(section.blocks, lambda name: _embed(section.folder / name))
+    texts = defaultdict(str, beside)
+    body = blocks.draw(section.name, section.blocks, lambda name: embed(section.folder / name), texts)
     return Part(name=section.name, title=section.title, body=body)
 
 
-def _embed(path: Path) -> str:
+def embed(path: Path) -> str:
+    """A file as a data URL."""
     return f"data:{MIME[path.suffix]};base64,{base64.b64encode(path.read_bytes()).decode()}"

@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
 from feeler.plotting.look import DOUBLE, fix_layout, style
+from feeler.plotting.tensor import list_tensors
 
 
 class Pictures:
@@ -19,18 +21,19 @@ class Pictures:
 
     def draw(
         self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
-    ) -> tuple[float, float]:
-        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two columns."""
+    ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
+        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two columns, and its tensors."""
         width = DOUBLE if width is None else width
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
             fix_layout(figure)
+            panels = list_tensors(figure)
             figure.savefig(self._folder / f"{name}.png", pil_kwargs={"compress_level": 3})
             if self._vector:
                 self._pages.savefig(figure)
-        return width, height
+        return (width, height), panels
 
     def close(self) -> None:
         """End the PDF, if any page was drawn."""

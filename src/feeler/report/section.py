@@ -47,9 +47,9 @@ class Section:
         self, name: str, caption: str, draw: Callable, *, width: float | None = None, height: float = 3.0
     ) -> None:
         """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of ``figures.pdf``."""
-        inches = self._pictures.draw(name, draw, width=width, height=height)
+        inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
-        self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size})
+        self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size, "hover": tensors})
 
     @cached_property
     def _pictures(self) -> "Pictures":
@@ -62,8 +62,9 @@ class Section:
         return [str(block["name"]) for block in self.blocks if block["kind"] == "figure"]
 
     def movie(self, path: Path, caption: str) -> None:
-        """A movie already written into the folder."""
-        self.blocks.append({"kind": "movie", "name": path.name, "caption": caption})
+        """A movie already written into the folder, and its still if there is one."""
+        still = path.with_suffix(".jpg").name if path.with_suffix(".jpg").exists() else ""
+        self.blocks.append({"kind": "movie", "name": path.name, "caption": caption, "still": still})
 
     def numbers(self, name: str, **arrays: object) -> None:
         """Keep the numbers a figure draws as JSON."""
