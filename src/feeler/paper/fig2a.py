@@ -19,7 +19,7 @@ def plot(antenna: Antenna, figure: Figure) -> None:
     ax.fill_between(points[:-1, 0], -antenna.radius, antenna.radius, color="#d9b48f", linewidth=0)
     plot_posture(points, ax, linewidth=1)
     ax.plot(points[antenna.sensors - 1, 0], points[antenna.sensors - 1, 1], ".", color="#D55E00", markersize=3)
-    ax.set(xlabel="arc length from the base [mm]", yticks=[], aspect="equal")
+    ax.set(xlabel="arc length from the base [mm]", yticks=[], ylim=(-1.5, 1.5), aspect="equal")
     ax.set_title(
         f"{antenna.name}: {antenna.n_segments} segments, {antenna.sensors.size} sensors (dots), {antenna.length:.3g} mm"
     )

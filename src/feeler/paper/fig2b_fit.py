@@ -24,7 +24,10 @@ def plot(found: Calibration, figure: Figure | SubFigure) -> None:
         plot_band(found.draws[:, base], found.draws[:, rate], n_hinges, ax)
         ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate], n_hinges), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
-    axes[2].legend(loc="lower left")
+    for letter, ax in zip("abcd", axes, strict=True):
+        ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
+        ax.set_title("")
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 
 def plot_sensitivity(directions: Directions, ax) -> None:
@@ -32,7 +35,7 @@ def plot_sensitivity(directions: Directions, ax) -> None:
     number = np.arange(1, len(directions.sensitivity) + 1)
     ax.plot(number, directions.sensitivity, "o-", color=PALETTE[0])
     set_decades(ax)
-    ax.set(xlabel="direction", ylabel="change of the error per step", xticks=number)
+    ax.set(xlabel="direction", ylabel="change of the error along it", xticks=number)
 
 
 def plot_directions(directions: Directions, ax) -> None:
@@ -40,7 +43,7 @@ def plot_directions(directions: Directions, ax) -> None:
     ax.imshow(directions.direction, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
     for (row, column), share in np.ndenumerate(directions.direction):
         colour = "w" if abs(share) > 0.6 else "k"
-        ax.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=6, color=colour)
+        ax.text(column, row, f"{share:.2f}", ha="center", va="center", fontsize=7, color=colour)
     n = len(directions.names)
     ax.set(xticks=range(n), xticklabels=directions.names, yticks=range(n), yticklabels=range(1, n + 1))
     ax.set(ylabel="direction", title="what moves together")
@@ -146,7 +149,8 @@ def _show_directions(section: Section, found) -> None:
     drawn = "refitted to each draw" if found.kept is False else "by one linear step per draw"
     section.figure(
         "fig2b_directions",
-        "Left: directions in the space of p1…p4, most determined first, and how much each parameter enters. Right: stiffness "
+        "a: how much the error changes along four directions in the space of p1…p4 (per unit along them), most determined first; "
+        "b: how much each parameter enters a direction. c, d: stiffness "
         f"and damping along the antenna for targets drawn from the animals' spread, {drawn}.",
         lambda figure: plot(found, figure),
         height=2.6,

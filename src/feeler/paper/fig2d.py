@@ -19,11 +19,12 @@ def plot(antenna: Antenna, figure: Figure) -> None:
     left.set(xlabel="x [mm]", ylabel="y [mm]", xlim=(-8, 8), aspect="equal", title="contact locations")
     for i, feature in enumerate(make_features()):
         right.add_patch(make_patch(feature, np.array([8.0 * i, 0.0]), np.array([1.0, 0.0])))
-        right.text(8.0 * i - feature.size, -5.5, f"{feature.kind}\n{feature.size:g} mm", ha="center", fontsize=6)
+        right.text(8.0 * i - feature.size, -5.5, f"{feature.kind}\n{feature.size:g} mm", ha="center", fontsize=7)
     right.annotate("motion", (46, 5), (38, 5), arrowprops={"arrowstyle": "->"}, va="center", fontsize=7)
-    right.set(
-        xlabel="x [mm]", ylabel="y [mm]", xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)"
-    )
+    right.plot([34, 39], [-8, -8], color="black", lw=1.5)
+    right.text(40, -8, "5 mm", va="center", fontsize=7)
+    right.axis("off")
+    right.set(xlim=(-8, 48), ylim=(-9, 8), aspect="equal", title="features (half-size)")
 
 
 def show(context: Context, section: Section) -> None:

@@ -47,8 +47,8 @@ def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None 
     rows = [f"{row[0]['location'].item():g} L" for row in grid]
     columns = [f"{tensor['feature'].item()} {tensor['size'].item():g} mm" for tensor in grid[0]]
     image = plot_tensor_grid(values, tensors["time"].values, ax, Normalize(0.0, limit), rows, columns)
-    ax.set(xlabel="time [ms]", ylabel="hinge (base → tip upwards) at each location of contact")
-    figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", shrink=0.6, pad=0.01)
+    ax.set(xlabel="time [ms]", ylabel="sensor (base → tip upwards), by location of contact")
+    figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", pad=0.01)
 
 
 def show(context: Context, section: Section) -> None:
@@ -67,18 +67,19 @@ def show(context: Context, section: Section) -> None:
 
 
 def _draw_sets(section: Section, sets: dict) -> None:
+    slow = {name: select_speed(tensors, SPEEDS["slow"]) for name, tensors in sets.items()}
+    limit = max(float(tensors["curvature"].max()) for tensors in slow.values())
     for name, tensors in sets.items():
         figure_name = "fig2e" if name == next(iter(sets)) else "figS3"
         where = "Fig. 2E and Fig. S3" if figure_name == "fig2e" else "Fig. S3"
         section.figure(
             f"{figure_name}_{name}",
             f"Curvature over time at slow touch (0.06 m/s), profile '{name}'. Rows: locations from the middle to the tip; "
-            f"columns: features. One colour scale within the picture. ({where})",
-            lambda figure, tensors=tensors: plot(tensors, SPEEDS["slow"], figure),
+            f"columns: features. One colour scale for all profiles. ({where})",
+            lambda figure, tensors=tensors: plot(tensors, SPEEDS["slow"], figure, limit),
             height=4.6,
         )
-        slow = select_speed(tensors, SPEEDS["slow"])
-        save(slow, section.folder / f"{figure_name}_{name}.nc")
+        save(slow[name], section.folder / f"{figure_name}_{name}.nc")
 
 
 def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:

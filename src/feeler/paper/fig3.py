@@ -96,19 +96,20 @@ def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
 
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     """Distance against position of the peak, lines and R²; peaks at the base hinge as open marks."""
-    for name, found in maps.items():
+    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
         colour = PROFILE_COLOURS.get(name, PALETTE[0])
         r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
-        ax.plot(found.position[found.used], found.distance[found.used], ".", color=colour, label=f"{name}: {r2}")
+        ax.plot(found.position[found.used], found.distance[found.used], mark, ms=3, color=colour, label=f"{name}: {r2}")
         rest = ~found.used & np.isfinite(found.position)
-        ax.plot(found.position[rest], found.distance[rest], "o", mfc="none", ms=3, color=colour)
+        ax.plot(found.position[rest], found.distance[rest], mark, mfc="none", ms=3 + "os^D".index(mark), color=colour)
         if not found.undefined:
             ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
     ax.set(
-        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 27), xlim=(-1, 43)
+        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 36), xlim=(-1.5, 43)
     )
-    ax.legend(fontsize="x-small", frameon=False)
+    ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
+    ax.legend(loc="upper center")
 
 
 def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> None:
@@ -122,7 +123,11 @@ def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> 
     plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
     centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
     axes[0].set(xticks=centres, xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]])
-    axes[0].set(title=f"C  sliding past, {n_times} ms each", ylabel="sensor (base → tip)")
+    axes[0].set(
+        title=f"C  sliding past, {n_times} ms each",
+        ylabel="sensor (base → tip)",
+        xlabel="wall distance; time runs to the right",
+    )
     image = plot_tensor(driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False)
     image.set_cmap("RdBu_r")
     axes[1].set(title="D  wall approaching", xlabel="time [ms]")

@@ -188,7 +188,7 @@ def plot(data: Fig5Data, figure: Figure) -> None:
         for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
             above.set_title(LABELS[kind], fontsize=7)
             below.set_xlabel("noise [%]", fontsize=7)
-        block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=6)
+        block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
 
 
 def plot_top(data: Fig5Data, figure: SubFigure) -> None:
@@ -200,8 +200,8 @@ def plot_top(data: Fig5Data, figure: SubFigure) -> None:
         plot_kinds(found, "nmi", ax)
         name_kinds(found, [LABELS[kind] for kind in MAIN], ax)
         ax.set_title(f"{letter}  by {comparison}", fontsize=7)
-        ax.tick_params(labelsize=6)
-        ax.legend(fontsize=6, handletextpad=0)
+        ax.tick_params(labelsize=7)
+        ax.legend(fontsize=7, handletextpad=0)
     axes[0].set_ylabel("NMI with closest match", fontsize=7)
     plot_examples(data, right.subplots())
     right.suptitle(f"E  one tensor per condition ({data.unit})", fontsize=7)
@@ -212,10 +212,13 @@ def plot_examples(data: Fig5Data, ax) -> None:
     tensors = list(data.examples.values())
     norm = Normalize(0, max(tensor.max() for tensor in tensors))
     time = np.arange(tensors[0].shape[1])
-    plot_tensor_grid([[tensor] for tensor in tensors], time, ax, norm, list(data.examples), [""]).set_cmap("cividis")
-    ax.tick_params(labelsize=6)
+    image = plot_tensor_grid([[tensor] for tensor in tensors], time, ax, norm, list(data.examples), [""], data.unit)
+    image.set_cmap("cividis")
+    if (figure := ax.get_figure(root=False)) is not None:
+        figure.colorbar(image, ax=ax, pad=0.02)
+    ax.tick_params(labelsize=7)
     ax.set_xlabel("time [ms]", fontsize=7)
-    ax.set_ylabel("sensor, base to tip upwards", fontsize=7)
+    ax.set_ylabel("sensor (base → tip upwards)", fontsize=7)
 
 
 @lru_cache(maxsize=1)

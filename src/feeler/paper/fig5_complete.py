@@ -76,7 +76,7 @@ def plot(data: Complete, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure)
         ax.set_title(window)
     for ax in axes[1]:
         ax.set_xlabel("noise [%]")
-    axes[0, 0].legend(fontsize=6, frameon=False)
+    axes[0, 0].legend(fontsize=7, frameon=False)
 
 
 def show(context: Context, section: Section) -> None:

@@ -4,19 +4,21 @@ The paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
 """
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding.early import EarlyAccuracy
 from feeler.dispersion import INDICES
 from feeler.paper.context import Context
 from feeler.paper.fig6_data import Fig6Data, load
 from feeler.plotting.look import PALETTE, style
 from feeler.plotting.movie import say_clock, write_movie
+from feeler.plotting.tensor import plot_tensor as draw_tensor
 from feeler.report.section import Section
 from feeler.robot import Recording, Touches, compute_tip, make_robot
 from feeler.robot.comparison import compute_comparison
@@ -27,25 +29,36 @@ RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower
 
 
 def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
-    """Draw panels A to E and, below them, what lies beyond the paper."""
-    top, middle, bottom = figure.subfigures(3, 1, height_ratios=(1.0, 1.0, 1.05), squeeze=False).flat
-    a = top.subplots(1, 4)
+    """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the paper."""
+    rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.15), squeeze=False).flat
+    slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
+    a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     plot_layout(a[0])
     plot_channels(data.raw, a[1], "capacitance [pF]")
-    slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
-    plot_tensor(data.touches.recordings[slow_ball].values, a[3], "surrogate: tensor")
-    top.suptitle("A  Surrogate robot, ball at the tip at 0.027 m/s", x=0.01, ha="left", fontsize="small")
-    b = middle.subplots(1, 4, width_ratios=(1.6, 1, 1, 1.4))
+    _name_row(rows[0], "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left")
+    b = rows[1].subplots(1, 2)
     plot_release(data, b[0])
-    plot_tensor(data.training.values[data.training.labels.index(("ball", 0.9, 0.027))], b[1], "D  simulation")
-    plot_tensor(data.touches.values[slow_ball], b[2], "D  surrogate")
-    plot_grid(data.training, b[3])
-    c = bottom.subplots(1, 4, width_ratios=(2.2, 1, 1, 1))
-    plot_confusion(data, c[0])
-    plot_gap(data, c[1])
-    plot_closing(data, c[2])
-    plot_early(data.early, c[3])
+    plot_grid(data.training, b[1])
+    pair = rows[2].subplots(1, 2, sharey=True)
+    tensors = data.training.values[data.training.labels.index(("ball", 0.9, 0.027))], data.touches.values[slow_ball]
+    limit = float(np.rad2deg(max(np.abs(angle).max() for angle in tensors)))
+    for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
+        plot_tensor(angle, ax, name, limit)
+    rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
+    _name_row(rows[2], "D  the same touch as a tensor, aligned on the tip's first peak")
+    plot_confusion(data, rows[3].subplots())
+    shown = [
+        draw for draw, has in ((plot_gap, True), (plot_closing, data.variants or data.shots), (plot_early, True)) if has
+    ]
+    for letter, draw, ax in zip("FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False):
+        draw(data, ax)
+        ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
+        ax.set_title("")
+
+
+def _name_row(row: SubFigure, words: str) -> None:
+    row.suptitle(words, x=0.01, ha="left", fontsize=8)
 
 
 def plot_layout(ax: Axes) -> None:
@@ -68,12 +81,11 @@ def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
     ax.set(xlabel="time [ms]", ylabel=label, title=recording.source)
 
 
-def plot_tensor(angle: np.ndarray, ax: Axes, title: str) -> None:
-    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture, base at the bottom."""
-    limit = np.rad2deg(np.abs(angle).max())
-    extent = (0, angle.shape[1], 0.5, angle.shape[0] + 0.5)
-    ax.imshow(np.rad2deg(angle), aspect="auto", origin="lower", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit)
-    ax.set(xlabel="time [ms]", ylabel="hinge", title=f"{title}, ±{limit:.1f}°")
+def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
+    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture in degrees up to ±``limit``, base at the bottom."""
+    time, norm = np.arange(angle.shape[1]), Normalize(-limit, limit)
+    draw_tensor(np.rad2deg(angle), time, ax, norm, labels=False, unit="°").set_cmap("RdBu_r")
+    ax.set(xlabel="time [ms]", ylabel="hinge (base → tip)", title=title)
 
 
 def plot_release(data: Fig6Data, ax: Axes) -> None:
@@ -83,10 +95,10 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
     tip = compute_tip(robot, data.simulated_release)
     ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
-    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms\n(paper's robot: 1.19, 2.06)"
+    words = f"B  p1 = {p1:.2f}, p2 = {p2:.2f} ms (paper's robot: 1.19, 2.06)"
     ax.set(xlabel="time after release [ms]", ylabel="tip [mm]")
-    ax.set_title(words, fontsize="small")
-    ax.legend(frameon=False, fontsize="x-small")
+    ax.set_title(words, loc="left")
+    ax.legend(loc="upper right", ncols=2)
 
 
 def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
@@ -123,7 +135,7 @@ def plot_grid(training: Touches, ax: Axes) -> None:
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
         ax.plot(np.arange(tip.size) - 1500, tip, lw=0.5, color=BALL if feature == "ball" else BOX)
     ax.set(xlabel="time from first peak [ms]", ylabel="tip [mm]", xticks=[-1500, -750, 0])
-    ax.set_title("C  simulation: 30 classes\n(ball blue, box orange)", fontsize="small")
+    ax.set_title("C  simulation: 30 classes (ball blue, box orange)", loc="left")
 
 
 def plot_confusion(data: Fig6Data, ax: Axes) -> None:
@@ -131,17 +143,22 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     classes = sorted(set(data.training.labels))
     true = sorted(set(data.score.true))
     counts = data.score.confusion(classes)[[classes.index(label) for label in true]]
-    ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
+    image = ax.imshow(counts, aspect="auto", cmap="Greys", vmin=0)
     for row, label in enumerate(true):
-        ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=7)
+        ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=9, mew=1.2)
+    places = sorted({label[:2] for label in classes})
+    centres = [np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places]
+    ax.set_xticks(centres, [f"{feature}\n{place:g} L" for feature, place in places])
+    ax.vlines([(a + b) / 2 for a, b in pairwise(centres)], -0.5, len(true) - 0.5, color="#BBBBBB", lw=0.6)
+    ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
+    ax.set(xlabel="read as: feature and place, in each the three speeds from slow to fast", ylabel="true, at the tip")
+    if (figure := ax.get_figure(root=False)) is not None:
+        figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
     share, low, high = data.score.share()
-    ax.set_yticks(range(len(true)), [f"{f} {s:g}" for f, _, s in true], fontsize="x-small")
-    ax.set_xticks([7, 22], ["ball", "box"])
-    ax.set(xlabel="predicted: feature × location × speed", ylabel="true, at the tip [m/s]")
     ax.set_title(
-        f"E  surrogates {data.score.correct['all']}/{data.score.total} = {100 * share:.0f} % "
-        f"[{100 * low:.0f}, {100 * high:.0f}]\npaper, real robot: {PAPER_RIGHT}/{PAPER_TOTAL}",
-        fontsize="small",
+        f"E  surrogates read right (orange): {data.score.correct['all']} of {data.score.total} = {100 * share:.0f} % "
+        f"[{100 * low:.0f}, {100 * high:.0f}]; paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
+        loc="left",
     )
 
 
@@ -150,7 +167,8 @@ def plot_gap(data: Fig6Data, ax: Axes) -> None:
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
-    _label_share(ax, "surrogates:\nreality gap", "size of the reality gap")
+    ax.axhline(PAPER_RIGHT / PAPER_TOTAL, color=SIMULATED, lw=0.8, ls=":", label="paper, real robot")
+    _label_share(ax, "reality gap", "size of the reality gap")
 
 
 def plot_closing(data: Fig6Data, ax: Axes) -> None:
@@ -159,25 +177,24 @@ def plot_closing(data: Fig6Data, ax: Axes) -> None:
         scores = [data.score, *data.by_variants]
         _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models")
     if data.shots:
-        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "own touches")
-    _label_share(ax, "surrogates:\nclosing the gap", "how many")
+        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "robot's own touches")
+    _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
-def plot_early(early: EarlyAccuracy, ax: Axes) -> None:
+def plot_early(data: Fig6Data, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
+    early = data.early
     ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")
     ax.plot(early.since_contact, early.decided, "s--", ms=3, label="decided")
-    ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="decided: right")
+    ax.plot(early.since_contact, early.decided_right, "^:", ms=3, label="of those, right")
     ax.set_xscale("symlog", linthresh=20)
-    ax.set_xticks([0, 50, 1000], ["0", "50", "1000"])
-    _label_share(ax, "surrogates:\nstreaming", "since contact [ms]")
+    ax.set_xticks([0, 20, 100, 1000], ["0", "20", "100", "1000"])
+    _label_share(ax, "while it streams", "since contact [ms], logarithmic from 20 on")
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:
-    ax.set(xlabel=xlabel, ylabel="share of touches", ylim=(0, 1.5), yticks=np.linspace(0, 1, 6))
-    ax.set_title(title, fontsize="small")
-    if ax.get_legend_handles_labels()[0]:
-        ax.legend(frameon=False, fontsize="xx-small", loc="upper left")
+    ax.set(xlabel=xlabel, ylabel="share of touches", ylim=(0, 1.05), yticks=np.linspace(0, 1, 6), title=title)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, columnspacing=0.8, handlelength=1.4)
 
 
 def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:
@@ -199,10 +216,11 @@ def show(context: Context, section: Section) -> None:
     data = load(context)
     section.figure(
         "fig6_robot",
-        "Simulation (training) and surrogate robots (test). Panels as in Fig. 6A–E; below them what lies beyond the paper: "
-        "accuracy against the size of the reality gap, what closes it, and accuracy against time since contact.",
+        "Simulation (training) and surrogate robots (test). A–E as in the paper; B's surrogate has parameters of its own, so "
+        "neither pair of numbers is to meet the other. F on, beyond the paper, shares of the surrogates' touches: against the "
+        "size of the reality gap, against what closes it, and against time since contact. (Fig. 6A–E)",
         lambda figure: plot(data, figure),
-        height=9.0,
+        height=11.5,
     )
     _write_movie(context, section, data)
     _list_scores(section, data)

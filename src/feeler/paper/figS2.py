@@ -51,7 +51,7 @@ def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
     plot_trace(data, trace)
     plot_box(data, box)
     if data.exploration.source == "synthetic":
-        figure.suptitle("Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize="small")
+        figure.suptitle("Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize=8)
 
 
 def plot_path(tracks: Tracks, ax) -> None:
@@ -59,7 +59,7 @@ def plot_path(tracks: Tracks, ax) -> None:
     for name, colour in zip(tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
     ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
-    ax.legend(fontsize="x-small", frameon=False)
+    ax.legend(fontsize=7, frameon=False)
 
 
 def plot_trace(data: FigS2Data, ax) -> None:
@@ -68,7 +68,7 @@ def plot_trace(data: FigS2Data, ax) -> None:
         ax.plot(data.trial.time / 1e3, np.abs(_degrees(sweeps.speed)), lw=0.8, color=colour, label=side)
         ax.plot(sweeps.peak_time / 1e3, _degrees(sweeps.peak_speed), ".", color=colour)
     ax.set(xlabel="time [s]", ylabel="angular speed [°/s]")
-    ax.legend(fontsize="x-small", frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def plot_box(data: FigS2Data, ax) -> None:
@@ -78,8 +78,8 @@ def plot_box(data: FigS2Data, ax) -> None:
     for place, values in enumerate(speeds, 1):
         ax.plot(np.full(values.size, place), values, "k.")
     ax.axhline(_degrees(PAPER_MEAN), color="#888888", ls="--", lw=0.8, label="paper: 86.67 °/s")
-    ax.set(ylabel="mean of peak speeds [°/s]")
-    ax.legend(fontsize="x-small", frameon=False)
+    ax.set(ylabel="mean of peak speeds [°/s]", ylim=(0, None))
+    ax.legend(fontsize=7, frameon=False)
 
 
 def _degrees(speed: Any) -> Any:

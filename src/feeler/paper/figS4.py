@@ -125,7 +125,7 @@ def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
             plot_sweep(sweep, ax, color=colour, label=name)
         ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
         ax.set(title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
-        ax.legend(fontsize=6, frameon=False)
+        ax.legend(fontsize=7, frameon=False)
 
 
 def plot_layers(data: FigS4Data, ax) -> None:

@@ -70,14 +70,14 @@ def judge(found: Dispersion, index: str, comparison: str, kind: str, claimed: tu
 def plot(data: FigS6Data, figure: Figure | SubFigure) -> None:
     """Rows: the four indices; columns: the comparisons; side by side the kinds of code, and in each the groups."""
     axes = figure.subplots(len(INDICES), len(data.dispersions), sharex="col", sharey="row", squeeze=False)
-    for (comparison, kinds), column in zip(data.dispersions.items(), axes.T, strict=True):
+    for letter, (comparison, kinds), column in zip("AB", data.dispersions.items(), axes.T, strict=False):
         for index, ax in zip(INDICES, column, strict=True):
             plot_kinds(list(kinds.values()), index, ax)
         n_groups = len(next(iter(kinds.values())).groups)
         column[-1].set_xticks(
             np.arange(len(kinds)) * (n_groups + 1) + (n_groups - 1) / 2, [_wrap(kind) for kind in kinds]
         )
-        column[0].set_title(f"by {comparison}")
+        column[0].set_title(f"{letter}  by {comparison}", loc="left")
         column[0].legend(
             loc="lower center", bbox_to_anchor=(0.5, 1.12), ncols=n_groups, columnspacing=1, handletextpad=0
         )

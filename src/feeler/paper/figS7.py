@@ -21,12 +21,14 @@ def compute_differences(data: Fig6Data) -> dict[tuple, float]:
 def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     """A column per contact: simulation above, surrogate below, aligned on the tip's first peak."""
     axes = figure.subplots(2, len(data.touches.labels), sharex=True, sharey=True)
+    limit = max(float(np.rad2deg(np.abs(values)).max()) for values in (data.training.values, data.touches.values))
     for column, (label, difference) in enumerate(compute_differences(data).items()):
         feature, _, speed = label
-        plot_tensor(data.training.values[data.training.labels.index(label)], axes[0, column], "simulation")
-        plot_tensor(data.touches.values[data.touches.labels.index(label)], axes[1, column], "surrogate")
-        axes[0, column].set_title(f"{feature}, {speed:g} m/s\n{axes[0, column].get_title()}", fontsize="x-small")
-        axes[1, column].set_title(f"{axes[1, column].get_title()}\ndiffers by {difference:.0%}", fontsize="x-small")
+        plot_tensor(data.training.values[data.training.labels.index(label)], axes[0, column], "simulation", limit)
+        plot_tensor(data.touches.values[data.touches.labels.index(label)], axes[1, column], "surrogate", limit)
+        axes[0, column].set_title(f"{feature}, {speed:g} m/s\n{axes[0, column].get_title()}", fontsize=7)
+        axes[1, column].set_title(f"{axes[1, column].get_title()}\ndiffers by {difference:.0%}", fontsize=7)
+    figure.colorbar(axes[0, 0].images[0], ax=axes, label="hinge angle [°]", pad=0.01)
     for ax in axes.flat:
         ax.label_outer()
 

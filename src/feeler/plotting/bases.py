@@ -19,8 +19,14 @@ def plot_bases(sets: Mapping[str, np.ndarray], sampling: float, ax: Axes) -> Non
     shape = np.max([components.shape for components in sets.values()], axis=0)
     grid = [[_pad(components, m, shape[1:]) for m in range(shape[0])] for components in sets.values()]
     columns = [f"basis {m + 1}" for m in range(shape[0])]
-    plot_tensor_grid(grid, sampling * np.arange(shape[2]), ax, Normalize(0, 1), list(sets), columns)
-    ax.set(xlabel="lag [ms]", ylabel="sensor (base → tip upwards); colours by basis")
+    image = plot_tensor_grid(
+        grid, sampling * np.arange(shape[2]), ax, Normalize(0, 1), list(sets), columns, "of the basis' greatest"
+    )
+    ax.set(xlabel="lag [ms]", ylabel="sensor (base → tip upwards)")
+    if (figure := ax.get_figure(root=False)) is not None:
+        figure.colorbar(
+            image, ax=ax, label="share of each basis' greatest value", location="bottom", aspect=40, pad=0.02
+        )
 
 
 def _pad(components: np.ndarray, m: int, shape: np.ndarray) -> np.ndarray:

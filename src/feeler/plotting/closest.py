@@ -13,8 +13,8 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
     """One kind of code, each group above its name."""
     plot_kinds([dispersion], index, ax)
     names = [str(group) for group in dispersion.groups]
-    ax.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=6)
-    ax.tick_params(axis="y", labelsize=6)
+    ax.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7)
+    ax.tick_params(axis="y", labelsize=7)
 
 
 def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:

@@ -8,7 +8,10 @@ import matplotlib as mpl
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 
 SINGLE, DOUBLE = 3.5, 7.2  # inches; single and double column of most journals
 # Okabe & Ito 2008: distinguishable with every common colour blindness.
@@ -60,6 +63,37 @@ def mark_places(axis: Axis, places: Iterable[float]) -> None:
     places = list(places)
     axis.set_ticks(places, [f"{place:g}" for place in places])
     axis.set_ticks([], minor=True)
+
+
+def unjoin(figure: Figure, least: int = 5) -> None:
+    """Curves of fewer points than ``least`` become points: a line between them would say what nobody measured.
+
+    Only lines with marks are curves. What was dashed gets open marks, so that it still can be told from what was not.
+    """
+    loose: dict[str, bool] = {}
+    for ax in figure.findobj(Axes):
+        for line in ax.lines:  # type: ignore[attr-defined]
+            if (
+                line.get_marker() not in ("None", "", None)
+                and line.get_linestyle() != "None"
+                and len(line.get_xdata()) < least
+            ):
+                loose[line.get_label()] = line.get_linestyle() != "-"
+                _loosen(line, loose[line.get_label()])
+        for container in ax.containers:  # type: ignore[attr-defined]
+            if isinstance(container, ErrorbarContainer) and container.lines[0].get_linestyle() == "None":
+                loose.setdefault(container.get_label(), False)
+    for legend in figure.findobj(Legend):
+        for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):  # type: ignore[attr-defined]
+            if text.get_text() in loose and line.get_marker() not in ("None", "", None):
+                _loosen(line, loose[text.get_text()])
+
+
+def _loosen(line: Line2D, was_dashed: bool) -> None:
+    line.set_linestyle("None")
+    line.set_markersize(max(line.get_markersize(), 4.0))
+    if was_dashed:
+        line.set_markerfacecolor("none")
 
 
 def fix_layout(figure: Figure) -> None:

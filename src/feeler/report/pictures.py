@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 
-from feeler.plotting.look import DOUBLE, fix_layout, style
+from feeler.plotting.look import DOUBLE, fix_layout, style, unjoin
 from feeler.plotting.tensor import list_tensors
 
 
@@ -28,6 +28,7 @@ class Pictures:
             figure = Figure(figsize=(width, height), layout="constrained")
             FigureCanvasAgg(figure)
             draw(figure)
+            unjoin(figure)
             fix_layout(figure)
             panels = list_tensors(figure)
             figure.savefig(self._folder / f"{name}.png", pil_kwargs={"compress_level": 3})
