@@ -1,17 +1,11 @@
-"""A small set of real touches, the same here and in the processes that get killed.
-
-    python -m tensors._touches STORE WORKERS
-
-simulates it into a store, with so many threads (or 0: in two processes) and one line per finished trial.
-"""
+"""A small set of real touches, the same here and in the processes that get killed."""
 
 import json
-import sys
 
 import numpy as np
 
 import feeler
-from feeler.execute import ProcessExecutor
+from feeler.execute import ProcessExecutor, ThreadExecutor
 from feeler.stimulus.feature import make_feature
 
 N_TRIALS = 24
@@ -42,11 +36,8 @@ def pick(tensors, indices):
     return tensors.isel(trial=indices).assign_attrs(trials=json.dumps([made[n] for n in indices], sort_keys=True))
 
 
-def main(store: str, workers: int) -> None:
-    print("ready", flush=True)
-    chosen = {"workers": workers} if workers else {"executor": ProcessExecutor(2)}
-    run(store=store, progress=lambda done, total: print(done, flush=True), **chosen)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+def work(told, store, workers):
+    """Simulate it into a store with so many threads (0: in two processes), and tell how many trials are finished."""
+    told.send(0)
+    with ThreadExecutor(workers) if workers else ProcessExecutor(2) as executor:
+        run(store=store, progress=lambda done, total: told.send(done), executor=executor)

@@ -4,8 +4,6 @@ import multiprocessing
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -19,13 +17,12 @@ import xarray as xr
 import feeler
 from feeler.errors import FeelerError
 from feeler.execute import OutOfMemory, ProcessExecutor, WorkerCrashed
+from feeler.execute.processes import USUAL, prepare_workers
 from feeler.experiment import job
 from feeler.tensors.formats import load
 
 from ._sets import find_finished
-from ._touches import N_TRIALS, antenna, options, pick, run, trials
-
-TESTS = Path(__file__).parents[1]
+from ._touches import N_TRIALS, antenna, options, pick, run, trials, work
 
 
 @pytest.fixture(scope="module")
@@ -42,24 +39,37 @@ def folder():
 
 
 def start(store, workers):
-    command = [sys.executable, "-m", "tensors._touches", str(store), str(workers)]
-    return subprocess.Popen(command, cwd=TESTS, stdout=subprocess.PIPE, text=True)
+    """A process that fills the store, and what it tells; forked where everything is imported, else it would do little else."""
+    context = multiprocessing.get_context("forkserver")
+    prepare_workers([*USUAL, "feeler.experiment.gather", "feeler.physics.chain", "feeler.tensors.store"])
+    told, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(theirs, store, workers))
+    process.start()
+    theirs.close()
+    return process, told
 
 
-def kill_somewhere(process, rng):
+def hear(told):
+    """The next number that it tells, None once it has ended."""
+    try:
+        return told.recv()
+    except EOFError:
+        return None
+
+
+def kill_somewhere(process, told, rng):
     """SIGKILL a process at a random moment of its work; the last number of finished trials that it told."""
-    assert process.stdout.readline() == "ready\n"
-    told = 0
+    numbers = [hear(told)]
     if rng.random() < 0.3:
-        time.sleep(rng.uniform(0, 1.5))  # somewhere: mostly while it loads, simulates or opens the store
+        time.sleep(rng.uniform(0, 0.5))  # somewhere: mostly while it loads, simulates or opens the store
     else:
-        for _ in range(int(rng.integers(1, N_TRIALS + 1))):  # after some trial was told, within the next ones
-            line = process.stdout.readline()
-            told = int(line or told)
+        # after some trial was told, within the next ones
+        numbers += [hear(told) for _ in range(int(rng.integers(1, N_TRIALS + 1)))]
         time.sleep(rng.uniform(0, 0.02))
     process.kill()
-    rest = process.stdout.read().split()
-    return int(rest[-1]) if rest else told
+    numbers += iter(lambda: hear(told), None)
+    process.join()
+    return max(number for number in numbers if number is not None)
 
 
 @dataclass
@@ -74,13 +84,13 @@ class Tally:
 def kill_often(folder, n_kills, undisturbed):
     rng, tally, store = np.random.default_rng(n_kills), Tally(), folder / "0.zarr"
     while tally.kills < n_kills:
-        process = start(store, int(rng.choice([0, 1, 2, 3])))
-        told = kill_somewhere(process, rng)
-        tally.kills += process.wait() == -signal.SIGKILL
-        tally.ended += process.returncode == 0
+        process, told = start(store, int(rng.choice([0, 1, 2, 3])))
+        last = kill_somewhere(process, told, rng)
+        tally.kills += process.exitcode == -signal.SIGKILL
+        tally.ended += process.exitcode == 0
         finished = find_finished(store)
         tally.finished.append(len(finished))
-        assert len(finished) >= told
+        assert len(finished) >= last
         if finished:
             part = load(store).load()
             assert part.trial.values.tolist() == finished
@@ -95,9 +105,11 @@ def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(fo
     tally, store = kill_often(folder, n_kills, undisturbed)
     print(f"\n{tally}")
     assert any(0 < n < N_TRIALS for n in tally.finished)  # else nothing was resumed
-    process = start(store, 2)
-    process.communicate()
-    assert process.returncode == 0
+    process, told = start(store, 2)
+    while hear(told) is not None:
+        pass
+    process.join()
+    assert process.exitcode == 0
     xr.testing.assert_identical(load(store), undisturbed)
     xr.testing.assert_identical(run(store=store), undisturbed)
     assert not [path for path in store.rglob("*") if path.name.endswith(".tmp")]

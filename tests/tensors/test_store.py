@@ -509,6 +509,14 @@ def test_sealed_numbers_are_stored_as_they_are(path):
     assert got.dtype == np.float32 and got.values.tobytes() == odd.angle.values.tobytes()
 
 
+def test_trials_without_any_value_are_kept_too(path):
+    """Touches that end before the contact have no place of contact: a whole shard of nothing."""
+    nothing = make_set().map(lambda values: values * np.nan if values.dtype.kind == "f" else values, keep_attrs=True)
+    with open_store(path, CONFIGURATION, N_TRIALS) as store:
+        store.append(range(N_TRIALS), nothing)
+    assert read_store(path).angle.isnull().all()
+
+
 def test_curvature_is_derived_where_it_is_not_stored(path):
     whole = make_set().assign_coords(segment_length=("sensor", np.full(5, 0.3)))
     with open_store(path, CONFIGURATION, N_TRIALS) as store:

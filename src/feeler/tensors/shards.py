@@ -63,6 +63,7 @@ def _create(files: dict, name: str, shape: tuple, item: Variable, chunk: tuple, 
         dimension_names=item.dims,
         chunk_key_encoding={"name": "default", "separator": "."},
         attributes=item.attributes,
+        config=None if shard is None else {"write_empty_chunks": True},  # so that a shard always is a file
     )
 
 
@@ -74,8 +75,7 @@ def encode_shard(item: Variable, values: np.ndarray, group: int) -> bytes:
     """The bytes of one shard with the trials of ``values`` (group, …)."""
     files: dict[str, Any] = {}
     array = make_array(files, "shard", item, group, group)
-    with zarr.config.set({"array.write_empty_chunks": True}):  # so that a shard always is a file
-        array[...] = values
+    array[...] = values
     return files["shard/" + find_key(0, item)].to_bytes()
 
 
