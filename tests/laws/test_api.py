@@ -46,5 +46,7 @@ def test_the_api_reference_shows_all_that_feeler_offers():
 def test_the_api_reference_shows_what_the_guide_imports(page):
     shown = list_reference()
     imports = re.findall(r"^ *from (feeler\.[\w.]+) import ([\w, ]+)", (ROOT / page).read_text(), re.MULTILINE)
-    used = {name: pkgutil.resolve_name(f"{room}.{name}") for room, names in imports for name in names.strip().split(", ")}
+    used = {
+        name: pkgutil.resolve_name(f"{room}.{name}") for room, names in imports for name in names.strip().split(", ")
+    }
     assert not [name for name, thing in used.items() if not isinstance(thing, ModuleType) and thing not in shown]

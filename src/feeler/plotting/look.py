@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
@@ -70,21 +71,21 @@ def unjoin(figure: Figure, least: int = 5) -> None:
 
     Only lines with marks are curves. What was dashed gets open marks, so that it still can be told from what was not.
     """
-    loose: dict[str, bool] = {}
+    loose: dict[object, bool] = {}
     for ax in figure.findobj(Axes):
-        for line in ax.lines:  # type: ignore[attr-defined]
+        for line in ax.lines:
             if (
                 line.get_marker() not in ("None", "", None)
                 and line.get_linestyle() != "None"
-                and len(line.get_xdata()) < least
+                and np.size(line.get_xdata()) < least
             ):
                 loose[line.get_label()] = line.get_linestyle() != "-"
                 _loosen(line, loose[line.get_label()])
-        for container in ax.containers:  # type: ignore[attr-defined]
+        for container in ax.containers:
             if isinstance(container, ErrorbarContainer) and container.lines[0].get_linestyle() == "None":
                 loose.setdefault(container.get_label(), False)
     for legend in figure.findobj(Legend):
-        for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):  # type: ignore[attr-defined]
+        for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):
             if text.get_text() in loose and line.get_marker() not in ("None", "", None):
                 _loosen(line, loose[text.get_text()])
 
