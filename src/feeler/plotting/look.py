@@ -82,7 +82,8 @@ def unjoin(figure: Figure, least: int = 5) -> None:
                 loose[line.get_label()] = line.get_linestyle() != "-"
                 _loosen(line, loose[line.get_label()])
         for container in ax.containers:
-            if isinstance(container, ErrorbarContainer) and container.lines[0].get_linestyle() == "None":
+            middle = container.lines[0] if isinstance(container, ErrorbarContainer) else None
+            if middle is not None and middle.get_linestyle() == "None":
                 loose.setdefault(container.get_label(), False)
     for legend in figure.findobj(Legend):
         for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):
