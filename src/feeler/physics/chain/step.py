@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import types
-from numba.experimental import structref
+from numba.experimental.structref import StructRefProxy, define_proxy, register
 
 from feeler.compiled import compiled
 from feeler.physics.chain import fields as f
@@ -38,16 +38,16 @@ class Tables(NamedTuple):
     width: tuple
 
 
-@structref.register
+@register
 class _HandleType(types.StructRef):
     """The type of a :class:`Handle`."""
 
 
-class Handle(structref.StructRefProxy):
+class Handle(StructRefProxy):
     """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a step."""
 
 
-structref.define_proxy(Handle, _HandleType, ["tables"])
+define_proxy(Handle, _HandleType, ["tables"])
 
 
 @compiled
