@@ -130,10 +130,10 @@ def _record_some(
     if stop.is_set():
         raise KeyboardInterrupt
     scenes, start = stepper.scenes, (sample - 1) * every
-    block = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes) * every))
+    block = CHUNK // (scenes[0].antenna.n_segments * len(scenes) * every)
     turn = next((at for at in turns if at >= start), np.inf)
     until = int(min(tape.shape[1], sample + block, turn // every + 1))
-    if until == sample:  # a turn within this sample
+    if until == sample:  # a turn within this sample, or a sample too long to wait for
         ended = advance(stepper, [start] * len(scenes), every, stop)
         tape[:, sample] = make_row(stepper.read())
         return sample + 1, ended

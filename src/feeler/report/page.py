@@ -56,7 +56,13 @@ def render_page(
     )
     page = open_templates("feeler.report").get_template("page.html")
     return page.render(
-        title=title, lead=lead, opening=opening, parts=shown, css=css, script=script, version=version("feeler")
+        title=title,
+        lead=lead,
+        opening=opening,
+        parts=shown,
+        css=css,
+        script=script if beside else "",
+        version=version("feeler"),
     )
 
 
