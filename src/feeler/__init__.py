@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from feeler.antenna.antenna import Antenna
     from feeler.antenna.file import load_antenna, save_antenna
     from feeler.antenna.sample import sample_antennas
+    from feeler.draw import LogRange
     from feeler.encoding.model import ConvolutiveNMF
     from feeler.experiment.bend import bend
     from feeler.experiment.impulse import hit
@@ -36,6 +37,7 @@ _HOMES = {
     "BaseMotion": "stimulus.base",
     "Box": "stimulus.shapes",
     "ConvolutiveNMF": "encoding.model",
+    "LogRange": "draw",
     "Object": "stimulus.object",
     "Outline": "stimulus.outline",
     "Simulation": "physics.simulation",

@@ -63,7 +63,12 @@ def make_plain(value: Any) -> Any:
 
 def write_canonical(configuration: Any) -> str:
     """The configuration as JSON with sorted keys: equal configurations give equal texts."""
-    return json.dumps(make_plain(configuration), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+    return write_plain(make_plain(configuration))
+
+
+def write_plain(plain: Any) -> str:
+    """The canonical text of what is in JSON's types already."""
+    return json.dumps(plain, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 
 
 def compute_digest(configuration: Any) -> str:

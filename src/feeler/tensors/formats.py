@@ -39,6 +39,8 @@ class Format:
     """``save(dataset, path, **options)``."""
     describe: Callable[[Path], list[str]] | None = None
     """More lines for ``feeler info`` that need not read the whole file."""
+    glance: Callable[[Path], Any] | None = None
+    """As much of a large file as ``feeler info`` tells; default: all."""
     find_damage: Callable[[Path], list[str]] | None = None
     """What is damaged, for ``feeler validate``; loading must be safe where nothing is."""
 

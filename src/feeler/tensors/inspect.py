@@ -24,7 +24,8 @@ def describe_file(path: str | os.PathLike, limits: Limits | None = None) -> list
     """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration, versions, licence."""
     path, form = Path(path), FORMATS[detect(path)]
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
-    return lines + DESCRIBE[form.kind](form.load(path, find_limits(limits), False))
+    content = form.glance(path) if form.glance else form.load(path, find_limits(limits), False)
+    return lines + DESCRIBE[form.kind](content)
 
 
 def _describe_dataset(dataset: xr.Dataset) -> list[str]:

@@ -44,6 +44,7 @@ STORE = Format(
     load=lambda path, limits, trusted: stored.read_store(path),
     save=store.save_store,
     describe=stored.describe_store,
+    glance=lambda path: stored.read_store(path, first=stored.MANY),
     find_damage=stored.find_damage,
 )
 ZARR = Format(

@@ -15,7 +15,7 @@ import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
 from feeler.limits import MAX_TEXT
-from feeler.provenance import make_plain, write_canonical
+from feeler.provenance import make_plain, write_plain
 from feeler.tensors.plain import describe, restore
 from feeler.tensors.reading import NAME, parse_json, read_bytes
 from feeler.tensors.shards import Variable
@@ -141,7 +141,7 @@ def seal(content: Any, **fields: Any) -> bytes:
 
 
 def _text(plain: dict[str, Any]) -> bytes:
-    return write_canonical(plain).encode("utf-8", "replace")
+    return write_plain(plain).encode("utf-8", "replace")
 
 
 def _unseal(path: Path, limit: int) -> dict[str, Any]:

@@ -45,10 +45,15 @@ class _Lazy(BackendArray):
         return derive_curvature(values, length).astype(self.dtype)
 
 
-def read_store(path: str | os.PathLike) -> xr.Dataset:
+def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
     """The finished trials of a store, in trial order, lazily and without locking it.
 
     Labels are in memory; numbers are read when they are used. Curvature is derived from angle where it is not stored.
+
+    Parameters
+    ----------
+    first
+        Only so many groups are read.
 
     Raises
     ------
@@ -57,7 +62,7 @@ def read_store(path: str | os.PathLike) -> xr.Dataset:
     """
     path = Path(path)
     label = read_label(path)
-    groups = find_groups(path) if label.layout is not None else []
+    groups = find_groups(path)[:first] if label.layout is not None else []
     if not groups:
         raise InvalidInput(f"the store {path} holds no finished trial yet. Let the simulation go on.")
     _check_files(path, label, groups)
@@ -108,7 +113,7 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
 def to_array(values: Any, kind: str) -> np.ndarray:
     """Labels as an array; infinite and NaN ones are words in JSON."""
     if kind == "str":
-        return np.array([str(value) for value in values], dtype=str)
+        return np.array(values.tolist() if isinstance(values, np.ndarray) else values, dtype=str)
     if isinstance(values, np.ndarray):
         return values.astype(kind)
     return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(kind)
@@ -166,7 +171,8 @@ def describe_store(path: Path) -> list[str]:
         if count is not None
         else f"{len(groups):,} groups of {label.group} trials"
     )
-    return [f"{words} finished"]
+    part = "" if count is not None else f"; below: the first {MANY} groups"
+    return [f"{words} finished{part}"]
 
 
 def find_damage(path: Path) -> list[str]:
