@@ -88,6 +88,7 @@ __all__ = [
     "BaseMotion",
     "Box",
     "ConvolutiveNMF",
+    "LogRange",
     "Object",
     "Outline",
     "Simulation",
