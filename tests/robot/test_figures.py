@@ -28,7 +28,7 @@ def test_fig6_and_s7_say_surrogate_and_simulation(data):
         module.plot(data, figure)
         words = _texts(figure)
         assert "surrogate" in words and "simulation" in words
-    assert "paper, real robot: 5/6" in _texts_of_confusion(data)
+    assert "paper, real robot: 5 of 6" in _texts_of_confusion(data)
 
 
 def _texts_of_confusion(data):
