@@ -2,35 +2,21 @@
 
 import os
 import sys
-from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import pytest
+from stimulus._capsule import Capsule
 
 import feeler
 from feeler.decoding import compute_sweep, make_labels
 from feeler.dispersion import compute_dispersion
 from feeler.errors import StoreError
 from feeler.physics.engine import ENGINES
-from feeler.stimulus import SHAPES, Feature, Trial
+from feeler.stimulus import SHAPES, Trial
 
 ANTENNA = feeler.Antenna(
     segment_length=np.full(14, 3.0), segment_mass=2e-4, radius=0.1, stiffness=np.linspace(0.2, 0.02, 14), damping=0.5
 )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Capsule(Feature):
-    """A shape that the package does not know: a segment across the motion, grown."""
-
-    half_length: float
-    rounding: float
-    kind: ClassVar[str] = "capsule"
-    symmetric: ClassVar[bool] = True
-
-    def make_parts(self):
-        return [[(0.0, -self.half_length), (0.0, self.half_length)]]
 
 
 @pytest.fixture

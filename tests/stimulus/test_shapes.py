@@ -2,8 +2,7 @@
 
 import copy
 import pickle
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +15,8 @@ from feeler.stimulus import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.convex import is_convex, measure_area
 
+from ._capsule import Capsule
+
 HOOK = ((0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2))
 EXAMPLES = [
     Ball(radius=1.5),
@@ -26,19 +27,6 @@ EXAMPLES = [
     Outline(vertices=HOOK, rounding=0.3, name="hook"),
     Wall(),
 ]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Capsule(Feature):
-    """A shape that the package does not know: a segment across the motion, grown."""
-
-    half_length: float
-    rounding: float
-    kind: ClassVar[str] = "capsule"
-    symmetric: ClassVar[bool] = True
-
-    def make_parts(self):
-        return [[(0.0, -self.half_length), (0.0, self.half_length)]]
 
 
 @pytest.fixture

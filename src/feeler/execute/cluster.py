@@ -72,11 +72,6 @@ def _explain(error: Exception) -> Exception:
     return error
 
 
-def is_client(executor: object) -> bool:
-    """Whether this is a Dask client."""
-    return callable(getattr(executor, "nthreads", None))
-
-
 def open_cluster(address: str) -> Any:
     """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4`` for four processes here.
 
