@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 MAX_DRAWN = 100_000_000
 
 
+@checked
 @dataclass(frozen=True)
 class LogRange:
     """From ``low`` to ``high`` (0 < low ≤ high), uniform in the logarithm: each doubling is as likely as any other."""

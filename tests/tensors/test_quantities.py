@@ -20,23 +20,23 @@ def test_units_are_read_by_pint_and_dims_begin_with_the_trial(name):
 
 
 @pytest.fixture
-def work():
+def labour():
     """A quantity of somebody else: twice the first hinge's angle, in words of their own."""
     quantity = Quantity(
         unit="mJ", meaning="a made-up work", dims=("trial", "time"), make=lambda antenna, motion: 2 * motion.angle[:, 0]
     )
-    QUANTITIES.register("work", quantity)
+    QUANTITIES.register("labour", quantity)
     yield
-    QUANTITIES.unregister("work")
+    QUANTITIES.unregister("labour")
 
 
-def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(work, tmp_path):
+def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(labour, tmp_path):
     tensors = feeler.touch(antenna, trials[:3], store=tmp_path / "set.zarr", **options)
     for dataset in (tensors, load(tmp_path / "set.zarr")):
         assert find_breaches(dataset) == []
-        assert dataset.work.attrs["units"] == "mJ" and "made-up" in dataset.work.attrs["long_name"]
-        np.testing.assert_array_equal(dataset.work, 2 * dataset.angle.isel(sensor=0))
-    found = compute_dispersion(load(tmp_path / "set.zarr").work.values[:, None], indices=("mse",))
+        assert dataset.labour.attrs["units"] == "mJ" and "made-up" in dataset.labour.attrs["long_name"]
+        np.testing.assert_array_equal(dataset.labour, 2 * dataset.angle.isel(sensor=0))
+    found = compute_dispersion(load(tmp_path / "set.zarr").labour.values[:, None], indices=("mse",))
     assert found.values("mse", found.groups[0]).min() > 0
 
 

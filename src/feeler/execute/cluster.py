@@ -90,11 +90,13 @@ def open_cluster(address: str) -> Any:
     if kind == "local":
         if not number.isdecimal() or not 1 <= int(number) <= 1024:
             raise InvalidInput(f"--cluster local:N starts N processes, 1 to 1024, got {address!r}.")
-        return Client(n_workers=int(number), threads_per_worker=1, processes=True, dashboard_address=None)
+        return Client(
+            n_workers=int(number), threads_per_worker=1, processes=True, dashboard_address=None, set_as_default=False
+        )
     try:
         if address.endswith(".json"):
-            return Client(scheduler_file=address, timeout=PATIENCE)
-        return Client(address, timeout=PATIENCE)
+            return Client(scheduler_file=address, timeout=PATIENCE, set_as_default=False)
+        return Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
             f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask scheduler`, or use local:4."

@@ -5,6 +5,7 @@ import os
 import platform
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
         opening, beside = _open(templates, sections, claims), _group(templates, claims, made)
         findings = list_findings({key: value for section in sections for key, value in section.values.items()})
         first = Part(
-            name="claims", title="Every claim and its verdict", body=_fill_verdicts(templates, claims, findings)
+            name="claims", title="Every claim and its verdict", body=_fill_verdicts(templates, claims, findings, made)
         )
     else:
         title = "The paper's measures, of this antenna"
@@ -49,7 +50,9 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     other = f"The antenna '{context.antenna.name}', touched"
     title = "Soft antennae, touched" if context.is_cockroach else other
     parts: list[Section | Part]
-    parts = [*sections, first, places, methods] if context.is_cockroach else [first, *sections, places, methods]
+    parts = [*map(_leave_opening, sections), first, places, methods]
+    if not context.is_cockroach:
+        parts = [first, *sections, places, methods]
     page = render_page(title, _describe(context), parts, opening=opening, beside=beside)
     _write_pdf(context.out / "figures.pdf", sections)
     _copy_figures(context.out / "figures", sections)
@@ -57,10 +60,12 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     return _write(context.out / "report.html", page)
 
 
-def _fill_verdicts(templates: Any, claims: list[Judged], findings: list[tuple[str, str]]) -> Any:
+def _fill_verdicts(
+    templates: Any, claims: list[Judged], findings: list[tuple[str, str]], made: Mapping[str, str]
+) -> Any:
     paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
     counts = {word: paper[word] for word in EVIDENCE}
-    return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours, findings)
+    return templates.verdicts(claims, counts, {word: paper[word] for word in OTHERS}, ours, findings, made)
 
 
 def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Markup:
@@ -77,9 +82,15 @@ def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Mark
                     "still": embed(movie.with_suffix(".jpg")),
                     "caption": str(block["caption"]),
                 }
+    name = OPENING_MOVIE.removesuffix(".mp4")
     return templates.opening(
-        QUESTION, numbers=list_numbers(values), topics=list_topics(values, claims), counts=counts, **found
+        QUESTION, name, numbers=list_numbers(values), topics=list_topics(values, claims), counts=counts, **found
     )
+
+
+def _leave_opening(section: Section) -> Section:
+    """The section without the movie that the page opens with: a page carries each movie once."""
+    return replace(section, blocks=[block for block in section.blocks if block.get("name") != OPENING_MOVIE])
 
 
 def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:

@@ -61,7 +61,7 @@ def render_page(
         opening=opening,
         parts=shown,
         css=css,
-        script=script if beside else "",
+        script=script,
         version=version("feeler"),
     )
 
