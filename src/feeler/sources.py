@@ -191,5 +191,6 @@ def _write_notes(file: Path, notes: dict[str, Any]) -> None:
         with suppress(OSError):
             fresh = file.with_suffix(f".{os.getpid()}")
             kept = {name: [*entry[:2], asdict(entry[2])] for name, entry in notes.items() if name.startswith("feeler")}
+            file.parent.mkdir(exist_ok=True)  # absent where Python is told to keep no compiled files
             fresh.write_text(json.dumps(kept))
             fresh.replace(file)
