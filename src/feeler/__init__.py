@@ -61,6 +61,7 @@ _ROOMS = (
     "calibration",
     "comparison",
     "decoding",
+    "design",
     "dispersion",
     "encoding",
     "execute",

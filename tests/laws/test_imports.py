@@ -40,7 +40,7 @@ LAYERS = (
     {"scale"},
     {"plotting"},
     {"report"},
-    {"comparison", "studio", "tradeoff"},
+    {"comparison", "design", "studio", "tradeoff"},
     {"paper"},
     {"cli"},
 )

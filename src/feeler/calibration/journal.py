@@ -20,7 +20,7 @@ Entry = tuple[np.ndarray, float]
 
 
 class Journal:
-    """Searched vectors with their residuals, one line of JSON each, written as soon as they are known.
+    """Searched vectors with what they gave, one line of JSON each, written as soon as it is known; ``of`` a fit or a search.
 
     The optimisers are deterministic: run again on the same journal they ask for the same vectors, get them from it
     bit by bit, and simulate from where the earlier run was stopped. A line that was cut while being written is dropped.
@@ -33,11 +33,11 @@ class Journal:
         Another process writes to it.
     """
 
-    def __init__(self, path: str | Path, key: str) -> None:
+    def __init__(self, path: str | Path, key: str, of: str = "fit") -> None:
         path = Path(path)
         self._lock = Lock(path.with_name(f".{path.name}.lock"), f"the checkpoint {path}")
         try:
-            self._entries, whole = read_journal(path, key) if path.exists() else ({}, 0)
+            self._entries, whole = read_journal(path, key, of) if path.exists() else ({}, 0)
             self._file = path.open("ab")
         except BaseException:
             self._lock.release()
@@ -74,24 +74,24 @@ class Journal:
         self.close()
 
 
-def read_journal(path: Path, key: str) -> tuple[dict[bytes, Entry], int]:
+def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[bytes, Entry], int]:
     """Entries of a journal by vector, and how many bytes of the file are whole lines."""
     raw = read_bytes(path, MAX_BYTES)
     whole = raw.rfind(b"\n") + 1
     if not whole and raw and not BEGINNING.startswith(raw[: len(BEGINNING)]):  # not even the torn first line of one
-        raise InvalidInput(f"{path} is no checkpoint of a fit. Name another; this file is left as it is.")
+        raise InvalidInput(f"{path} is no checkpoint of a {of}. Name another; this file is left as it is.")
     lines = raw[:whole].splitlines()
     try:
         if lines and parse_json(lines[0], "its first line")["key"] != key:
             raise InvalidInput(
-                f"{path} belongs to another fit (antenna, family, bounds, targets, protocol or versions). Remove it, "
-                "or name another."
+                f"{path} belongs to another {of}: antenna, family, bounds, targets, task, protocol or versions differ. "
+                "Remove it, or name another."
             )
         return dict(_read_line(line) for line in lines[1:]), whole
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         if isinstance(error, InvalidInput) and "belongs" in str(error):
             raise
-        raise InvalidInput(f"{path} is no checkpoint of a fit ({error}). Remove it or name another.") from error
+        raise InvalidInput(f"{path} is no checkpoint of a {of} ({error}). Remove it or name another.") from error
 
 
 def _read_line(line: bytes) -> tuple[bytes, Entry]:

@@ -1,0 +1,22 @@
+"""Which antenna should I build? A task, a score on touches never met, a space of antennas, constraints, and a search."""
+
+from feeler.design.constraints import Constraints
+from feeler.design.problem import Candidate, DesignProblem
+from feeler.design.scoring import Score, score
+from feeler.design.search import METHODS, Optimum, optimise
+from feeler.design.space import Design, Space
+from feeler.design.task import Task
+
+__all__ = [
+    "METHODS",
+    "Candidate",
+    "Constraints",
+    "Design",
+    "DesignProblem",
+    "Optimum",
+    "Score",
+    "Space",
+    "Task",
+    "optimise",
+    "score",
+]

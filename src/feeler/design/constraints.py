@@ -1,0 +1,80 @@
+"""Constraints: what keeps a search from winning by ringing, floppiness or hinges that nobody can make."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.modes import compute_modes
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+
+ABSENT = float("nan")
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class Constraints:
+    """What a design must keep; all are off by default. ``check`` says by how much each is broken."""
+
+    damping_ratio: float | None = None
+    """Least damping ratio of each of the first ``modes`` modes."""
+    damping_share: float | None = None
+    """Least damping ratio of each of them as a share of the reference's own."""
+    modes: int = 6
+    mass: float | None = None
+    """Greatest mass [mg]."""
+    compliance: tuple[float, float] | None = None
+    """Least and greatest total compliance Σ 1/k as shares of the reference's."""
+    softest: float | None = None
+    """Least stiffness of a hinge as a share of the reference's softest."""
+    thickness: float | None = None
+    """Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64 ℓ)."""
+    modulus: float = 2500.0
+    """[MPa]; Kapton."""
+    peak_angle: float | None = None
+    """Greatest angle of a hinge in all touches [rad]; known only after they are simulated."""
+
+    def __post_init__(self) -> None:
+        for name in ("damping_ratio", "damping_share", "mass", "softest", "thickness", "peak_angle", "modulus"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < np.inf:
+                raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
+        if self.modes < 1:
+            raise InvalidInput(f"modes must be ≥ 1, got {self.modes}.")
+        if self.compliance is not None and not 0 < self.compliance[0] <= self.compliance[1]:
+            raise InvalidInput(f"compliance must be shares 0 < low ≤ high, got {self.compliance}.")
+
+    def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:
+        """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0: it holds."""
+        found = {}
+        if self.damping_ratio is not None or self.damping_share is not None:
+            ratio = compute_modes(antenna, self.modes).damping_ratio
+            if self.damping_ratio is not None:
+                found["damping_ratio"] = _lack(ratio.min(), self.damping_ratio)
+            if self.damping_share is not None:
+                wanted = self.damping_share * compute_modes(reference, self.modes).damping_ratio
+                found["damping_share"] = max(_lack(a, b) for a, b in zip(ratio, wanted, strict=True))
+        if self.mass is not None:
+            found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
+        if self.compliance is not None:
+            share = np.sum(1 / antenna.stiffness) / np.sum(1 / reference.stiffness)
+            found["compliance"] = _lack(share, self.compliance[0]) + _lack(self.compliance[1], share)
+        if self.softest is not None:
+            found["softest"] = _lack(antenna.stiffness.min(), self.softest * reference.stiffness.min())
+        if self.thickness is not None:
+            found["thickness"] = _lack(compute_diameter(antenna, self.modulus).min(), self.thickness)
+        return found
+
+    def check_peak(self, peak: float) -> float:
+        """How far the peak angle is too great."""
+        return 0.0 if self.peak_angle is None else _lack(self.peak_angle, peak)
+
+
+def compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
+    """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E π d⁴ / (64 ℓ)."""
+    return (64 * antenna.stiffness * antenna.segment_length / (np.pi * modulus)) ** 0.25
+
+
+def _lack(value: float, least: float) -> float:
+    return max(float(np.log(least / value)), 0.0) if value > 0 else np.inf

@@ -1,0 +1,138 @@
+"""A search's problem: what each candidate costs, from the journal where it is known, and how many broke down."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from feeler.calibration.journal import Journal
+from feeler.design.constraints import Constraints
+from feeler.design.scoring import Score, score
+from feeler.design.space import Design, Space
+from feeler.design.task import Task
+from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.provenance import make_key
+
+FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
+CLEAR = (0.02, 0.99)  # [C] shares of log₂ K outside which the reference says that there is nothing to search
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Candidate:
+    """A point that was looked at; ``cost`` is its missing bits, or ≥ ``FAR`` where it must not win."""
+
+    x: np.ndarray
+    cost: float
+    bits: float = float("nan")
+    bits_error: float = float("nan")
+    errors: float = float("nan")
+    peak: float = float("nan")
+    fate: str = "simulated"
+    """``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the limit)."""
+
+
+@dataclass(kw_only=True, eq=False)
+class DesignProblem:
+    """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``."""
+
+    task: Task
+    space: Space
+    constraints: Constraints = field(default_factory=Constraints)
+    options: dict[str, Any] = field(default_factory=dict)
+    """Workers or executor, as for :func:`feeler.touch`."""
+    journal: Journal | None = None
+    watch: Callable[["DesignProblem"], None] | None = None
+    """Called after each candidate."""
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("simulated", "excluded", "diverged", "peak"), 0)
+    )
+    seconds: float = 0.0
+    """Processor time of the simulations."""
+    best: Candidate | None = None
+
+    @property
+    def evaluations(self) -> int:
+        """Candidates that were simulated, or taken from the journal."""
+        return sum(self.counts.values()) - self.counts["excluded"]
+
+    @property
+    def ceiling(self) -> float:
+        """log₂ K."""
+        return float(np.log2(self.task.n_classes))
+
+    def look(self, x: np.ndarray) -> Candidate:
+        """What the point x costs."""
+        found = self._look(np.asarray(x, dtype=float))
+        self.counts[found.fate] += 1
+        if self.best is None or found.cost < self.best.cost:
+            self.best = found
+        if self.watch:
+            self.watch(self)
+        return found
+
+    def _look(self, x: np.ndarray) -> Candidate:
+        design = self.space.build(x)
+        if broken := self.measure_violation(design):
+            return Candidate(x=x, cost=FAR * (1 + broken), fate="excluded")
+        bits, bits_error, errors, peak = self._recall(x, design)
+        if np.isinf(peak):
+            return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
+        over = self.constraints.check_peak(peak)
+        cost, fate = (FAR * (1 + over), "peak") if over else (self.ceiling - bits, "simulated")
+        return Candidate(x=x, cost=cost, bits=bits, bits_error=bits_error, errors=errors, peak=peak, fate=fate)
+
+    def measure_violation(self, design: Design) -> float:
+        """How far the design breaks what is known before it is simulated."""
+        return sum(self.constraints.check(design.antenna, self.space.reference).values())
+
+    def _recall(self, x: np.ndarray, design: Design) -> np.ndarray:
+        """Bits, their error, share of errors, and peak; a peak of ∞ where it diverged."""
+        known = None if self.journal is None else self.journal.find(x)
+        if known is None:
+            began = time.process_time()
+            values = self._simulate(design)
+            known = values, time.process_time() - began
+            if self.journal is not None:
+                self.journal.add(x, (np.nan_to_num(values, nan=-1.0, posinf=-1.0), known[1]))
+        self.seconds += known[1]
+        return np.array([*known[0][:3], known[0][3] if known[0][3] >= 0 else np.inf])
+
+    def _simulate(self, design: Design) -> np.ndarray:
+        try:
+            found = score(design.antenna, self.at_speed(design), "optimiser", **self.options)
+        except SimulationDiverged:
+            return np.array([0.0, 0.0, 1.0, np.inf])
+        return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
+
+    def at_speed(self, design: Design) -> Task:
+        """The task at the design's own speed, if it has one."""
+        return self.task if design.speed is None else self.task.replace(speeds=(design.speed,))
+
+    def describe(self) -> str:
+        """A short text that changes with anything that changes a score."""
+        made_with = {"task": self.task, "space": self.space, "constraints": self.constraints}
+        return make_key(made_with, "feeler.design.problem")
+
+
+def check_task(found: Score, task: Task) -> None:
+    """Refuse a task at which there is nothing to gain, before minutes are spent.
+
+    Raises
+    ------
+    InvalidInput
+        ``found``, the score of the reference, is next to nothing, or next to everything.
+    """
+    share, told = found.bits / np.log2(task.n_classes), f"{found.bits:.4g} of {np.log2(task.n_classes):.4g} bits"
+    noise = f"{task.noise} {task.level:g}"
+    if share < CLEAR[0]:
+        raise InvalidInput(
+            f"the reference tells {told}: nothing can be told in this noise, so that a search would follow chance. Lower the "
+            f"noise (now {noise}), or give more time or larger objects."
+        )
+    if share > CLEAR[1]:
+        raise InvalidInput(
+            f"the reference already tells {told}: nothing is left to gain. Raise the noise (now {noise}), or give less time "
+            "or more classes."
+        )

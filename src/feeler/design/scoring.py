@@ -1,0 +1,208 @@
+r"""Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna, with its standard error.
+
+The decoder learns from clean touches. It takes the tensors of class k in noise for normal, with the mean m_k of the class's
+touches and the covariance Σ_k = σ² 1 + B_kᵀ B_k: white noise of known sd σ, and the scatter B_k of the touches about their mean,
+which is what the nuisances do. With u = y − m_k and S_k = σ² 1 + B_k B_kᵀ (small), its logits are
+
+    −½ (|u|² − uᵀ B_kᵀ S_k⁻¹ B_k u) / σ² − ½ ln det S_k.
+
+Asked about other touches in noise, its posterior p(k|y) gives
+
+    bits = log₂ K + ⟨log₂ p(true | y)⟩,
+
+a lower bound on the mutual information of class and tensor, as any decoder's cross-entropy is (Barber & Agakov 2003). The same
+noise is drawn for all antennas, in pairs n, −n, so that the score is a smooth function of the tensors, and its derivative is
+exact for the noise that was drawn. The share of errors, a staircase, is only reported.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
+from feeler.design.task import Task
+from feeler.execute import Executor
+from feeler.execute.threads import hold_blas
+from feeler.information import scale_peaks
+from feeler.physics.clock import Clock
+from feeler.physics.contact import get_contact
+from feeler.physics.scene import Scene
+from feeler.physics.simulate import expect_motions
+from feeler.physics.simulate import simulate as run_scenes
+from feeler.stimulus.object import Object, make_object
+from feeler.stimulus.trial import LEAD
+
+N_DRAWS = 32  # [C] pairs of drawn noise
+NOISE_SEED = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Score:
+    """How well touches never met are told apart, means over the speeds."""
+
+    bits: float
+    """Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0 where the decoder misleads."""
+    bits_error: float
+    """Its standard error, from how the test touches differ."""
+    errors: float
+    """Share of noisy test touches named wrong."""
+    errors_error: float
+    """Its standard error."""
+    peak: float
+    """Greatest hinge angle of all touches at the sensors [rad]."""
+    by_speed: np.ndarray
+    """Bits and errors (speed, 2)."""
+    confusion: np.ndarray
+    """Shares (class, answer), rows sum to 1."""
+    wrong: np.ndarray
+    """Share named wrong of each test touch (speed, class, touch): pairs for comparing antennas."""
+
+
+@checked
+def score(
+    antenna: Antenna, task: Task, purpose: str = "test", *, workers: int | None = None, executor: Executor | None = None
+) -> Score:
+    """How well the decoder tells the task's classes apart by this antenna.
+
+    Parameters
+    ----------
+    purpose
+        Which draws of touches: ``optimiser``, ``test`` or ``final``.
+    workers, executor
+        As for :func:`feeler.touch`.
+
+    Raises
+    ------
+    SimulationDiverged
+        Some touch left the finite numbers.
+    """
+    return judge(
+        [touch_classes(antenna, task, purpose, v, workers=workers, executor=executor) for v in task.speeds], task
+    )
+
+
+def touch_classes(
+    antenna: Antenna,
+    task: Task,
+    purpose: str,
+    speed: float,
+    *,
+    workers: int | None = None,
+    executor: Executor | None = None,
+) -> np.ndarray:
+    """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the same trials."""
+    scenes = make_scenes(antenna, task, purpose, speed)
+    motions = expect_motions(run_scenes(scenes, make_clock(task), workers=workers, executor=executor))
+    angles = np.array([motion.angle[round(LEAD) + 1 :, antenna.sensors - 1].T for motion in motions])
+    return angles.reshape(task.n_classes, task.train + task.test, *angles.shape[1:])
+
+
+def make_clock(task: Task) -> Clock:
+    """Samples of 1 ms until the deadline."""
+    return Clock(duration=task.duration, timestep=task.timestep)
+
+
+def make_scenes(antenna: Antenna, task: Task, purpose: str, speed: float) -> list[Scene]:
+    """The scene of every touch; where objects stand depends on the antenna's outline alone, and is kept."""
+    outline = antenna.replace(stiffness=1.0, damping=1.0, sensors=[1], name="")
+    objects = _place_objects(outline, task.replace(level=1.0, noise="common"), purpose, speed)
+    return [Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name) for item in objects]
+
+
+@lru_cache(maxsize=32)
+def _place_objects(outline: Antenna, task: Task, purpose: str, speed: float) -> tuple[Object, ...]:
+    return tuple(make_object(outline, trial) for trial in task.draw(outline, purpose, speed))
+
+
+def judge(angles: list[np.ndarray], task: Task) -> Score:
+    """The score of angles (class, touch, sensor, time), speed by speed."""
+    with hold_blas():
+        found = [decode(scale(one, task.noise), task.train, task.level) for one in angles]
+    bits = np.array([logs.mean(axis=0) for logs, _ in found])  # (speed, class, touch)
+    answers = np.array([shares for _, shares in found])  # (speed, class, touch, answer)
+    k = np.arange(task.n_classes)
+    wrong = 1.0 - answers[:, k, :, k].transpose(1, 0, 2)
+    return Score(
+        bits=float(bits.mean()),
+        bits_error=estimate_error(bits),
+        errors=float(wrong.mean()),
+        errors_error=estimate_error(wrong),
+        peak=float(max(np.abs(one).max() for one in angles)),
+        by_speed=np.stack([bits.mean(axis=(1, 2)), wrong.mean(axis=(1, 2))], axis=1),
+        confusion=answers.mean(axis=(0, 2)),
+        wrong=wrong,
+    )
+
+
+def scale(angles: np.ndarray, noise: str) -> np.ndarray:
+    """Tensors (class, touch, entry) in whose unit the noise is white: divided by their own peaks where it is relative."""
+    flat = angles.reshape(-1, *angles.shape[2:])
+    flat = scale_peaks(flat) if noise == "relative" else flat
+    return flat.reshape(*angles.shape[:2], -1)
+
+
+@checked
+def decode(
+    tensors: Annotated[np.ndarray, "class touch entry"], train: Annotated[int, "> 0"], sd: Annotated[float, "> 0"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares (class, touch, answer)."""
+    logits = compute_logits(tensors, train, sd)
+    own, _ = take_own(logits)
+    answers = np.eye(len(tensors))[logits.argmax(axis=-1)].mean(axis=0)
+    return np.log2(len(tensors)) + own / np.log(2), answers
+
+
+def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Logarithm of the true class's posterior (noise, class, touch), and all posteriors (noise, class, touch, answer)."""
+    shifted = logits - logits.max(axis=-1, keepdims=True)
+    shifted -= np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
+    k = np.arange(logits.shape[-1])
+    return shifted[:, k, :, k].transpose(1, 0, 2), np.exp(shifted)
+
+
+def compute_logits(tensors: np.ndarray, train: int, sd: float) -> np.ndarray:
+    """Logits (noise, class, touch, answer) of noisy test touches; terms common to all answers are left out."""
+    known, tests = tensors[:, :train], tensors[:, train:]
+    noise = draw_noise(tensors.shape[-1], sd)
+    cross = np.einsum("ne,kte->nkt", noise, tests)
+    logits = np.empty((*cross.shape, len(known)))
+    for k, own in enumerate(known):
+        mean, scatter, inverse, logdet = fit_class(own, sd)
+        far = tests - mean
+        square = np.einsum("kte,kte->kt", far, far) + 2 * (cross - (noise @ mean)[:, None, None])
+        seen = (noise @ scatter.T)[:, None, None] + far @ scatter.T  # (noise, class, touch, row)
+        within = np.einsum("nktr,rs,nkts->nkt", seen, inverse, seen, optimize=True)
+        logits[..., k] = -0.5 * (square - within) / sd**2 - 0.5 * logdet
+    return logits
+
+
+def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Mean (entry,) and scatter B (row, entry) of a class's touches, and S⁻¹ and ln det S of S = σ² 1 + B Bᵀ."""
+    mean = touches.mean(axis=0)
+    scatter = (touches - mean) / np.sqrt(len(touches) - 1)
+    small = scatter @ scatter.T
+    small[np.diag_indices_from(small)] += sd**2
+    return mean, scatter, np.linalg.inv(small), float(np.linalg.slogdet(small)[1])
+
+
+def draw_noise(entries: int, sd: float) -> np.ndarray:
+    """Noise (2 · N_DRAWS, entry), the same for all antennas, in pairs n, −n."""
+    drawn = sd * _draw_units(entries)
+    return np.concatenate([drawn, -drawn])
+
+
+@lru_cache(maxsize=4)
+def _draw_units(entries: int) -> np.ndarray:
+    return np.random.default_rng(NOISE_SEED).standard_normal((N_DRAWS, entries))
+
+
+def estimate_error(values: np.ndarray) -> float:
+    """Standard error of the mean of values (speed, class, touch): touches are drawn anew, classes and speeds are given."""
+    count = values.shape[2]
+    if count < 2:
+        return float("nan")
+    spread = values.mean(axis=0).var(axis=1, ddof=1)  # the same draws meet all speeds
+    return float(np.sqrt(spread.sum() / count) / values.shape[1])
