@@ -2,17 +2,19 @@
 
 import shutil
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from feeler.errors import StoreError
+from feeler.errors import InvalidInput, StoreError
 from feeler.experiment.touch import DURATION, touch
 from feeler.paper.context import Context
 from feeler.paper.stage import hold, is_kept
 from feeler.provenance import make_key
 from feeler.stimulus.ninety import SPEEDS, make_features, trials
 from feeler.stimulus.trial import Trial
+from feeler.tensors.stored import read_store
 
 COMPLETE = 800.0  # [C] ms; the last slow touch of any profile ends before 700
 
@@ -67,9 +69,20 @@ def _load(context: Context, profile: str, touches: list[Trial], duration: float,
         with hold(path):
             if not is_kept(path, context):
                 shutil.rmtree(path, ignore_errors=True)
+            elif (whole := _read_whole(path, len(touches))) is not None:
+                return whole
             return touch(antenna, touches, store=path, **options)
     except StoreError as error:
         raise StoreError(f"{error} Remove {path} or choose another --out.") from error
+
+
+def _read_whole(path: Path, n_trials: int) -> xr.Dataset | None:
+    """The touches kept there, if all are; an unfinished or damaged store is left to ``touch``, which mends it."""
+    try:
+        found = read_store(path).load()
+    except InvalidInput:
+        return None
+    return found if found.sizes["trial"] == n_trials else None
 
 
 def select_speed(tensors: xr.Dataset, speed: float) -> xr.Dataset:
