@@ -1,0 +1,146 @@
+"""Plans: one TOML file says what is to be told apart, which antennas may be tried, what they must keep, and how to search."""
+
+import os
+import tomllib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.file import load_antenna, read_toml_text
+from feeler.checked import checked
+from feeler.design.constraints import Constraints
+from feeler.design.search import METHODS
+from feeler.design.space import Space
+from feeler.design.task import DRAWS, Task
+from feeler.errors import InvalidInput
+from feeler.presets import PRESETS, make_preset
+from feeler.toml import parse_toml
+
+SCHEMA = "feeler.design/1"
+TEMPLATE = """\
+# Which antenna should I build? Try it: feeler design {file} --out out/design
+schema = "feeler.design/1"
+antenna = "exponential"     # where to begin, and what to beat: a preset or an antenna file
+
+[task]
+objects = ["ball:radius=1.5", "ball:radius=3", "box:half_width=1.5,half_height=1.5", "triangle:half_width=1.5,half_height=1.5"]
+locations = [0.5, 0.7, 0.9] # shares of the length; object × location is what must be told
+speeds = [0.3]              # m/s
+deadline = 100              # ms since contact
+noise = "relative"          # white; sd as a share of each tensor's own peak; or "common", in rad
+level = 1.0
+train = 4                   # touches of each class to learn from, all drawn anew within the nuisances,
+test = 3                    # and others to be asked about
+[task.nuisances]
+location = 0.015            # ± share of the length
+size = 0.05                 # ± share
+approach = 4                # ± degrees
+friction = [0.6, 1.0]
+[task.seeds]                # three draws: what the search sees, what chooses among its ends, and what is looked at once
+optimiser = 1
+test = 2
+final = 3
+
+[space]                     # factors on the antenna's profiles; logarithms are splines between knots
+stiffness = 5               # knots: 0 leave it, 1 scales it, 2 the exponential family, 140 each hinge for itself
+damping = 3
+span = 30                   # greatest factor at a knot, either way
+
+[constraints]               # without them a floppy, ringing tip wins: see the guide
+damping_share = 1.0         # each of the first six modes damped at least as the antenna above
+softest = 0.2               # no hinge softer than this share of its softest
+peak_angle = 0.2            # rad
+
+[search]
+method = "cma"
+evaluations = 100           # antennas simulated from each start
+starts = 2                  # the first is the antenna above
+seed = 0
+"""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """What a design file holds."""
+
+    task: Task
+    space: Space
+    constraints: Constraints
+    search: dict[str, Any] = field(default_factory=dict)
+    """Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`."""
+
+    @property
+    def reference(self) -> Antenna:
+        """Where the search begins, and what is to be beaten."""
+        return self.space.reference
+
+
+SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int}
+
+
+@checked
+def load_plan(path: str | os.PathLike) -> Plan:
+    """The plan in a TOML file, as ``feeler design --new`` writes one.
+
+    Raises
+    ------
+    InvalidInput
+        Not TOML of this schema, an unknown key, or a value that cannot be used; the message names the table.
+    """
+    path = Path(path)
+    try:
+        content = parse_toml(read_toml_text(path))
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise InvalidInput(f"{path.name}: {str(error)[:300]}") from error
+    if content.get("schema") != SCHEMA:
+        raise InvalidInput(f"{path.name}: schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}.")
+    tables = {"task": Task, "space": Space, "constraints": Constraints, "search": None}
+    if unknown := sorted(content.keys() - tables.keys() - {"schema", "antenna"}):
+        raise InvalidInput(f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}.")
+    antenna = _choose(str(content.get("antenna", "exponential")), path)
+    made = {name: _make(path, name, kind, content.get(name, {}), antenna) for name, kind in tables.items()}
+    return Plan(**made)
+
+
+def _choose(name: str, path: Path) -> Antenna:
+    """A preset, or an antenna file beside this one."""
+    return make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
+
+
+def _make(path: Path, name: str, kind: Any, table: Any, antenna: Antenna) -> Any:
+    valid = list(SEARCH) if kind is None else [f.name for f in fields(kind) if f.name != "reference"]
+    if not isinstance(table, dict):
+        raise InvalidInput(f"{path.name}: {name} must be a table [{name}].")
+    if unknown := sorted(table.keys() - set(valid)):
+        raise InvalidInput(f"{path.name}: [{name}] has no {unknown[0]!r}; valid: {', '.join(valid)}.")
+    if kind is None:
+        return _check_search(path, table)
+    values = {key: _read(key, value) for key, value in table.items()}
+    try:
+        return kind(**values, **({"reference": antenna} if kind is Space else {}))
+    except InvalidInput as error:
+        raise InvalidInput(f"{path.name}: [{name}] {error}") from error
+    except (TypeError, ValueError, KeyError) as error:
+        raise InvalidInput(f"{path.name}: [{name}] cannot be used: {error}.") from error
+
+
+def _check_search(path: Path, table: dict[str, Any]) -> dict[str, Any]:
+    for key, value in table.items():
+        if type(value) is not SEARCH[key]:
+            raise InvalidInput(f"{path.name}: [search] {key} must be {SEARCH[key].__name__}, got {value!r}.")
+    METHODS[table.get("method", "cma")]
+    return table
+
+
+def _read(key: str, value: Any) -> Any:
+    """Lists as tuples, seeds and nuisances by name."""
+    if key == "seeds":
+        if not isinstance(value, dict) or set(value) != set(DRAWS):
+            raise InvalidInput(f"seeds must name {', '.join(DRAWS)}, got {value}.")
+        return tuple(value[name] for name in DRAWS)
+    if isinstance(value, dict):
+        return tuple((name, _read(name, one)) for name, one in value.items())
+    if isinstance(value, list):
+        return tuple(_read(key, one) for one in value)
+    return float(value) if isinstance(value, int) and key in ("deadline", "level", "span") else value
