@@ -16,6 +16,7 @@ VERBS = (
     "export",
     "compare",
     "tradeoff",
+    "design",
     "calibrate",
     "wall",
     "robot",

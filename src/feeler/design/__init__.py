@@ -1,6 +1,10 @@
 """Which antenna should I build? A task, a score on touches never met, a space of antennas, constraints, and a search."""
 
 from feeler.design.constraints import Constraints
+from feeler.design.making import make_strips, measure_tolerance
+from feeler.design.outcome import Outcome, carry_out
+from feeler.design.page import write_design
+from feeler.design.plan import Plan, load_plan
 from feeler.design.problem import Candidate, DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import METHODS, Optimum, optimise
@@ -14,9 +18,16 @@ __all__ = [
     "Design",
     "DesignProblem",
     "Optimum",
+    "Outcome",
+    "Plan",
     "Score",
     "Space",
     "Task",
+    "carry_out",
+    "load_plan",
+    "make_strips",
+    "measure_tolerance",
     "optimise",
     "score",
+    "write_design",
 ]

@@ -1,0 +1,132 @@
+"""``feeler design``: which antenna to build for a task."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler design task.toml --new                      a commented task file to be edited
+
+  feeler design task.toml --out out/design           searches, judges, and writes a page; Ctrl-C and again: goes on
+
+  feeler design task.toml --out out/design --robot   also as widths and sheet thicknesses, and what 5 % errors cost
+"""
+
+
+def design(
+    task: Annotated[Path, typer.Argument(help="design file (TOML): task, space, constraints, search")],
+    out: Annotated[Path, typer.Option(help="folder for page, antenna.toml, journal and numbers")] = Path("out/design"),
+    new: Annotated[bool, typer.Option("--new", help="write a commented design file and stop")] = False,
+    evaluations: Annotated[int | None, typer.Option(min=1, help="antennas simulated from each start")] = None,
+    starts: Annotated[
+        int | None, typer.Option(min=1, help="the first is the file's antenna, others far from it")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="of the search, not of the touches")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
+    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler, or local")] = None,
+    robot: Annotated[bool, typer.Option(help="the result as flexure hinges, and their tolerance")] = False,
+    movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
+) -> None:
+    """Search the antennas that tell a task's touches apart best, and judge the best on touches nobody has looked at."""
+    from feeler.design.outcome import carry_out
+    from feeler.design.plan import TEMPLATE, load_plan
+    from feeler.errors import InvalidInput
+
+    if new:
+        if task.exists():
+            raise InvalidInput(f"{task} exists already. Choose another name.")
+        task.write_text(TEMPLATE.format(file=task.name), encoding="utf-8")
+        typer.echo(f"wrote {task}; edit it, then: feeler design {task} --out {out}")
+        return
+    plan = load_plan(task)
+    given = {"evaluations": evaluations, "starts": starts, "seed": seed}
+    plan.search.update({name: value for name, value in given.items() if value is not None})
+    with _choose_executor(workers, cluster) as options, _Watcher(plan, out) as watch:
+        found = carry_out(plan, out, watch=watch, **options)
+        _report(found, out, robot, movie, options)
+
+
+def _report(found, out: Path, robot: bool, movie: bool, options) -> None:
+    from feeler.design.making import measure_tolerance
+    from feeler.design.page import write_design
+    from feeler.provenance import list_versions
+
+    tolerance = measure_tolerance(found.best, found.task, **options) if robot else None
+    fewer, error = found.compare()
+    task = found.plan.task
+    conditions = (
+        f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s, {task.deadline:g} ms, {task.noise} noise "
+        f"{task.level:g}; seeds of the draws {task.seeds}; timestep {task.timestep:g} ms. "
+    ) + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+    page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
+    typer.echo(
+        f"final draws: {100 * found.final.errors:.1f} % wrong, the reference {100 * found.reference_final.errors:.1f} %: errors "
+        f"avoided {100 * fewer:.0f} ± {100 * error:.0f} %"
+        + ("" if found.looks == 1 else f" (look number {found.looks})")
+    )
+    typer.echo(f"antenna: {out / 'antenna.toml'}\npage: {page}")
+
+
+class _Watcher:
+    """Shows how far the search is, and keeps a picture of the best so far beside the journal."""
+
+    def __init__(self, plan, out: Path) -> None:
+        from feeler.cli.progress import ProgressBar
+
+        asked = plan.search
+        self._plan, self._out = plan, out
+        self._total = asked.get("evaluations", 100) * asked.get("starts", 1)
+        self._bar, self._before, self._last, self._cost = ProgressBar("antennas simulated"), 0, 0, float("inf")
+
+    def __call__(self, problem) -> None:
+        if problem.evaluations < self._last:  # another start
+            self._before += self._last
+        self._last = problem.evaluations
+        self._bar(min(self._before + self._last, self._total - 1), self._total)
+        if problem.best.cost < min(self._cost, problem.ceiling):
+            self._cost = problem.best.cost
+            self._draw(problem)
+
+    def _draw(self, problem) -> None:
+        from matplotlib.figure import Figure
+
+        from feeler.plotting import plot_profiles, style
+
+        with style():
+            figure = Figure(figsize=(7.2, 2.0), layout="constrained")
+            axes = figure.subplots(1, 4)
+            for antenna in (self._plan.reference, problem.space.build(problem.best.x).antenna):
+                plot_profiles(antenna, axes)
+            axes[2].lines[1].set_color("#D55E00")
+            axes[3].lines[1].set_color("#D55E00")
+            figure.suptitle(f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas", fontsize=8)
+            figure.savefig(self._out / "current.png")
+
+    def __enter__(self) -> "_Watcher":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+
+def _choose_executor(workers: int | None, cluster: str | None):
+    from contextlib import contextmanager
+
+    @contextmanager
+    def choose():
+        if cluster is None:
+            yield {"workers": workers}
+            return
+        from feeler.execute import ClusterExecutor, open_cluster
+
+        with open_cluster(cluster) as client:
+            yield {"executor": ClusterExecutor(client)}
+
+    return choose()
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``design`` to the command line."""
+    app.command("design", epilog=EXAMPLES)(design)

@@ -1,0 +1,138 @@
+"""A plan carried out: searched, judged on tests, the best looked at once on the final draws, all kept in one folder."""
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.file import save_antenna
+from feeler.antenna.parse import Source
+from feeler.checked import checked
+from feeler.design.plan import Plan
+from feeler.design.problem import DesignProblem
+from feeler.design.scoring import Score, score
+from feeler.design.search import Optimum, optimise
+from feeler.design.task import Task
+from feeler.errors import InvalidInput
+from feeler.provenance import compute_digest
+
+JOURNAL, FINALS = "journal.jsonl", "finals.json"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outcome:
+    """What a plan came to."""
+
+    plan: Plan
+    ends: tuple[Optimum, ...]
+    """Where each start ended, the best on the test draws first."""
+    tests: tuple[Score, ...]
+    """Their scores on the test draws."""
+    reference_test: Score
+    final: Score
+    """The best one's on the final draws."""
+    reference_final: Score
+    looks: int
+    """How many designs have been judged on these final draws, this one included: 1 is an honest test."""
+
+    @property
+    def best(self) -> Antenna:
+        """The antenna to build."""
+        return self.ends[0].design.antenna
+
+    @property
+    def task(self) -> Task:
+        """The task at the best one's own speed."""
+        speed = self.ends[0].design.speed
+        return self.plan.task if speed is None else self.plan.task.replace(speeds=(speed,))
+
+    def compare(self, purpose: str = "final") -> tuple[float, float]:
+        """Share of the reference's errors that the best one avoids, and its standard error over touches met by both."""
+        mine, other = (self.final, self.reference_final) if purpose == "final" else (self.tests[0], self.reference_test)
+        if other.errors == 0:
+            return float("nan"), float("nan")
+        touches = (other.wrong - mine.wrong).mean(axis=(0, 1))  # (touch,)
+        error = touches.std(ddof=1) / np.sqrt(touches.size) if touches.size > 1 else np.nan
+        return float(touches.mean() / other.errors), float(error / other.errors)
+
+
+@checked
+def carry_out(
+    plan: Plan, out: str | os.PathLike, *, watch: Callable[[DesignProblem], None] | None = None, **options: Any
+) -> Outcome:
+    """Search as the plan says, choose among the ends by the test draws, judge the choice on the final ones.
+
+    The folder receives the journal (the same call goes on from it), ``antenna.toml`` and ``design.json``.
+
+    Raises
+    ------
+    InvalidInput
+        As :func:`feeler.design.optimise`, which looks at the task before minutes are spent.
+    """
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
+    ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
+    own = [plan.task if e.design.speed is None else plan.task.replace(speeds=(e.design.speed,)) for e in ends]
+    tests = [score(end.design.antenna, task, "test", **options) for end, task in zip(ends, own, strict=True)]
+    order = sorted(range(len(ends)), key=lambda k: -tests[k].bits)
+    best, task = ends[order[0]].design.antenna, own[order[0]]
+    found = Outcome(
+        plan=plan,
+        ends=tuple(ends[k] for k in order),
+        tests=tuple(tests[k] for k in order),
+        reference_test=score(plan.reference, plan.task, "test", **options),
+        final=score(best, task, "final", **options),
+        reference_final=score(plan.reference, plan.task, "final", **options),
+        looks=_count_looks(out / FINALS, task, best),
+    )
+    _keep(found, out)
+    return found
+
+
+def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
+    """Note that this antenna was judged on the final draws of this seed; how many have been."""
+    known: dict[str, list[str]] = {}
+    if path.exists():
+        try:
+            known = json.loads(path.read_text(encoding="utf-8"))
+            seen = known.setdefault(str(task.seeds[2]), [])
+        except (ValueError, AttributeError) as error:
+            raise InvalidInput(f"{path} is damaged; remove it, and take another final seed in the task.") from error
+    else:
+        seen = known.setdefault(str(task.seeds[2]), [])
+    name = compute_digest(antenna)[:16]
+    if name not in seen:
+        seen.append(name)
+    path.write_text(json.dumps(known), encoding="utf-8")
+    return len(seen)
+
+
+def _keep(found: Outcome, out: Path) -> None:
+    note = f"designed: {found.final.bits:.4g} bits on final draws, the reference {found.reference_final.bits:.4g}"
+    sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
+    save_antenna(found.best, out / "antenna.toml", sources)
+    data = {
+        "looks": found.looks,
+        "fewer_errors": found.compare(),
+        "final": _describe(found.final),
+        "reference_final": _describe(found.reference_final),
+        "reference_test": _describe(found.reference_test),
+        "ends": [
+            {"x": end.best.x.tolist(), "speed": end.design.speed, "counts": end.counts, "seconds": end.seconds}
+            | {"history": end.history, "optimiser_bits": end.best.bits, "test": _describe(test)}
+            for end, test in zip(found.ends, found.tests, strict=True)
+        ],
+        "names": found.plan.space.names,
+    }
+    (out / "design.json").write_text(json.dumps(data, indent=1, sort_keys=True), encoding="utf-8")
+
+
+def _describe(one: Score) -> dict[str, Any]:
+    names = ("bits", "bits_error", "errors", "errors_error", "peak")
+    return {name: getattr(one, name) for name in names}
