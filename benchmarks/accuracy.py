@@ -1,22 +1,23 @@
 """Does ``accuracy=`` keep its word? Random touches, each against the same touch at a timestep 1/64 of the coarsest.
 
-python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0]
+python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0] [--seconds 400] [--out out/accuracy]
 
 Drawn before anything was run [C]: three stiffness profiles times 0.3 to 3 (compliance) and damping likewise; ball, box,
 triangle of half size 0.3 to 4 mm, every second one rounded, plain walls, saw-tooth walls of slopes up to 4; place 0.2 to 1;
 speed 0.02 to 5 m/s; approach 45 to 135 degrees; friction 0 (every tenth) or up to 1.5. Each lasts until 40 mm are travelled
-or longer: 20, 50, 100 or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer one.
+or longer: 20, 50, 100 or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer one. References and lines are kept in --out, so
+that a run can be cut short and gone on with.
 """
 
 import argparse
 import json
 import time
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from feeler.execute import run_batch
 from feeler.physics.accuracy import compute_error, find_coarsest, run_accurately
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE
@@ -63,14 +64,16 @@ def draw(index: int, seed: int) -> tuple[Scene, float]:
     return make_scene(antenna, trial), next((d for d in DURATIONS if d >= 40 / speed), DURATIONS[-1])
 
 
-def judge(scenes: list[Scene], duration: float, accuracy: float) -> list[dict]:
+def judge(scenes: list[Scene], duration: float, accuracy: float, kept: Path) -> list[dict]:
     """What each touch said of itself, and how far off it was."""
-    found = run_accurately(scenes, duration, 1.0, DEFAULT_ENGINE, accuracy)
     fine = min(find_coarsest(scene.contact, 1.0) for scene in scenes) / FINER
-    truth = run_group(scenes, Clock(duration=duration, timestep=fine))
+    truth = load_reference(scenes, duration, fine, kept)
+    start = time.process_time()
+    found = run_accurately(scenes, duration, 1.0, DEFAULT_ENGINE, accuracy)
+    seconds = (time.process_time() - start) / len(scenes)
     for i, motion in enumerate(found):
         if isinstance(motion, Motion) and motion.timestep < 4 * fine:
-            truth[i] = run_group([scenes[i]], Clock(duration=duration, timestep=motion.timestep / 4))[0]
+            truth[i] = _get_angle(run_group([scenes[i]], Clock(duration=duration, timestep=motion.timestep / 4))[0], scenes[i])
     return [
         {
             "label": scene.label,
@@ -78,15 +81,58 @@ def judge(scenes: list[Scene], duration: float, accuracy: float) -> list[dict]:
             "diverged": not isinstance(motion, Motion),
             "timestep": getattr(motion, "timestep", None),
             "said": getattr(motion, "error", None),
-            "off": compute_error(scene, motion, reference),
+            "off": compute_error(scene, motion, replace(motion, angle=angle)) if isinstance(motion, Motion) else None,
+            "seconds": seconds,
         }
-        for scene, motion, reference in zip(scenes, found, truth, strict=True)
+        for scene, motion, angle in zip(scenes, found, truth, strict=True)
     ]
 
 
-def _judge(task: tuple[list[tuple[int, int]], float, float]) -> list[dict]:
-    drawn, duration, accuracy = task
-    return judge([draw(*item)[0] for item in drawn], duration, accuracy)
+def load_reference(scenes: list[Scene], duration: float, timestep: float, kept: Path) -> list[np.ndarray]:
+    """The angles (sample, segment) of each scene stepped that finely, made once: they depend on no choice of steps."""
+    if not kept.exists():
+        found = run_group(scenes, Clock(duration=duration, timestep=timestep))
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        part = kept.with_suffix(".part")
+        with part.open("wb") as file:
+            np.save(file, np.array([_get_angle(m, s) for m, s in zip(found, scenes, strict=True)], dtype=np.float32))
+        part.replace(kept)
+    return list(np.load(kept).astype(float))
+
+
+def _get_angle(motion: Motion | Exception, scene: Scene) -> np.ndarray:
+    if isinstance(motion, Exception):
+        raise motion
+    return motion.angle
+
+
+def list_tasks(touches: int, seed: int) -> list[tuple[float, list[int]]]:
+    """Numbers of the touches that share lanes: those that last equally long."""
+    by_duration = defaultdict(list)
+    for index in range(touches):
+        by_duration[draw(index, seed)[1]].append(index)
+    return [(d, rest[k : k + LANES]) for d, rest in by_duration.items() for k in range(0, len(rest), LANES)]
+
+
+def summarise(rows: list[dict], accuracy: float) -> dict:
+    """What results/accuracy.json holds."""
+    kept = [row for row in rows if not row["diverged"]]
+    off, said = np.array([row["off"] for row in kept]), np.array([row["said"] for row in kept])
+    return {
+        "touches": len(rows),
+        "diverged": len(rows) - len(kept),
+        "warned": int((said > accuracy).sum()),
+        "off_median": float(np.median(off)),
+        "off_p99": float(np.quantile(off, 0.99)),
+        "off_greatest": float(off.max()),
+        "beyond_accuracy_unwarned": int(((off > accuracy) & (said <= accuracy)).sum()),
+        "beyond_5_percent_unwarned": int(((off > OFF) & (said <= accuracy)).sum()),
+        "seconds_per_touch": float(np.mean([row["seconds"] for row in rows])),
+        "timesteps": {
+            f"{h:g}": int(sum(row["timestep"] == h for row in kept)) for h in sorted({row["timestep"] for row in kept})
+        },
+        "worst": sorted((row for row in kept if row["said"] <= accuracy), key=lambda row: -row["off"])[:10],
+    }
 
 
 def main() -> None:
@@ -94,40 +140,25 @@ def main() -> None:
     parser.add_argument("--touches", type=int, default=2000)
     parser.add_argument("--accuracy", type=float, default=0.01)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=np.inf, help="begin nothing after this; run again to go on")
+    parser.add_argument("--out", type=Path, default=Path("out/accuracy"), help="references, and a line for each touch")
     args = parser.parse_args()
-    by_duration = defaultdict(list)
-    for index in range(args.touches):
-        by_duration[draw(index, args.seed)[1]].append((index, args.seed))
-    tasks = [
-        (rest[k : k + LANES], duration, args.accuracy)
-        for duration, rest in by_duration.items()
-        for k in range(0, len(rest), LANES)
-    ]
-    start, rows = time.perf_counter(), []
-    for done in run_batch(_judge, enumerate(tasks)):
-        if done.error is not None:
-            raise done.error
-        rows += done.value
-        if len(rows) % 200 < LANES:
+    start, lines = time.perf_counter(), args.out / "rows.jsonl"
+    rows = {row["index"]: row for row in map(json.loads, lines.read_text().splitlines() if lines.exists() else ())}
+    for duration, own in list_tasks(args.touches, args.seed):
+        if time.perf_counter() - start > args.seconds:
+            break
+        if not all(index in rows for index in own):
+            scenes = [draw(index, args.seed)[0] for index in own]
+            found = judge(scenes, duration, args.accuracy, args.out / f"{args.seed}_{own[0]}_{own[-1]}.npy")
+            rows |= {index: {"index": index, **row} for index, row in zip(own, found, strict=True)}
+            with lines.open("a") as file:
+                file.writelines(json.dumps(rows[index]) + "\n" for index in own)
             print(f"{len(rows)} touches, {time.perf_counter() - start:.0f} s", flush=True)
-    kept = [row for row in rows if not row["diverged"]]
-    off, said = np.array([row["off"] for row in kept]), np.array([row["said"] for row in kept])
-    result = {
-        "touches": len(rows),
-        "diverged": len(rows) - len(kept),
-        "warned": int((said > args.accuracy).sum()),
-        "off_median": float(np.median(off)),
-        "off_p99": float(np.quantile(off, 0.99)),
-        "off_greatest": float(off.max()),
-        "beyond_accuracy_unwarned": int(((off > args.accuracy) & (said <= args.accuracy)).sum()),
-        "beyond_5_percent_unwarned": int(((off > OFF) & (said <= args.accuracy)).sum()),
-        "timesteps": {
-            f"{h:g}": int(sum(row["timestep"] == h for row in kept)) for h in sorted({row["timestep"] for row in kept})
-        },
-        "worst": sorted((row for row in kept if row["said"] <= args.accuracy), key=lambda row: -row["off"])[:10],
-    }
+    result = summarise(list(rows.values()), args.accuracy)
     print(json.dumps(result, indent=2))
-    Path(__file__).with_name("results").joinpath("accuracy.json").write_text(json.dumps(result, indent=1) + "\n")
+    if len(rows) == args.touches:
+        Path(__file__).with_name("results").joinpath("accuracy.json").write_text(json.dumps(result, indent=1) + "\n")
 
 
 if __name__ == "__main__":
