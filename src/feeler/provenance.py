@@ -43,7 +43,8 @@ def make_plain(value: Any) -> Any:
     infinities and NaN words.
     """
     if isinstance(value, np.ndarray | list | tuple):
-        return [make_plain(item) for item in (value.tolist() if isinstance(value, np.ndarray) else value)]
+        items = value.tolist() if isinstance(value, np.ndarray) else value
+        return [item if type(item) is float and math.isfinite(item) else make_plain(item) for item in items]
     if isinstance(value, np.generic):
         return make_plain(value.item())
     if isinstance(value, float):

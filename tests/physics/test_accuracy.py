@@ -1,15 +1,18 @@
 """Accuracy by request: what is promised is held against a far finer run."""
 
 import warnings
+from dataclasses import replace
+from threading import Event
 
 import numpy as np
 import pytest
 
 import feeler
 from feeler.errors import Inaccurate, InvalidInput
-from feeler.physics import accuracy
+from feeler.physics import accuracy, refine
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
+from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 
 from .scenes import make_stub, touch
@@ -89,3 +92,39 @@ def test_accuracy_or_timestep():
     trial = feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3)
     with pytest.raises(InvalidInput, match="either timestep= or accuracy="):
         feeler.touch(make_stub(), trial, duration=2, timestep=0.05, accuracy=0.01)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_two_runs_side_by_side_are_what_they_are_alone(engine):
+    """Windows joined end to end, at one timestep each, give the bits of whole runs."""
+    scene, clock = touch(n=12, contact="smooth", speed=0.6), Clock(duration=13.0, timestep=0.1)
+    coarse, fine = (run_scene(scene, replace(clock, timestep=h), engine) for h in (0.1, 0.05))
+    peaks = refine.compute_peaks(scene.antenna, fine.angle)
+    found = refine.refine(scene, clock, engine, 1e3, peaks, 0, Event())
+    assert np.array_equal(found.angle, fine.angle)
+    assert np.array_equal(found.force, fine.force)
+    assert found.error == accuracy.compute_error(scene, coarse, fine) > 0
+    assert found.timestep == 0.05
+
+
+def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
+    """A sharp corner at 3 m/s, long before which nothing happens."""
+    scene, steps = touch("triangle", 1.0, n=30, contact="smooth", speed=3.0), []
+    later = replace(scene.objects[0], place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0))))
+    scene = replace(scene, objects=(later,))
+    step = refine._Pair._step
+    monkeypatch.setattr(
+        refine._Pair,
+        "_step",
+        lambda self, tape, start, stop, level, begin: (
+            steps.append((start, level)) or step(self, tape, start, stop, level, begin)
+        ),
+    )
+    clock = Clock(duration=80.0, timestep=0.1)
+    peaks = refine.compute_peaks(scene.antenna, run_scene(scene, clock).angle)
+    found = refine.refine(scene, clock, "chain-consistent", 3e-3, peaks, 5, Event())
+    assert found.error <= 3e-3
+    assert max(level for start, level in steps if start < 50) == 1
+    assert max(level for _, level in steps) > 2
+    truth = run_scene(scene, replace(clock, timestep=found.timestep / 8))
+    assert accuracy.compute_error(scene, found, truth) <= 4.5e-3

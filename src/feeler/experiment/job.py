@@ -122,6 +122,7 @@ class Job:
     def make_tensors(self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]) -> xr.Dataset:
         """The Dataset of these trials from their readings."""
         labels = {
+            "trial": indices,
             "feature": [trial.name for trial in trials],
             "kind": [trial.feature.kind for trial in trials],
             "size": [trial.feature.size for trial in trials],
@@ -131,8 +132,7 @@ class Job:
             "source": ["simulation"] * len(trials),
             "seed": [spawn_seed(self.seed, index) for index in indices],
         }
-        tensors = stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
-        return tensors.assign_coords(trial=list(indices))
+        return stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
 
     def _label_antennas(self, indices: Sequence[int]) -> dict[str, list[Any]]:
         if self.variants is None:

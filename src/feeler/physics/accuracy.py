@@ -9,10 +9,12 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
+from feeler.physics.refine import compute_gap, compute_peaks, refine
 from feeler.physics.run import Result, run_group
 from feeler.physics.scene import Motion, Scene
 
-HALVINGS = 8  # [C] from half the contact's time constant (0.1 ms) down to 0.4 µs
+HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
+WHOLE = 2  # [C] of these, how many are tried on the whole run before only parts of it are refined
 FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
 
 
@@ -38,25 +40,31 @@ def run_accurately(
 
     A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak, estimates the error of
     the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
-    scenes that are not accurate enough go on to h/4, and so on.
+    scenes that are not accurate enough go on to h/4, and then to :mod:`feeler.physics.refine`.
     """
+    stop = stop or Event()
     timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
-    results: list[Result] = list(_run(scenes, range(len(scenes)), duration, sample_interval, timestep, engine, stop))
+    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
+    results: list[Result] = list(run_group(scenes, clock, engine, stop))
     todo = list(range(len(scenes)))
-    for _ in range(HALVINGS):
-        timestep /= 2
-        for i, fine in zip(todo, _run(scenes, todo, duration, sample_interval, timestep, engine, stop), strict=True):
+    for _ in range(min(WHOLE, HALVINGS)):
+        clock = replace(clock, timestep=clock.timestep / 2)
+        for i, fine in zip(todo, run_group([scenes[i] for i in todo], clock, engine, stop), strict=True):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
-        todo = [i for i in todo if not (isinstance(m := results[i], Motion) and m.error <= accuracy)]
+        todo = [i for i in todo if _read_error(results[i]) > accuracy]
         if not todo:
-            break
+            return results
+    for i in todo if HALVINGS > WHOLE else ():
+        peaks = compute_peaks(scenes[i].antenna, m.angle) if isinstance(m := results[i], Motion) else np.full(2, np.pi)
+        found = refine(scenes[i], clock, engine, accuracy, peaks, HALVINGS - WHOLE - 1, stop)
+        if found is not None and found.error < _read_error(results[i]):
+            results[i] = found
     return results
 
 
-def _run(scenes, chosen, duration, sample_interval, timestep, engine, stop) -> list[Result]:
-    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
-    return run_group([scenes[i] for i in chosen], clock, engine, stop)
+def _read_error(result: Result) -> float:
+    return result.error if isinstance(result, Motion) else float("inf")
 
 
 def find_coarsest(contact: Contact, sample_interval: float) -> float:
@@ -71,8 +79,4 @@ def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:
     """
     if not (isinstance(coarse, Motion) and isinstance(fine, Motion)):
         return float("inf")
-    tips = [scene.antenna.shape(motion.angle)[:, -1] for motion in (coarse, fine)]
-    pairs = ((coarse.angle, fine.angle), tuple(tips))
-    peaks = [float(np.abs(b - b[0]).max()) for _, b in pairs]
-    gaps = [float(np.abs(a - b).max()) for a, b in pairs]
-    return max((gap / peak if peak > 0 else 0.0) for gap, peak in zip(gaps, peaks, strict=True))
+    return compute_gap(scene.antenna, coarse.angle, fine.angle, compute_peaks(scene.antenna, fine.angle))

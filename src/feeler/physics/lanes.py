@@ -93,10 +93,10 @@ class Simulations:
             self._check_path(lane, n_steps)
         self._state = None
         for group, stepper in enumerate(self._steppers):
-            own = range(group * self._lanes, (group + 1) * self._lanes)
-            ended = advance(stepper, [self._steps[lane] for lane in own], n_steps, self._stop)
-            for lane in own:
-                self._steps[lane] += n_steps
+            own = slice(group * self._lanes, (group + 1) * self._lanes)
+            first = self._steps[own]
+            ended = advance(stepper, first, n_steps, self._stop)
+            self._steps[own] = [k + n_steps for k in first]
             if ended:
                 self._note_broken(stepper, group)
 

@@ -352,8 +352,10 @@ class MujocoStepper(Stepper):
         return kept | {"model": self.model}
 
     def load(self, lane: int, saved: dict[str, object]) -> None:
-        """Go back to where it was saved."""
-        vars(self).update({name: copy(value) if name != "model" else value for name, value in saved.items()})
+        """Go back to where it was saved; what was saved at another timestep goes on at this one."""
+        other = saved["timestep"] != self.timestep
+        kept = {name: value for name, value in saved.items() if not (other and name in ("model", "timestep"))}
+        vars(self).update({name: copy(value) if name != "model" else value for name, value in kept.items()})
 
 
 MUJOCO = Engine(make=MujocoStepper, timestep=0.02)

@@ -73,6 +73,8 @@ def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -
     """
     scenes = stepper.scenes
     chunk = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
+    if n_steps <= chunk and not stop.is_set() and not any(scene.paths or scene.follows for scene in scenes):
+        return stepper.step(n_steps)  # nothing to steer: a short step costs what it computes
     driven = [lane for lane, scene in enumerate(scenes) if scene.base_motion is not None and scene.follows]
     legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
     done, ended = 0, False
@@ -107,23 +109,24 @@ def _record(stepper: Stepper, clock: Clock, stop: Event) -> list[Result]:
     tape = np.empty((len(first), clock.n_samples, first.shape[1]))
     tape[:, 0] = first
     failed: list[Exception | None] = [None] * len(first)
-    n, k, turns = stepper.scenes[0].antenna.n_segments, 1, _list_turns(stepper)
+    n, k, turns = stepper.scenes[0].antenna.n_segments, 1, list_turns(stepper)
     while k < clock.n_samples and not all(failed):
-        k, ended = _record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
+        k, ended = record_some(stepper, tape, k, clock.steps_per_sample, turns, stop)
         for lane in np.flatnonzero(stepper.find_broken() if ended else ()):
             before = tape[lane, max(k - 2, 0)].copy()
             failed[lane] = failed[lane] or explain_end(
                 stepper, int(lane), clock.time[k - 1], before[:n], before[n : 2 * n]
             )
-    return [error or _make_motion(clock, rows) for error, rows in zip(failed, tape, strict=True)]
+    return [error or make_motion(clock, rows) for error, rows in zip(failed, tape, strict=True)]
 
 
-def _make_motion(clock: Clock, rows: np.ndarray) -> Motion:
+def make_motion(clock: Clock, rows: np.ndarray, error: float = float("nan")) -> Motion:
+    """The motion that rows (sample, column) of a tape hold."""
     kept: dict[str, Any] = split_rows(rows)
-    return Motion(time=clock.time, timestep=clock.timestep, **kept)
+    return Motion(time=clock.time, timestep=clock.timestep, error=error, **kept)
 
 
-def _record_some(
+def record_some(
     stepper: Stepper, tape: np.ndarray, sample: int, every: int, turns: Sequence[int], stop: Event
 ) -> tuple[int, bool]:
     """Samples from number ``sample`` on, up to the next look for Ctrl-C or turn of an object; as ``Stepper.record``."""
@@ -142,7 +145,7 @@ def _record_some(
     return stepper.record(tape, sample, until, every, drives)
 
 
-def _list_turns(stepper: Stepper) -> list[int]:
+def list_turns(stepper: Stepper) -> list[int]:
     """The steps, rising, at which the velocity of some object changes."""
     return sorted({at for scene in stepper.scenes for at, _, _ in _list_legs(scene, stepper.timestep)})
 

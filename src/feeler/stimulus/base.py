@@ -1,5 +1,6 @@
 """How an antenna's base moves: at constant velocity, or along a recorded path."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -112,8 +113,8 @@ def check_number(value: Any, name: str) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number):
+        number = math.nan
+    if not math.isfinite(number):
         raise InvalidInput(f"{name} must be a finite number, got {str(value)[:40]!r}.")
     return number
 

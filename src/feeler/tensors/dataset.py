@@ -35,7 +35,8 @@ def make_tensors(
     segment, position, segment_length
         Per sensor: hinge number, arc length over antenna length, and length [mm] of the segment it carries.
     trials
-        Coordinates, one value per trial: ``feature, size, location, speed, antenna, source, seed`` and any others.
+        Coordinates, one value per trial: ``feature, size, location, speed, antenna, source, seed`` and any others;
+        ``trial`` are their numbers, by default from 0.
     attrs
         ``configuration`` and whatever else should travel; mappings are stored as JSON.
     dtype
@@ -147,12 +148,12 @@ def choose_quantities(save: Sequence[str] | None) -> list[str]:
 
 def label_units(dataset: xr.Dataset) -> xr.Dataset:
     """Attach ``units`` and ``long_name`` to every variable that the contract knows."""
-    for name in dataset.variables:
+    for name, variable in dataset.variables.items():
         quantity = QUANTITIES.get(str(name))
         if quantity and quantity.unit:
-            dataset[name].attrs["units"] = quantity.unit
+            variable.attrs["units"] = quantity.unit
         if quantity and quantity.meaning:
-            dataset[name].attrs["long_name"] = quantity.meaning
+            variable.attrs["long_name"] = quantity.meaning
     return dataset
 
 

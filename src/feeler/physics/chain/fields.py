@@ -79,6 +79,7 @@ N_OBJECT = 13
 N_PLACE = 13
 
 KIND_BALL, KIND_BOX, KIND_POLYGON = range(3)  # of a convex part
+BLOCK = 8  # [C] parts that are passed by together
 
 # state and workspace of a segment
 (

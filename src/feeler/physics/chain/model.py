@@ -137,11 +137,12 @@ def _make_box(corners: np.ndarray, grow: float) -> np.ndarray:
 
 
 def stack_shapes(models: Sequence[ChainModel]) -> tuple[np.ndarray, ...]:
-    """Kinds, corners, first corners, bounding boxes and owners of all lanes' parts, the lane first, padded."""
+    """Kinds, corners, first corners, bounding boxes (of parts, of blocks of them) and owners, the lane first, padded."""
     lanes, n_parts = len(models), max(1, *(len(m.parts) for m in models))
     n_corners = max(1, *(sum(len(c) for _, c in m.parts) for m in models))
     kind, starts = np.zeros((lanes, n_parts), dtype=np.int64), np.zeros((lanes, n_parts + 1), dtype=np.int64)
     corners, bounds = np.zeros((lanes, n_corners, 2)), np.zeros((lanes, n_parts, 4))
+    blocks = np.zeros((lanes, -(-n_parts // f.BLOCK), 4))
     owner = np.zeros((lanes, max(len(m.owner) for m in models)), dtype=np.int64)
     for lane, model in enumerate(models):
         for k, (kind_, points) in enumerate(model.parts):
@@ -149,6 +150,9 @@ def stack_shapes(models: Sequence[ChainModel]) -> tuple[np.ndarray, ...]:
             points = order_box(points) if kind_ == f.KIND_BOX else points
             corners[lane, starts[lane, k] : starts[lane, k + 1]] = points
         bounds[lane, : len(model.bounds)] = model.bounds
+        for k in range(0, len(model.bounds), f.BLOCK):
+            own = model.bounds[k : k + f.BLOCK]
+            blocks[lane, k // f.BLOCK] = [*own[:, :2].min(axis=0), *own[:, 2:].max(axis=0)]
         owner[lane, : len(model.owner)] = model.owner
         owner[lane, len(model.owner) :] = model.owner[-1]
-    return kind, corners, starts, bounds, owner
+    return kind, corners, starts, bounds, blocks, owner

@@ -12,9 +12,10 @@ MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, count, lane):
     """Append one lane's contacts with object ``o``, base to tip; their number, or −1 if the table is too short.
 
-    Its convex parts are numbers ``first`` to ``stop`` of ``shapes`` = (kind, corners, first corner, bounding box).
+    Its convex parts are numbers ``first`` to ``stop`` of ``shapes`` = (kind, corners, first corner, bounding box, and that of
+    each ``BLOCK`` of parts).
     """
-    kinds, corners, starts, boxes = shapes
+    kinds, corners, starts, boxes, blocks = shapes
     x, y, grown = place[o, f.P_X, lane], place[o, f.P_Y, lane], obj[o, f.O_ROUNDING, lane]
     cx, cy = place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane]
     for i in range(int(place[o, f.P_FIRST, lane]), int(place[o, f.P_LAST, lane]) + 1):
@@ -23,23 +24,22 @@ def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, co
         ex = cx * work[f.W_EX, i, lane] + cy * work[f.W_EY, i, lane]
         ey = cx * work[f.W_EY, i, lane] - cy * work[f.W_EX, i, lane]
         low_x, high_x, low_y, high_y = min(px, px + ex), max(px, px + ex), min(py, py + ey), max(py, py + ey)
-        before = count
-        for k in range(first, stop):
-            box = boxes[k]
-            if (
-                low_x > box[2] + radius
-                or high_x < box[0] - radius
-                or low_y > box[3] + radius
-                or high_y < box[1] - radius
-            ):
+        before, k = count, first
+        while k < stop:
+            if k % f.BLOCK == 0 and _clear(blocks, k // f.BLOCK, low_x, high_x, low_y, high_y, radius):
+                k += f.BLOCK
+                continue
+            apart = _clear(boxes, k, low_x, high_x, low_y, high_y, radius)
+            k += 1
+            if apart:
                 continue
             if count + 2 > table.shape[0]:
                 return -1
-            start, end = starts[k], starts[k + 1]
-            if kinds[k] == f.KIND_BALL:
+            start, end = starts[k - 1], starts[k]
+            if kinds[k - 1] == f.KIND_BALL:
                 bx, by = corners[start, 0], corners[start, 1]
                 count = _touch_ball(table, count, px, py, ex, ey, radius, bx, by, grown)
-            elif kinds[k] == f.KIND_BOX:
+            elif kinds[k - 1] == f.KIND_BOX:
                 count = _touch_box(table, count, px, py, ex, ey, radius, grown, corners[start:end])
             else:
                 count = _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, end)
@@ -47,6 +47,17 @@ def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, co
             table[k, f.T_OBJECT] = o
             _to_world(table, k, i, cx, cy, x, y)
     return count
+
+
+@compiled
+def _clear(boxes, k, low_x, high_x, low_y, high_y, radius):
+    """Whether a segment with this box stays clear of box number ``k``."""
+    return (
+        low_x > boxes[k, 2] + radius
+        or high_x < boxes[k, 0] - radius
+        or low_y > boxes[k, 3] + radius
+        or high_y < boxes[k, 1] - radius
+    )
 
 
 @compiled

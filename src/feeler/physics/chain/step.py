@@ -24,7 +24,7 @@ class Tables(NamedTuple):
     obj: np.ndarray
     place: np.ndarray
     shapes: tuple
-    """(kind, corners, first corner, bounding box, owner), the lane first."""
+    """(kind, corners, first corner, bounding box, that of each block of parts, owner), the lane first."""
     contacts: np.ndarray
     """(lane, contact, field)."""
     rows: np.ndarray
@@ -122,7 +122,7 @@ def _carry(base, place, drive, timestep):
 @compiled
 def _find(t):
     """Each lane's contacts, and whether there are any; a crowded lane gets the count −1 for good."""
-    kinds, corners, starts, boxes, owner = t.shapes
+    kinds, corners, starts, boxes, blocks, owner = t.shapes
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
         seek(t.constants, t.work, t.obj, t.place, o, t.width)
@@ -138,7 +138,7 @@ def _find(t):
     locate(t.work, last, t.width)
     touched = False
     for lane in range(t.number.shape[0]):
-        shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane])
+        shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane], blocks[lane])
         for o in range(t.place.shape[0]):
             first, stop = owner[lane, o], owner[lane, o + 1]
             if t.number[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:

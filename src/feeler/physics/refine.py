@@ -1,0 +1,125 @@
+"""Small steps only where a run needs them: two runs side by side, one with half of the other's steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from threading import Event
+from typing import Any
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.physics.clock import Clock
+from feeler.physics.engine import get_engine
+from feeler.physics.run import list_turns, make_motion, record_some
+from feeler.physics.scene import Motion, Scene
+from feeler.physics.stepper import Stepper, make_row
+
+WINDOW = 5  # [C] samples that are gone through with one timestep
+SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
+HELPS = 0.8  # [C] steps are halved again while that brings what they part by below this share of itself
+
+
+def compute_gap(antenna: Antenna, coarse: np.ndarray, fine: np.ndarray, peaks: np.ndarray) -> float:
+    """Greatest difference of angles (sample, segment), or of the tips, over the :func:`compute_peaks`."""
+    gaps = [float(np.abs(b - a).max()) for a, b in zip(_track(antenna, coarse), _track(antenna, fine), strict=True)]
+    return max(gap / float(size) if size > 0 else 0.0 for gap, size in zip(gaps, peaks, strict=True))
+
+
+def compute_peaks(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
+    """(2,): how far angles (sample, segment) go from the first sample [rad], and how far the tip does [mm]."""
+    return np.array([np.abs(track - track[0]).max() for track in _track(antenna, angle)])
+
+
+def _track(antenna: Antenna, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    heading = np.cumsum(angle, axis=1)
+    tip = [np.sin(heading) @ antenna.segment_length, np.cos(heading) @ antenna.segment_length]
+    return angle, np.stack(tip, axis=1)
+
+
+def refine(
+    scene: Scene, clock: Clock, engine: str, accuracy: float, peaks: np.ndarray, halvings: int, stop: Event
+) -> Motion | None:
+    """The motion whose steps are small where they need to be, with what it errs by; None if it cannot be followed.
+
+    Two runs go side by side from the beginning to the end, one with half of the other's steps. A window in which they part
+    by more than its share of the ``accuracy`` is gone through again by both with half the steps, up to ``halvings`` times
+    and as long as that helps: what does not, comes from before, and all begins again with smaller shares. What they differ by
+    at most, over the ``peaks``, is the error; ``timestep`` is the smallest that was taken.
+    """
+    best = None
+    for share in SHARES:
+        found = _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(accuracy / share, peaks)
+        if found is not None and (best is None or found.error < best.error):
+            best = found
+        if best is not None and best.error <= accuracy:
+            break
+    return best
+
+
+@dataclass
+class _Pair:
+    """Two runs of one scene, the first with ``clock``'s steps or smaller ones, the second with half of those."""
+
+    scene: Scene
+    clock: Clock
+    engine: str
+    halvings: int
+    stop: Event
+    steppers: dict[int, Stepper] = field(default_factory=dict)
+
+    def go(self, share: float, peaks: np.ndarray) -> Motion | None:
+        first = self._get(0)
+        row, ends = make_row(first.read()), [first.save(0)] * 2
+        tapes = [np.repeat(row[:, None], self.clock.n_samples, axis=1) for _ in range(2)]
+        level, finest, apart = 0, 0, 0.0
+        for start in range(1, self.clock.n_samples, WINDOW):
+            stop = min(start + WINDOW, self.clock.n_samples)
+            level, ends, gap = self._pass(tapes, start, stop, max(level - 1, 0), ends, apart + share, peaks)
+            if not np.isfinite(gap):
+                return None
+            finest, apart = max(finest, level), self._measure(tapes, stop - 1, stop, peaks)
+        clock = Clock(
+            duration=self.clock.duration, sample_interval=self.clock.sample_interval, timestep=self._halve(finest + 1)
+        )
+        own = compute_peaks(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments])
+        return make_motion(clock, tapes[1][0], self._measure(tapes, 0, self.clock.n_samples, own))
+
+    def _pass(
+        self,
+        tapes: list[np.ndarray],
+        start: int,
+        stop: int,
+        level: int,
+        begin: Sequence[Any],
+        limit: float,
+        peaks: np.ndarray,
+    ) -> tuple[int, list[Any], float]:
+        """The window's level, where both runs end, and how far apart they then were at most."""
+        before = np.inf
+        while True:
+            ends = [self._step(tape, start, stop, level + k, begin[k]) for k, tape in enumerate(tapes)]
+            gap = self._measure(tapes, start, stop, peaks) if None not in ends else np.inf
+            if gap <= limit or level >= self.halvings or HELPS * before < gap < np.inf:
+                return level, ends, gap
+            level, before = level + 1, gap
+
+    def _step(self, tape: np.ndarray, start: int, stop: int, level: int, begin: Any) -> Any:
+        stepper, k, ended = self._get(level), start, False
+        stepper.load(0, begin)
+        every = round(self.clock.sample_interval / stepper.timestep)
+        while k < stop and not ended:
+            k, ended = record_some(stepper, tape[:, :stop], k, every, list_turns(stepper), self.stop)
+        return None if ended else stepper.save(0)
+
+    def _measure(self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray) -> float:
+        n = self.scene.antenna.n_segments
+        coarse, fine = (tape[0, start:stop, :n] for tape in tapes)
+        return compute_gap(self.scene.antenna, coarse, fine, peaks)
+
+    def _get(self, level: int) -> Stepper:
+        if level not in self.steppers:
+            self.steppers[level] = get_engine(self.engine).make([self.scene], self._halve(level))
+        return self.steppers[level]
+
+    def _halve(self, level: int) -> float:
+        return self.clock.timestep / 2**level
