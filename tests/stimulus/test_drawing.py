@@ -98,6 +98,7 @@ def test_drawings_without_one_outline_are_refused(tmp_path, inside, page, option
         ("a.csv", "0,0\n1,1,2\n", "two columns"),
         ("a.csv", "0,0\n1,one\n2,2\n", "cannot be read as a CSV"),
         ("a.csv", "0,0\n1,1\n", "3 to 1000 points"),
+        ("a.csv", "x,y\n0,0\n1,nan\n2,2\n", "not finite, number 2: 1 nan"),
         ("a.dxf", "nonsense", "cannot be read as a DXF"),
         ("a.png", "", "none of .svg, .dxf, .csv"),
         ("gone.svg", None, "must be a file"),

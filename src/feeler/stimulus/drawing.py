@@ -144,6 +144,9 @@ def _read_csv(path: Path) -> Drawing:
     if not rows or {len(row) for row in rows} != {2}:
         raise InvalidInput(f"{path.name} must have two columns, x and y [mm], and nothing else.")
     corners = np.array(rows, dtype=float)
+    if not np.isfinite(corners).all():
+        lost = int(np.flatnonzero(~np.isfinite(corners).all(axis=1))[0])
+        raise InvalidInput(f"{path.name} has a corner that is not finite, number {lost + 1}: {' '.join(rows[lost])}.")
     return Drawing(curves=[Stroke(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False)
 
 
