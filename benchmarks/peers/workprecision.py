@@ -1,6 +1,6 @@
 """Time to accuracy on a problem that a chain and a Cosserat rod share: one swing of a uniform cantilever in its first mode.
 
-    python benchmarks/peers/workprecision.py    # writes results/workprecision_peers.json; benchmarks/workprecision.py --draw draws it
+    python benchmarks/peers/workprecision.py    # results/workprecision_peers.json, drawn by benchmarks/workprecision.py
 
 Declared before it was run [C]: a rod of 42 mm, 2 mg and 0.1 mm radius that swings at 17.5 Hz, straight at time 0, with the
 velocities of its first mode and 0.1 mm of excursion at the tip, so small that Euler–Bernoulli's tip A sin ωt is the truth. A
