@@ -1,6 +1,6 @@
 """The simulation in the hand: it is the touch, it obeys, it goes back, and it refuses what cannot be."""
 
-from threading import Timer
+from threading import Timer, active_count
 
 import numpy as np
 import pytest
@@ -130,14 +130,22 @@ def test_a_diverged_simulation_says_so_until_it_is_restored():
     assert np.isfinite(simulation.velocity).all()
 
 
-def test_a_cancelled_simulation_stops_soon():
-    simulation = feeler.Simulation(make_stub(40))
+def test_a_cancelled_simulation_stops_soon_and_goes_on_as_if_nothing_had_been():
+    simulation, other = (feeler.Simulation(make_stub(40), make_ball()) for _ in range(2))
     simulation.step(1.0)
+    before, threads = simulation.snapshot(), active_count()
     timer = Timer(0.2, simulation.cancel)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         simulation.step(1e7)
     timer.join()
+    assert active_count() == threads
+    assert simulation.time > 1.0
+    np.testing.assert_allclose(simulation.place[0, 0], -1.5 + 0.3 * simulation.time, rtol=1e-9)
+    simulation.restore(before)
+    simulation.step(2.0)
+    other.step(3.0)
+    assert np.array_equal(simulation.angle, other.angle)
 
 
 OBJECT = make_ball()

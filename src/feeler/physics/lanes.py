@@ -86,7 +86,7 @@ class Simulations:
         InvalidInput
             No whole number of timesteps, or a base whose recorded path ends before; nothing has moved then.
         KeyboardInterrupt
-            After :meth:`cancel` in another thread, or Ctrl-C.
+            After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came, and all can go on.
         """
         n_steps = self._count_steps(ms)
         for lane in range(self._n):
@@ -94,9 +94,14 @@ class Simulations:
         self._state = None
         for group, stepper in enumerate(self._steppers):
             own = slice(group * self._lanes, (group + 1) * self._lanes)
-            first = self._steps[own]
-            ended = advance(stepper, first, n_steps, self._stop)
-            self._steps[own] = [k + n_steps for k in first]
+            now = self._steps[own]
+            try:
+                ended = advance(stepper, now, n_steps, self._stop)
+            except KeyboardInterrupt:
+                self._stop.clear()
+                raise
+            finally:
+                self._steps[own] = now
             if ended:
                 self._note_broken(stepper, group)
 

@@ -65,34 +65,33 @@ def _phase(scene: Scene) -> tuple[float, float]:
     return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
 
 
-def advance(stepper: Stepper, first: Sequence[int], n_steps: int, stop: Event) -> bool:
-    """Take steps, lane i from its own step number ``first[i]`` on, with looks at ``stop`` in between; whether some lane
-    has come to an end.
+def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool:
+    """Take steps, lane i from its own step number ``now[i]`` on, which is counted up, with looks at ``stop`` in between;
+    whether some lane has come to an end.
 
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
     scenes = stepper.scenes
     chunk = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
-    if n_steps <= chunk and not stop.is_set() and not any(scene.paths or scene.follows for scene in scenes):
-        return stepper.step(n_steps)  # nothing to steer: a short step costs what it computes
-    driven = [lane for lane, scene in enumerate(scenes) if scene.base_motion is not None and scene.follows]
-    legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
-    done, ended = 0, False
-    while done < n_steps:
+    driven, legs = [], []
+    if any(scene.paths or scene.follows for scene in scenes):  # else a short step costs what it computes
+        driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
+        legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
+    left, ended = n_steps, False
+    while left:
         if stop.is_set():
             raise KeyboardInterrupt
-        until = min(n_steps, done + chunk)
+        count = min(left, chunk)
         for lane, turns in legs:
-            now = first[lane] + done
             for at, o, velocity in turns:
-                if at == now:
+                if at == now[lane]:
                     stepper.move_object(lane, o, velocity, 0.0)
-                elif at > now:
-                    until = min(until, at - first[lane])
-        count = until - done
-        drives = {lane: scenes[lane].compute_drive(first[lane] + done, count, stepper.timestep) for lane in driven}
+                elif at > now[lane]:
+                    count = min(count, at - now[lane])
+        drives = {lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep) for lane in driven}
         ended = stepper.step(count, drives)
-        done = until
+        now[:] = [k + count for k in now]
+        left -= count
     return ended
 
 
