@@ -5,8 +5,8 @@ python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0] [--s
 Drawn before anything was run [C]: three stiffness profiles times 0.3 to 3 (compliance) and damping likewise; ball, box,
 triangle of half size 0.3 to 4 mm, every second one rounded, plain walls, saw-tooth walls of slopes up to 4; place 0.2 to 1;
 speed 0.02 to 5 m/s; approach 45 to 135 degrees; friction 0 (every tenth) or up to 1.5. Each lasts until 40 mm are travelled
-or longer: 20, 50, 100 or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer one. References and lines are kept in --out, so
-that a run can be cut short and gone on with.
+or longer: 20, 50, 100 or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer one.
+References and lines are kept in --out, so that a run can be cut short and gone on with.
 """
 
 import argparse
@@ -73,7 +73,9 @@ def judge(scenes: list[Scene], duration: float, accuracy: float, kept: Path) -> 
     seconds = (time.process_time() - start) / len(scenes)
     for i, motion in enumerate(found):
         if isinstance(motion, Motion) and motion.timestep < 4 * fine:
-            truth[i] = _get_angle(run_group([scenes[i]], Clock(duration=duration, timestep=motion.timestep / 4))[0], scenes[i])
+            truth[i] = _get_angle(
+                run_group([scenes[i]], Clock(duration=duration, timestep=motion.timestep / 4))[0], scenes[i]
+            )
     return [
         {
             "label": scene.label,
