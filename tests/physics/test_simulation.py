@@ -188,6 +188,15 @@ def test_a_recorded_base_refuses_to_go_beyond_its_end_and_stays_where_it_is():
     assert np.array_equal(simulation.angle, angle)
 
 
+def test_lanes_that_are_reset_follow_their_recorded_bases_again_and_again():
+    lanes = feeler.Simulations([build_scene(make_stub(), base=PATH) for _ in range(3)])
+    for _ in range(2):
+        lanes.step(5.0)
+        np.testing.assert_allclose(lanes.state.base, PATH.compute_pose(np.full(3, 5.0)), atol=1e-12)
+        for lane in range(3):
+            lanes.reset(lane)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

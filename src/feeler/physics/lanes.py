@@ -57,7 +57,8 @@ class Simulations:
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
         lanes = 1 if len(scenes) == 1 else kind.lanes
-        filled = [*scenes, *[scenes[-1]] * (-len(scenes) % lanes)]
+        idle = replace(scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None)
+        filled = [*scenes, *[idle] * (-len(scenes) % lanes)]
         self._steppers = [kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)]
         self._lanes, self._n = lanes, len(scenes)
         self._steps = [0] * len(filled)
@@ -89,8 +90,8 @@ class Simulations:
             After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came, and all can go on.
         """
         n_steps = self._count_steps(ms)
-        for lane in range(self._n):
-            self._check_path(lane, n_steps)
+        for group, stepper in enumerate(self._steppers):
+            self._check_paths(stepper, self._steps[group * self._lanes :], n_steps)
         self._state = None
         for group, stepper in enumerate(self._steppers):
             own = slice(group * self._lanes, (group + 1) * self._lanes)
@@ -114,10 +115,10 @@ class Simulations:
             )
         return round(count)
 
-    def _check_path(self, lane: int, n_steps: int) -> None:
-        scene = self._steppers[lane // self._lanes].scenes[lane % self._lanes]
-        if scene.base_motion is not None and scene.follows:
-            scene.base_motion.compute_pose(np.array([(self._steps[lane] + n_steps) * self.timestep]))
+    def _check_paths(self, stepper: Stepper, steps: Sequence[int], n_steps: int) -> None:
+        for step, scene in zip(steps, stepper.scenes, strict=False):  # steps of later groups follow
+            if scene.base_motion is not None and scene.follows:
+                scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
 
     def _note_broken(self, stepper: Stepper, group: int) -> None:
         for k in np.flatnonzero(stepper.find_broken()):
@@ -258,5 +259,7 @@ def _join(parts: Sequence[State], n: int) -> State:
 
 
 def _widen(array: np.ndarray, most: int) -> np.ndarray:
+    if array.shape[1] == most:
+        return array
     missing = [(0, 0), (0, most - array.shape[1]), *[(0, 0)] * (array.ndim - 2)]
     return np.pad(array, missing, constant_values=np.nan)

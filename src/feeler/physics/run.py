@@ -74,7 +74,9 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
     scenes = stepper.scenes
     chunk = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
     driven, legs = [], []
-    if any(scene.paths or scene.follows for scene in scenes):  # else a short step costs what it computes
+    if any(
+        scene.paths or scene.base_motion is not None for scene in scenes
+    ):  # else a short step costs what it computes
         driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
         legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
     left, ended = n_steps, False
