@@ -87,6 +87,16 @@ def test_positive_angles_bend_towards_plus_x():
     assert Antenna(**GOOD).shape([0.1, 0.1])[-1, 0] > 0
 
 
+@pytest.mark.parametrize("size", [(7,), (5, 7), (2, 3, 7)])
+def test_the_tip_is_where_the_shape_ends(size):
+    antenna = Antenna(
+        segment_length=np.linspace(0.2, 0.5, 7), segment_mass=1e-6, radius=0.1, stiffness=1.0, damping=1.0
+    )
+    angle = np.random.default_rng(0).normal(0, 0.3, size)
+    np.testing.assert_allclose(antenna.tip(angle, 0.4), antenna.shape(angle, 0.4)[..., -1, :], atol=1e-14)
+    np.testing.assert_allclose(antenna.tip(), antenna.shape()[-1], atol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("profile", "expected"),
     [

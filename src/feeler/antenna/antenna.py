@@ -150,17 +150,26 @@ class Antenna(Frozen):
         InvalidInput
             Not one angle per segment.
         """
+        heading = self._find_heading(angle, base_angle)
+        steps = self.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+        points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
+        np.cumsum(steps, axis=-2, out=points[..., 1:, :])
+        return points
+
+    def tip(self, angle: np.ndarray | None = None, base_angle: float = 0.0) -> np.ndarray:
+        """The last of the points of :meth:`shape`, (…, 2) [mm], in a third of the time."""
+        heading = self._find_heading(angle, base_angle)
+        across = np.einsum("...n,n->...", np.sin(heading), self.segment_length)
+        return np.stack([across, np.einsum("...n,n->...", np.cos(heading), self.segment_length)], axis=-1)
+
+    def _find_heading(self, angle: np.ndarray | None, base_angle: float) -> np.ndarray:
         angle = self.rest_angle if angle is None else np.asarray(angle, dtype=float)
         if angle.ndim == 0 or angle.shape[-1] != self.n_segments:
             raise InvalidInput(
                 f"shape needs the angles of all {self.n_segments} hinges (…, segment), got shape {angle.shape}. "
                 "A Dataset holds the sensors' hinges only; simulate with all_hinges=True to draw it."
             )
-        heading = base_angle + np.cumsum(angle, axis=-1)
-        steps = self.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=-1)
-        points = np.zeros((*steps.shape[:-2], self.n_segments + 1, 2))
-        np.cumsum(steps, axis=-2, out=points[..., 1:, :])
-        return points
+        return base_angle + np.cumsum(angle, axis=-1)
 
 
 def _span(values: np.ndarray) -> str:

@@ -149,7 +149,7 @@ class Measured:
 
 
 def _follow_tip(antenna: Antenna, scene: Scene, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    return motion.time, antenna.shape(motion.angle)[:, -1, 0] - antenna.shape()[-1, 0]
+    return motion.time, antenna.tip(motion.angle)[:, 0] - antenna.tip()[0]
 
 
 def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | FeelerError":

@@ -132,14 +132,14 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
 def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = POINTS) -> Impulse:
     """Deflections of ``points`` and tip in a simulated impulse test."""
     antenna = scene.antenna
-    rest, cylinder = antenna.shape()[-1], scene.objects[0]
+    rest, cylinder = antenna.tip(), scene.objects[0]
     forward = np.asarray(cylinder.forward)
     along = [
         compute_point(antenna, motion.angle, point) - compute_point(antenna, antenna.rest_angle, point)
         for point in points
     ]
     deflection = np.stack([place @ forward for place in along])
-    tip = (antenna.shape(motion.angle)[:, -1] - rest) @ forward
+    tip = (antenna.tip(motion.angle) - rest) @ forward
     centre = np.asarray(cylinder.place) - cylinder.feature.rounding * forward
     path = (scene.paths[0] if scene.paths else None) or Path(velocity=(cylinder.velocity,))
     return Impulse(

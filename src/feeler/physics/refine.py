@@ -31,9 +31,7 @@ def compute_peaks(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
 
 
 def _track(antenna: Antenna, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    heading = np.cumsum(angle, axis=1)
-    tip = [np.sin(heading) @ antenna.segment_length, np.cos(heading) @ antenna.segment_length]
-    return angle, np.stack(tip, axis=1)
+    return angle, antenna.tip(angle)
 
 
 def refine(

@@ -56,7 +56,7 @@ def make_dataset(
         position=antenna.hinge_position[index] / antenna.length,
         segment_length=antenna.segment_length[index],
         trials=_list_trials(recordings, antenna),
-        tip=antenna.shape(angle.transpose(0, 2, 1))[:, :, -1] if whole else None,
+        tip=antenna.tip(angle.transpose(0, 2, 1)) if whole else None,
         attrs={
             "configuration": {"histories": [list(recording.history) for recording in recordings], "lengths": lengths},
             "engine": "none (recorded)",

@@ -70,7 +70,7 @@ for _name, _quantity in {
         unit="mm",
         meaning="place of the tip, base at the origin, straight antenna along +y",
         dims=PATH,
-        make=lambda antenna, motion: antenna.shape(motion.angle)[:, -1],
+        make=lambda antenna, motion: antenna.tip(motion.angle),
     ),
     "force": Quantity(unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")),
     "base_force": Quantity(unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -65,6 +66,7 @@ def order_box(corners: np.ndarray) -> np.ndarray:
     return np.array([[high_x, low_y], [high_x, high_y], [low_x, high_y], [low_x, low_y]])
 
 
+@lru_cache(maxsize=8)  # antennae compare by identity and never change
 def _make_constants(antenna: Antenna) -> np.ndarray:
     table = np.zeros((f.N_CONSTANTS, antenna.n_segments))
     table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = antenna.segment_length, antenna.segment_mass, antenna.radius
