@@ -100,7 +100,7 @@ def draw() -> None:
     """The picture of the docs."""
     import matplotlib.pyplot as plt
 
-    rows = [row for path in (RESULT, PEERS) for row in json.loads(path.read_text())]
+    rows = [row for path in (RESULT, PEERS) if path.exists() for row in json.loads(path.read_text())]
     kinds, solvers = (list(dict.fromkeys(row[key] for row in rows)) for key in ("touch", "solver"))
     figure, axes = plt.subplots(1, len(kinds), figsize=(13, 4), sharex=True, sharey=True, layout="constrained")
     for ax, kind in zip(axes, kinds, strict=True):
