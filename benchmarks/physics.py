@@ -12,7 +12,7 @@ import numpy as np
 
 import feeler
 from feeler.physics.clock import Clock
-from feeler.physics.mujoco import compile_model
+from feeler.physics.spec import compile_model
 from feeler.physics.run import run_scene
 from feeler.physics.scene import make_scene
 

@@ -20,7 +20,7 @@ import mujoco as mj
 import numpy as np
 
 from feeler.physics.clock import Clock
-from feeler.physics.mujoco import compile_model
+from feeler.physics.spec import compile_model
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene, make_scene
 from feeler.presets import cockroach

@@ -11,6 +11,8 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.early import measure_early_accuracy
 from feeler.decoding.samples import open_serial, parse_sample, read_samples
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.tensors.inspect import describe_file, find_problems
+from feeler.tensors.models import read_model, save_model
 
 REST = 30
 LABELS = [("ball", 0.5, 0.1), ("box", 0.5, 0.1), ("ball", 0.9, 0.1)]
@@ -46,6 +48,43 @@ def test_posterior_is_a_distribution_and_starts_even():
     for state in states:
         assert state.posterior.sum() == pytest.approx(1.0) and np.all(state.posterior >= 0)
     np.testing.assert_allclose(states[0].posterior, 1 / 3)
+
+
+def test_a_saved_decoder_answers_with_the_same_bits(tmp_path):
+    rng = np.random.default_rng(1)
+    noisy = [touch + rng.normal(0, 0.01, touch.shape) for touch in TOUCHES]
+    for decoder in (_decoder(), _decoder(threshold=0.7, max_lag=4).temper(noisy, LABELS)):
+        decoder.save(tmp_path / "d.safetensors")
+        again = StreamDecoder.load(tmp_path / "d.safetensors")
+        assert again.classes_ == sorted(LABELS) and again.get_params() == decoder.get_params()
+        for one, other in zip(decoder.replay(noisy[1]), again.replay(noisy[1]), strict=True):
+            np.testing.assert_array_equal(one.posterior, other.posterior)
+            assert (one.state, one.label) == (other.state, other.label)
+    assert find_problems(tmp_path / "d.safetensors") == []
+    assert "kind StreamDecoder, version 1" in describe_file(tmp_path / "d.safetensors")[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"window": 10**6}, "do not fit arrays"),
+        ({"onset": -1}, "onset > 0"),
+        ({"interval": "inf"}, "interval > 0, got inf"),
+        ({"colour": 1}, "colour"),
+    ],
+)
+def test_a_decoder_whose_parts_do_not_fit_is_refused(tmp_path, change, message):
+    _decoder().save(tmp_path / "d.safetensors")
+    model = read_model(tmp_path / "d.safetensors", trusted=True)
+    model.settings["parameters"] |= change
+    save_model(model, tmp_path / "d.safetensors")
+    with pytest.raises(InvalidInput, match=f"no complete StreamDecoder .*{message}"):
+        StreamDecoder.load(tmp_path / "d.safetensors", trusted=True)
+
+
+def test_what_no_file_can_hold_is_not_saved(tmp_path):
+    with pytest.raises(InvalidInput, match="holds a function, which no file can"):
+        StreamDecoder(window=5, model=lambda tensor: [1.0, 0.0]).adopt(["a", "b"], 1).save(tmp_path / "d.safetensors")
 
 
 def test_posterior_equals_bayes_written_out():

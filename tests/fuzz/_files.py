@@ -102,6 +102,8 @@ def _write(path: Path) -> None:
 def _write_model(path: Path) -> None:
     if "network" in path.name:
         _write_network(path)
+    elif "decoder" in path.name:
+        make_decoder().save(path)
     elif "encoder" in path.name:
         encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=3, random_state=0)
         with warnings.catch_warnings():

@@ -1,6 +1,5 @@
 """Small files that ask for much: an answer in time, bounded memory, one clear error; and a large sound one is read."""
 
-import os
 import struct
 import zlib
 from types import SimpleNamespace
@@ -22,9 +21,10 @@ from feeler.tensors.formats import load, save
 from feeler.tensors.inspect import describe_file
 from feeler.tensors.table import parse_table
 
+from . import _hostile
 from ._files import make_set
 
-LIMITS = Limits(max_bytes=2**27, max_seconds=5)
+LIMITS = Limits(max_bytes=2**27, max_seconds=3)
 
 
 @pytest.fixture(autouse=True)
@@ -137,20 +137,11 @@ def test_zarr_of_version_2_is_named(tmp_path):
     refuse(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
 
 
-def crash(path):
-    os.kill(os.getpid(), 11)
-
-
-def spin(path):
-    while True:
-        pass
-
-
-@pytest.mark.parametrize(("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 4 s")])
+@pytest.mark.parametrize(("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")])
 def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
     (tmp_path / "file").write_bytes(b"x")
     with pytest.raises(InvalidInput, match=f"file is damaged or hostile: its reader {words}"):
-        open_guarded(f"{__name__}:{function}", tmp_path / "file", Limits(max_seconds=4))
+        open_guarded(f"{_hostile.__name__}:{function}", tmp_path / "file", Limits(max_seconds=1))
 
 
 @pytest.mark.slow

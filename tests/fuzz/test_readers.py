@@ -20,6 +20,7 @@ from feeler.calibration.journal import read_journal
 from feeler.calibration.recording import load_traces
 from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
+from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.samples import parse_sample, read_samples
 from feeler.encoding import load_encoder
 from feeler.limits import Limits
@@ -88,6 +89,7 @@ READERS = {
     "csv": Reader(read=lambda path: find_breaches(load_csv(path, LIMITS)), seeds=("one.csv",), shape=shape_table),
     "model": Reader(read=lambda path: read_model(path, LIMITS), seeds=("m.safetensors",), shape=shape_safetensors),
     "encoder": Reader(read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors),
+    "decoder": Reader(read=StreamDecoder.load, seeds=("decoder.safetensors",), shape=shape_safetensors),
     "network": Reader(
         read=lambda path: TouchNetwork.load(path, device="cpu"), seeds=("network.safetensors",), shape=shape_safetensors
     ),

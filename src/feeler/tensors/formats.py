@@ -112,7 +112,8 @@ def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool
     """
     form = FORMATS[detect(path)]
     if form.kind != "tensors":
-        other = {"antenna": "an antenna: use load_antenna", "model": "a model: use load_encoder or TouchNetwork.load"}
+        models = "a model: use load_encoder, StreamDecoder.load or TouchNetwork.load"
+        other = {"antenna": "an antenna: use load_antenna", "model": models}
         raise InvalidInput(f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}.")
     dataset = form.load(Path(path), find_limits(limits), trusted)
     lazy = form.find_damage is not None
