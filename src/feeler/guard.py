@@ -16,6 +16,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -23,26 +25,19 @@ from typing import Any
 from feeler.errors import InvalidInput
 from feeler.limits import MAX_TEXT, Limits, find_limits
 
-try:
-    import resource
-except ImportError:  # not every system limits its processes: there, only the time on the clock ends one
-    resource = None  # type: ignore[assignment]
-
+resource: Any = resolve_name("resource") if find_spec("resource") else None  # where there is none, the clock ends it
 BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
 BLOCK = 16 * 2**20  # bytes sent together
 TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PRELOAD": "::", "HDF5_USE_FILE_LOCKING": "FALSE"}
 _FRAME = struct.Struct(">cQ")
 Frames = Iterator[tuple[bytes, bytes]]
-Answer = tuple[Any, dict[str, Any]]
 
 
 def open_guarded(
     function: str, path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
-) -> Answer:
-    """What ``function`` (``"module:name"``) makes of a file or folder: JSON, and arrays by name.
-
-    ``trusted=True`` calls it here, without limits: for files that you made yourself.
+) -> tuple[Any, dict[str, Any]]:
+    """What ``function`` (``"module:name"``) makes of a file or folder: JSON, arrays by name; ``trusted``: here, without limits.
 
     Raises
     ------
@@ -53,13 +48,9 @@ def open_guarded(
         content, arrays = resolve_name(function)(os.fspath(path))
         return content, {key: item[...] for key, item in arrays.items()}
     limits, name = find_limits(limits), Path(path).name
-    return collect(_ask(function, os.fspath(path), limits, name), limits, name)
-
-
-def collect(frames: Frames, limits: Limits, name: str) -> Answer:
-    """JSON and arrays from frames; memory is taken once the sizes have passed."""
+    frames = _ask(function, os.fspath(path), limits, name)
     content, plan = json.loads(_take(frames, b"j", name))
-    limits.check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name)
+    limits.check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name)  # before memory is taken
     return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
 
 
@@ -84,9 +75,7 @@ def _take(frames: Frames, wanted: bytes, name: str) -> bytes:
 def _ask(function: str, path: str, limits: Limits, name: str) -> Frames:
     """Frames from a process that runs :func:`main`."""
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
-    size = sum(
-        os.lstat(file).st_size for file in [path, *(file for file, _ in zip(files, range(10_000), strict=False))]
-    )
+    size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
     seconds = limits.max_seconds + 30 * size / 2**30
     command = [sys.executable, "-P", "-m", "feeler.guard", function, path, str(limits.max_bytes), str(seconds)]
     environment = {**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
@@ -120,8 +109,7 @@ def answer(function: str, path: str, max_bytes: int) -> Frames:
             raise InvalidInput(f"it holds {len(text) >> 20} MiB of text, over the limit of {MAX_TEXT >> 20} MiB.")
         Limits(max_bytes=max_bytes).check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), "it")
         yield b"j", text
-        for item in arrays.values():
-            yield from ((b"d", block) for block in _cut(item))
+        yield from ((b"d", block) for item in arrays.values() for block in _cut(item))
     except InvalidInput as error:
         yield b"e", str(error).encode("utf-8", "replace")
     except MemoryError:
@@ -133,11 +121,12 @@ def answer(function: str, path: str, max_bytes: int) -> Frames:
 
 def _cut(item: Any) -> Iterator[bytes]:
     """An array's bytes in blocks; read by whole rows, and by whole chunks of the file."""
-    n_bytes = math.prod(item.shape) * item.dtype.itemsize
-    chunk = (getattr(item, "chunks", None) or (1,))[0] if item.shape else 1
-    rows = chunk * max(1, BLOCK * item.shape[0] // (chunk * n_bytes)) if item.shape and n_bytes else 1
-    for start in range(0, item.shape[0] if item.shape and n_bytes else 1, rows):
-        raw = (item[start : start + rows] if item.shape and n_bytes else item[()]).tobytes()
+    n_bytes, n_rows, rows = math.prod(item.shape) * item.dtype.itemsize, 1, 1
+    if whole := bool(item.shape and n_bytes):
+        n_rows, chunk = item.shape[0], (getattr(item, "chunks", None) or (1,))[0]
+        rows = chunk * max(1, BLOCK * n_rows // (chunk * n_bytes))
+    for start in range(0, n_rows, rows):
+        raw = (item[start : start + rows] if whole else item[()]).tobytes()
         yield from (raw[place : place + BLOCK] for place in range(0, len(raw), BLOCK))
 
 
@@ -150,11 +139,9 @@ def main() -> None:
     for name, wanted in limits.items():
         with contextlib.suppress(AttributeError, ValueError, OSError):  # what this system has
             kind = getattr(resource, f"RLIMIT_{name}")
-            wanted = min(wanted, resource.getrlimit(kind)[1] % (1 << 64))  # "without limit" is -1
-            resource.setrlimit(kind, (wanted, wanted))
+            resource.setrlimit(kind, (min(wanted, resource.getrlimit(kind)[1] % (1 << 64)),) * 2)  # -1: without limit
     for kind, part in answer(function, path, int(max_bytes)):
-        out.write(_FRAME.pack(kind, len(part)))
-        out.write(part)
+        out.writelines((_FRAME.pack(kind, len(part)), part))
     out.flush()
 
 

@@ -11,7 +11,8 @@ import feeler
 from feeler.antenna.file import save_antenna
 from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import ConvolutiveNMF, save_encoder
-from feeler.robot.sensor import load_calibration_table, save_calibration
+from feeler.robot.sensor import load_calibration_table
+from feeler.robot.sensor_file import save_calibration
 from feeler.tensors import make_tensors
 from feeler.tensors.formats import save
 from feeler.tensors.models import Model, save_model

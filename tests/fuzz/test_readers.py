@@ -26,7 +26,8 @@ from feeler.encoding import load_encoder
 from feeler.limits import Limits
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
-from feeler.robot.sensor import load_calibration, load_calibration_table
+from feeler.robot.sensor import load_calibration_table
+from feeler.robot.sensor_file import load_calibration
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.csvfile import load_csv
 from feeler.tensors.inspect import describe_file, find_problems

@@ -3,9 +3,11 @@
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
+
+from feeler.cli.robot_options import Robot, make_touches, require, tell
 
 EXAMPLES = """Examples:
 
@@ -90,7 +92,7 @@ def check(
     gaps: Gaps = "refuse",
 ) -> None:
     """Say what a recording holds, what is wrong with it and what would be mended."""
-    for path, recording in zip(recordings, _Robot(antenna).read(recordings, calibration, outside, gaps), strict=True):
+    for path, recording in zip(recordings, Robot(antenna).read(recordings, calibration, outside, gaps), strict=True):
         typer.echo(f"{path.name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
         for line in recording.history:
             typer.echo(f"  {line}")
@@ -110,7 +112,7 @@ def convert(
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
-    robot = _Robot(antenna)
+    robot = Robot(antenna)
     dataset = make_dataset(robot.read(recordings, calibration, outside, gaps), robot.antenna, lengths=lengths)
     save(dataset, out)
     typer.echo(f"{dict(dataset.sizes)} saved to {out}")
@@ -132,7 +134,7 @@ def fit(
     from feeler.errors import InvalidInput
     from feeler.robot import fit_factors, make_flexures
 
-    robot, sheet = _Robot(antenna), _tell(thickness=thickness, length=length)
+    robot, sheet = Robot(antenna), tell(thickness=thickness, length=length)
     if sheet and antenna != "robot":
         raise InvalidInput("--thickness and --length belong to the paper's robot; write yours into the robot file.")
     read = robot.read([recording], calibration, "refuse", "refuse")[0]
@@ -140,7 +142,7 @@ def fit(
         read,
         **({"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}),
         method=method,
-        **_tell(engine=engine, timestep=timestep),
+        **tell(engine=engine, timestep=timestep),
     )
     if as_json:
         factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
@@ -181,9 +183,9 @@ def classify(
     from feeler.robot import align_recordings, choose_before, make_classifier, subtract_rest
     from feeler.robot.answer import judge_touch
 
-    robot, touches = _Robot(antenna), _make_touches(objects, locations, speeds)
+    robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     read = [subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)]
-    how = _tell(engine=engine, timestep=timestep, workers=workers)
+    how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
     before, found = choose_before(robot.antenna, touches), []
     for path, recording in zip(recordings, read, strict=True):
@@ -217,10 +219,10 @@ def stream(
     from feeler.robot import load_calibration, load_recording, make_decoder
     from feeler.robot.answer import name_notes
 
-    robot, touches = _Robot(antenna), _make_touches(objects, locations, speeds)
+    robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     calibration = calibration or robot.calibration
     lines = None if calibration is None else load_calibration(calibration)
-    how = _tell(engine=engine, timestep=timestep, workers=workers)
+    how = tell(engine=engine, timestep=timestep, workers=workers)
     n = robot.antenna.sensors.size
     recording = None if serial or source == "-" else load_recording(source, n_channels=n)
     if lines is not None and lines.n_hinges != n:
@@ -233,15 +235,10 @@ def stream(
         if recording.quantity == "angle":
             lines = None
         else:
-            _require(lines, source)
+            require(lines, source)
     _decode(decoder.start(), samples, lines, every)
     if recording is not None and (noted := name_notes(recording.labels)):
         typer.echo(noted)
-
-
-def _tell(**options: Any) -> dict[str, Any]:
-    """What was said on the command line."""
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def _decode(running, samples, lines, every: int) -> None:
@@ -262,61 +259,6 @@ def _decode(running, samples, lines, every: int) -> None:
         typer.echo("no contact")
     elif running.missed:
         typer.echo(f"{running.missed} samples were missing")
-
-
-class _Robot:
-    """What --antenna says: the antenna, and of a robot file also its calibration."""
-
-    def __init__(self, name: str) -> None:
-        from feeler.cli.choose import choose_antenna
-        from feeler.robot.description import is_robot_file, load_robot
-
-        file = load_robot(name) if is_robot_file(name) else None
-        self.antenna = file.antenna if file else choose_antenna(name)
-        self.theory = file.theory if file else self.antenna
-        self.calibration = file.calibration if file else None
-
-    def read(self, paths, calibration, outside, gaps) -> list:
-        """Repaired angles of recordings that have as many channels as the antenna has sensors."""
-        from feeler.robot import load_calibration, load_recording, repair
-
-        calibration = calibration or self.calibration
-        lines = None if calibration is None else load_calibration(calibration)
-        read = []
-        for path in paths:
-            recording = load_recording(path, n_channels=self.antenna.sensors.size)
-            if recording.quantity == "capacitance":
-                recording = recording.to_angles(_require(lines, path), outside=outside)
-            read.append(repair(recording, gaps=gaps))
-        return read
-
-
-def _make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
-    """The touches to tell apart: the paper's, but for what was said."""
-    from feeler.robot import make_touches
-    from feeler.stimulus import load_objects
-
-    features = None if objects is None else load_objects(objects)
-    return make_touches(
-        **_tell(features=features, locations=_split("--locations", locations), speeds=_split("--speeds", speeds))
-    )
-
-
-def _split(option: str, text: str | None) -> tuple[float, ...] | None:
-    from feeler.errors import InvalidInput
-
-    try:
-        return None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
-    except ValueError:
-        raise InvalidInput(f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}.") from None
-
-
-def _require(lines, path):
-    from feeler.errors import InvalidInput
-
-    if lines is None:
-        raise InvalidInput(f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`.")
-    return lines
 
 
 def register(parent: typer.Typer) -> None:

@@ -120,6 +120,34 @@ def touch(
         raise InvalidInput("trials is empty; give at least one Trial.")
     contact = get_contact(contact)
     clock = _make_clock(duration, sample_interval, timestep, accuracy, contact, engine)
+    options: dict[str, Any] = {"engine": engine, "accuracy": accuracy, "save": save, "dtype": dtype, "seed": seed}
+    job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options)
+    with ExitStack() as stack:
+        kept = stack.enter_context(_open(store, job, trials)) if store else None
+        gathering = Gathering(job, trials, kept, progress)
+        gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
+    tensors = gathering.make_tensors() if kept is None else read_store(kept.path) if kept.finished else None
+    tensors = tensors.load() if load and tensors is not None else tensors
+    if accuracy is not None and tensors is not None:
+        _warn(tensors, accuracy)
+    return _hand_over(tensors, gathering)
+
+
+def _make_job(
+    antenna: Antenna | SampledAntennas,
+    trials: Sequence[Trial],
+    clock: Clock,
+    contact: Contact,
+    *,
+    engine: str,
+    accuracy: float | None,
+    all_hinges: bool,
+    save: Sequence[str] | None,
+    dtype: str,
+    seed: int,
+    stored: bool,
+) -> Job:
+    """What every trial is simulated with; the code's fingerprint only where a store keeps it."""
     if dtype not in DTYPES:
         raise InvalidInput(f"unknown dtype={dtype!r}; valid: {', '.join(DTYPES)}.")
     variants = antenna if isinstance(antenna, SampledAntennas) else None
@@ -131,7 +159,7 @@ def touch(
         antenna = antenna.replace(sensors=np.arange(1, antenna.n_segments + 1))
     recipes = {"trials": getattr(trials, "recipe", None), "antennas": variants and variants.recipe}
     recipes = {name: recipe for name, recipe in recipes.items() if recipe is not None}
-    job = Job(
+    return Job(
         antenna=antenna,
         variants=variants,
         contact=contact,
@@ -143,18 +171,9 @@ def touch(
         seed=check_seed(seed),
         attrs=describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
         sampled="trials" in recipes,
-        code=fingerprint_code(modules) if store else "",
+        code=fingerprint_code(modules) if stored else "",
         modules=modules,
     )
-    with ExitStack() as stack:
-        kept = stack.enter_context(_open(store, job, trials)) if store else None
-        gathering = Gathering(job, trials, kept, progress)
-        gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
-    tensors = gathering.make_tensors() if kept is None else read_store(kept.path) if kept.finished else None
-    tensors = tensors.load() if load and tensors is not None else tensors
-    if accuracy is not None and tensors is not None:
-        _warn(tensors, accuracy)
-    return _hand_over(tensors, gathering)
 
 
 def _make_clock(

@@ -59,7 +59,6 @@ def make_crate(
         or f"Simulated touches of insect-like antennae: {sizes}, {tensors.sizes.get('time', 0)} samples each."
     )
     variables = [_describe(str(key), item) for key, item in tensors.variables.items()]
-    software = "#feeler"
     root: dict[str, Any] = {
         "@id": "./",
         "@type": "Dataset",
@@ -90,26 +89,34 @@ def make_crate(
                 "variableMeasured": [{"@id": item["@id"]} for item in variables],
             },
             *variables,
-            {
-                "@id": "#made",
-                "@type": "CreateAction",
-                "name": "simulation",
-                "instrument": {"@id": software},
-                "result": {"@id": f"{store}/"},
-                "description": str(tensors.attrs.get("versions", "")),
-            },
-            {
-                "@id": software,
-                "@type": "SoftwareApplication",
-                "name": "feeler",
-                "version": find_version("feeler"),
-                "citation": {"@id": PAPER},
-            },
+            *_make_origin(store, str(tensors.attrs.get("versions", ""))),
             {"@id": PAPER, "@type": "ScholarlyArticle", "url": PAPER, "name": "The paper that feeler follows"},
             {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
             *people,
         ],
     }
+
+
+def _make_origin(store: str, versions: str) -> list[dict[str, Any]]:
+    """The run that made a store, and the program that ran."""
+    software = "#feeler"
+    return [
+        {
+            "@id": "#made",
+            "@type": "CreateAction",
+            "name": "simulation",
+            "instrument": {"@id": software},
+            "result": {"@id": f"{store}/"},
+            "description": versions,
+        },
+        {
+            "@id": software,
+            "@type": "SoftwareApplication",
+            "name": "feeler",
+            "version": find_version("feeler"),
+            "citation": {"@id": PAPER},
+        },
+    ]
 
 
 def _describe(name: str, item: xr.Variable) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -116,21 +117,17 @@ def judge_curves(curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, 
     """The verdict on every accuracy curve, with what the null explains of the best group's."""
     verdicts = []
     for comparison, found in curves.items():
-        for kind in CODES:
-            for noise in found.noises:
-                sweeps = found.find(kind, noise)
-                values = {name: sweeps[name].area for name in claimed[comparison]}
-                if len(values) < 2:
-                    continue  # nothing is claimed of a lone group and its controls
-                null = found.find_null(kind, noise, group=claimed[comparison][0])
-                verdicts.append(
-                    judge_order(
-                        values,
-                        claim=READ_BETTER[comparison],
-                        measure=f"accuracy, {LABELS[kind]}, {noise} noise",
-                        explained=np.nan if null is None else compute_explained(sweeps[claimed[comparison][0]], null),
-                    )
+        names = claimed[comparison]
+        for kind, noise in product(CODES, found.noises) if len(names) > 1 else ():  # nothing is claimed of a lone group
+            sweeps, null = found.find(kind, noise), found.find_null(kind, noise, group=names[0])
+            verdicts.append(
+                judge_order(
+                    {name: sweeps[name].area for name in names},
+                    claim=READ_BETTER[comparison],
+                    measure=f"accuracy, {LABELS[kind]}, {noise} noise",
+                    explained=np.nan if null is None else compute_explained(sweeps[names[0]], null),
                 )
+            )
     return verdicts
 
 
@@ -152,10 +149,9 @@ def list_copies(curves: Mapping[str, Curves]) -> list[list[str]]:
     """Rows of accuracy after noise of the paper's kind: comparison, code, copies, noise, each group, null."""
     rows = []
     for comparison, found_here in curves.items():
-        for kind in CODES:
-            for n in sorted({c.n_copies for c in found_here.sweeps if c.when == "after"}):
-                if not (found := found_here.find(kind, n_copies=n)):
-                    continue  # not tried with so many copies
+        copies = sorted({c.n_copies for c in found_here.sweeps if c.when == "after"})
+        for kind, n in product(CODES, copies):
+            if found := found_here.find(kind, n_copies=n):  # else not tried with so many copies
                 ratios = "/".join(f"{100 * ratio:.0f}" for ratio in next(iter(found.values())).ratios)
                 accuracies = ", ".join(f"{name} {100 * sweep.noisy.mean():.0f}" for name, sweep in found.items())
                 nulls = [(name, found_here.find_null(kind, n_copies=n, group=name)) for name in found]
@@ -280,14 +276,12 @@ def _show_accuracy(section: Section, data: Fig5Data, speeds: dict[str, str]) -> 
     )
     for curves in data.curves.values():
         for group, sweep in curves.find("joint").items():
-            section.values[f"classification.lda.{speeds.get(group, group)}"] = spread(sweep)
-            section.values[f"classification.null.{speeds.get(group, group)}"] = spread(
-                curves.find_null("joint", group=group)
-            )
+            name, null = speeds.get(group, group), curves.find_null("joint", group=group)
+            section.values |= {f"classification.lda.{name}": spread(sweep), f"classification.null.{name}": spread(null)}
     first = next(iter(next(iter(data.curves.values())).find("joint").values()))
     for ratio in PCA_RATIOS:
+        rows = np.isclose(first.ratios, ratio)
         for name, kept in (("clean codes", first.kept_clean), ("noisy copies", first.kept_noisy)):
-            rows = np.isclose(first.ratios, ratio)
             value = float(np.nanmean(kept[rows])) if rows.any() else None
             section.values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
     list_verdicts(section, data.verdicts, "The order of accuracies for each kind of code and noise.")

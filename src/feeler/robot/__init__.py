@@ -24,13 +24,8 @@ from feeler.robot.reality import (
     touch_robots,
 )
 from feeler.robot.recording import Recording, load_recording, save_recording
-from feeler.robot.sensor import (
-    SensorCalibration,
-    fit_sensors,
-    load_calibration,
-    load_calibration_table,
-    save_calibration,
-)
+from feeler.robot.sensor import SensorCalibration, fit_sensors, load_calibration_table
+from feeler.robot.sensor_file import load_calibration, save_calibration
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches, subtract_rest
 from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_touches
 

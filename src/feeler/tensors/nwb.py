@@ -59,7 +59,7 @@ def save_nwb(
         No time zone, or no variable over (trial, time).
     """
     try:
-        from pynwb import NWBHDF5IO, NWBFile, TimeSeries
+        from pynwb import NWBHDF5IO, NWBFile
     except ImportError as error:
         raise MissingExtra("NWB files need pynwb: pip install 'feeler[nwb]'.") from error
     if session_start.tzinfo is None or not identifier:
@@ -81,18 +81,7 @@ def save_nwb(
         institution=institution or None,
         subject=_make_subject(dataset, subject, species, sex, age),
     )
-    clock = _make_clock(dataset)
-    held: list[list[Any]] = [[] for _ in range(dataset.sizes["trial"])]
-    for name in series:
-        ordered = dataset[name].transpose("trial", "time", ...)
-        for index in range(dataset.sizes["trial"]):
-            unit = str(ordered.attrs.get("units", "unknown"))
-            values, title = ordered.values[index], f"{name}_{index:06d}"
-            words = f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
-            one = TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index))
-            file.add_acquisition(one)
-            held[index].append(one)
-    _add_trials(file, dataset, held)
+    _add_trials(file, dataset, _add_series(file, dataset, series))
     temporary = Path(path).with_name(f".{Path(path).name}.tmp.nwb")
     try:
         with NWBHDF5IO(str(temporary), "w") as io:
@@ -131,6 +120,23 @@ def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
         rate = float(np.round(1 / step.mean(), 6))
         return lambda k: {"starting_time": float(seconds[0]) + k * length, "rate": rate}
     return lambda k: {"timestamps": seconds + k * length}
+
+
+def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[Any]]:
+    """Each variable of each trial as a series of its own; the series of each trial."""
+    from pynwb import TimeSeries
+
+    clock = _make_clock(dataset)
+    held: list[list[Any]] = [[] for _ in range(dataset.sizes["trial"])]
+    for name in names:
+        ordered = dataset[name].transpose("trial", "time", ...)
+        unit = str(ordered.attrs.get("units", "unknown"))
+        for index, series in enumerate(held):
+            values, title = ordered.values[index], f"{name}_{index:06d}"
+            words = f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
+            series.append(TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index)))
+            file.add_acquisition(series[-1])
+    return held
 
 
 def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:

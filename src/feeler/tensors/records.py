@@ -6,7 +6,7 @@ They are the truth. Everything else that makes a store a Zarr group is a copy fo
 import hashlib
 import json
 import re
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -237,3 +237,12 @@ def check_shards(path: Path, record: Record, label: Label) -> None:
             raise InvalidInput(
                 f"{file} (trials {first} to {last}) is missing or damaged: its digest is not in their record."
             )
+
+
+def merge(old: Record, new: Record) -> Record:
+    """Both records' trials, in order."""
+    trials = old.trials + new.trials
+    order = np.argsort(trials)
+    labels = {name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels}
+    made = old.made + new.made
+    return replace(new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else [])

@@ -7,7 +7,6 @@ computed again. For other readers a store is one consolidated Zarr v3 group.
 """
 
 import os
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,10 +18,10 @@ import xarray as xr
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.provenance import make_plain
 from feeler.tensors.configuration import find_differences
-from feeler.tensors.disk import TEMPORARY, explain, sync_folder, write_atomic
+from feeler.tensors.disk import explain, sync_folder, write_atomic
+from feeler.tensors.folder import check_configuration, differ, find_intact, make_folder, sweep
 from feeler.tensors.group import StoredGroup, encode_rows, make_record, write_group
 from feeler.tensors.lock import Lock
-from feeler.tensors.reading import list_folder
 from feeler.tensors.records import (
     FORMAT,
     LABEL,
@@ -31,12 +30,10 @@ from feeler.tensors.records import (
     Layout,
     Record,
     check_same,
-    check_shards,
-    find_groups,
     find_shard,
     make_layout,
+    merge,
     read_label,
-    read_record,
     record_path,
     seal,
 )
@@ -45,7 +42,6 @@ from feeler.tensors.stored import read_store, to_array
 
 MAX_TRIALS = 100_000_000  # [C]
 SMALL, GREAT = 8, 256  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
-ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 GROWTH = 1.25  # [C] labels are copied for other readers whenever there are so many times more of them
 
 
@@ -104,7 +100,7 @@ class Store:
         self._copied = 0
         self._files: dict[str, bytes] = {}
         with explain(path):
-            _make_folder(path)
+            make_folder(path)
             self._lock = Lock(path / PROGRESS / "lock", f"the store {path}")
             try:
                 self._begin()
@@ -113,11 +109,11 @@ class Store:
                 raise
 
     def _begin(self) -> None:
-        _sweep(self.path)
+        sweep(self.path)
         if (self.path / PROGRESS / LABEL).exists():
             stored = read_label(self.path)
-            _check_configuration(self.path, stored, self.label)
-            self._records = _find_intact(self.path, stored)
+            check_configuration(self.path, stored, self.label)
+            self._records = find_intact(self.path, stored)
             self._check_made()
             grown = replace(stored, n_trials=self.label.n_trials)
             self.label = grown
@@ -138,7 +134,7 @@ class Store:
         for record in self._records.values() if self._made else ():
             for trial, made in zip(record.trials, record.made, strict=False):
                 if made != (asked := make_plain(self._made[trial])):
-                    raise _differ(self.path, find_differences(made, asked, f"trial {trial}"))
+                    raise differ(self.path, find_differences(made, asked, f"trial {trial}"))
 
     def holds(self, trial: int) -> bool:
         """Whether some trial of the group of this one is finished."""
@@ -214,7 +210,7 @@ class Store:
         for name, item in layout.variables.items():
             kept = np.asarray(open_array(self.path, name, item, (group + 1) * size, size)[group * size :])
             shards[name] = encode_rows(layout, name, size, indices, trials, (rows, kept[rows]))
-        new = _merge(old, make_record(layout, size, indices, trials, made, shards))
+        new = merge(old, make_record(layout, size, indices, trials, made, shards))
         both = {name: old.shards[name] + new.shards[name] for name in shards}  # the old trials are in both
         write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
         for name, raw in shards.items():
@@ -300,71 +296,3 @@ def save_store(dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int 
         for start in range(0, n_trials, size):
             part = dataset.isel(trial=slice(start, start + size))
             store.append(range(start, start + part.sizes["trial"]), part)
-
-
-def _merge(old: Record, new: Record) -> Record:
-    """Both records' trials, in order."""
-    trials = old.trials + new.trials
-    order = np.argsort(trials)
-    labels = {name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels}
-    made = old.made + new.made
-    return replace(new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else [])
-
-
-def _find_intact(path: Path, label: Label) -> dict[int, Record]:
-    """Records of groups that can be read; a damaged group is announced and its record removed: it is computed again."""
-    records = {}
-    for group in find_groups(path):
-        try:
-            records[group] = read_record(path, group, label)
-            check_shards(path, records[group], label)
-        except InvalidInput as error:
-            records.pop(group, None)
-            first, last = group * label.group, min((group + 1) * label.group, label.n_trials) - 1
-            warnings.warn(f"trials {first} to {last} will be computed again: {error}", stacklevel=6)
-            record_path(path, group).unlink()
-    return records
-
-
-def _make_folder(path: Path) -> None:
-    if path.exists() and not path.is_dir():
-        raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
-    if path.exists() and not (path / PROGRESS).is_dir():
-        foreign = [entry.name for entry in list_folder(path) if not _is_temporary(entry.name)]
-        if foreign:
-            raise StoreError(f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new folder.")
-    (path / PROGRESS).mkdir(parents=True, exist_ok=True)
-    sync_folder(path)
-    sync_folder(path.absolute().parent)
-
-
-def _sweep(path: Path) -> None:
-    """Refuse links anywhere in the store, and remove what a killed process left half written."""
-    for folder in (path, *(Path(entry.path) for entry in list_folder(path) if entry.is_dir())):
-        for entry in list_folder(folder):
-            if _is_temporary(entry.name) and entry.is_file():
-                os.unlink(entry.path)
-
-
-def _is_temporary(name: str) -> bool:
-    return name.startswith(".") and name.endswith(TEMPORARY)
-
-
-def _check_configuration(path: Path, stored: Label, asked: Label) -> None:
-    differences = find_differences(stored.configuration, asked.configuration)
-    if stored.n_trials > asked.n_trials:
-        differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
-    if differences and all(words.startswith(ORIGIN) for words in differences):
-        raise StoreError(
-            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old and new trials "
-            "might not fit together. Finish it with the code that began it, or use a new store; feeler.load reads it."
-        )
-    if differences:
-        raise _differ(path, differences)
-
-
-def _differ(path: Path, differences: list[str]) -> StoreError:
-    return StoreError(
-        f"the store {path} was made by another configuration (stored → asked): {'; '.join(differences)}. "
-        "Use a new store, or the stored configuration."
-    )

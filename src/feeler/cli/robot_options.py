@@ -1,0 +1,65 @@
+"""What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to tell apart."""
+
+from pathlib import Path
+from typing import Any
+
+
+def tell(**options: Any) -> dict[str, Any]:
+    """What was said on the command line."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+class Robot:
+    """What --antenna says: the antenna, and of a robot file also its calibration."""
+
+    def __init__(self, name: str) -> None:
+        from feeler.cli.choose import choose_antenna
+        from feeler.robot.description import is_robot_file, load_robot
+
+        file = load_robot(name) if is_robot_file(name) else None
+        self.antenna = file.antenna if file else choose_antenna(name)
+        self.theory = file.theory if file else self.antenna
+        self.calibration = file.calibration if file else None
+
+    def read(self, paths, calibration, outside, gaps) -> list:
+        """Repaired angles of recordings that have as many channels as the antenna has sensors."""
+        from feeler.robot import load_calibration, load_recording, repair
+
+        calibration = calibration or self.calibration
+        lines = None if calibration is None else load_calibration(calibration)
+        read = []
+        for path in paths:
+            recording = load_recording(path, n_channels=self.antenna.sensors.size)
+            if recording.quantity == "capacitance":
+                recording = recording.to_angles(require(lines, path), outside=outside)
+            read.append(repair(recording, gaps=gaps))
+        return read
+
+
+def make_touches(objects: Path | None, locations: str | None, speeds: str | None) -> list:
+    """The touches to tell apart: the paper's, but for what was said."""
+    from feeler.robot.touches import make_touches as make_robot_touches
+    from feeler.stimulus import load_objects
+
+    features = None if objects is None else load_objects(objects)
+    return make_robot_touches(
+        **tell(features=features, locations=_split("--locations", locations), speeds=_split("--speeds", speeds))
+    )
+
+
+def _split(option: str, text: str | None) -> tuple[float, ...] | None:
+    from feeler.errors import InvalidInput
+
+    try:
+        return None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
+    except ValueError:
+        raise InvalidInput(f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}.") from None
+
+
+def require(lines, path):
+    """A calibration, where one is needed."""
+    from feeler.errors import InvalidInput
+
+    if lines is None:
+        raise InvalidInput(f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`.")
+    return lines

@@ -1,0 +1,75 @@
+"""The folder of a store: made, swept of what a killed process left, and looked through for what is whole and fits."""
+
+import os
+import warnings
+from pathlib import Path
+
+from feeler.errors import InvalidInput, StoreError
+from feeler.tensors.configuration import find_differences
+from feeler.tensors.disk import TEMPORARY, sync_folder
+from feeler.tensors.reading import list_folder
+from feeler.tensors.records import PROGRESS, Label, Record, check_shards, find_groups, read_record, record_path
+
+ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
+
+
+def find_intact(path: Path, label: Label) -> dict[int, Record]:
+    """Records of groups that can be read; a damaged group is announced and its record removed: it is computed again."""
+    records = {}
+    for group in find_groups(path):
+        try:
+            records[group] = read_record(path, group, label)
+            check_shards(path, records[group], label)
+        except InvalidInput as error:
+            records.pop(group, None)
+            first, last = group * label.group, min((group + 1) * label.group, label.n_trials) - 1
+            warnings.warn(f"trials {first} to {last} will be computed again: {error}", stacklevel=6)
+            record_path(path, group).unlink()
+    return records
+
+
+def make_folder(path: Path) -> None:
+    """Make a store's folder; refuse one that holds something else."""
+    if path.exists() and not path.is_dir():
+        raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
+    if path.exists() and not (path / PROGRESS).is_dir():
+        foreign = [entry.name for entry in list_folder(path) if not _is_temporary(entry.name)]
+        if foreign:
+            raise StoreError(f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new folder.")
+    (path / PROGRESS).mkdir(parents=True, exist_ok=True)
+    sync_folder(path)
+    sync_folder(path.absolute().parent)
+
+
+def sweep(path: Path) -> None:
+    """Refuse links anywhere in the store, and remove what a killed process left half written."""
+    for folder in (path, *(Path(entry.path) for entry in list_folder(path) if entry.is_dir())):
+        for entry in list_folder(folder):
+            if _is_temporary(entry.name) and entry.is_file():
+                os.unlink(entry.path)
+
+
+def _is_temporary(name: str) -> bool:
+    return name.startswith(".") and name.endswith(TEMPORARY)
+
+
+def check_configuration(path: Path, stored: Label, asked: Label) -> None:
+    """Raise where a store was begun with another configuration, or by other code."""
+    differences = find_differences(stored.configuration, asked.configuration)
+    if stored.n_trials > asked.n_trials:
+        differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
+    if differences and all(words.startswith(ORIGIN) for words in differences):
+        raise StoreError(
+            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old and new trials "
+            "might not fit together. Finish it with the code that began it, or use a new store; feeler.load reads it."
+        )
+    if differences:
+        raise differ(path, differences)
+
+
+def differ(path: Path, differences: list[str]) -> StoreError:
+    """The error that names what differs."""
+    return StoreError(
+        f"the store {path} was made by another configuration (stored → asked): {'; '.join(differences)}. "
+        "Use a new store, or the stored configuration."
+    )
