@@ -12,9 +12,9 @@ import numpy as np
 
 import feeler
 from feeler.physics.clock import Clock
-from feeler.physics.spec import compile_model
 from feeler.physics.run import run_scene
 from feeler.physics.scene import make_scene
+from feeler.physics.spec import compile_model
 
 DURATION, TIMESTEP, ROUNDS = 40.0, 0.02, 5
 

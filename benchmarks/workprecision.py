@@ -20,9 +20,9 @@ import mujoco as mj
 import numpy as np
 
 from feeler.physics.clock import Clock
-from feeler.physics.spec import compile_model
 from feeler.physics.run import run_scene
 from feeler.physics.scene import Scene, make_scene
+from feeler.physics.spec import compile_model
 from feeler.presets import cockroach
 from feeler.stimulus import Trial, make_feature
 

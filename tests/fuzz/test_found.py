@@ -8,7 +8,7 @@ import pytest
 from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.formats import save
+from feeler.tensors.formats import load, save
 from feeler.tensors.plain import restore
 from feeler.tensors.reading import read_bytes
 from feeler.tensors.stored import read_store
@@ -48,6 +48,16 @@ def test_text_in_place_of_numbers_is_a_breach(name):
     texts = np.array([str(value) for value in dataset[name].values])
     breaches = find_breaches(dataset.assign_coords({name: (dataset[name].dims, texts)}))
     assert breaches == [f"'{name}' has values that are not finite numbers"]
+
+
+def test_a_store_passes_the_validator_before_its_numbers_are_read(tmp_path, monkeypatch):
+    good = make_set()
+    save(good, tmp_path / "good.zarr")
+    save(good.assign_coords(time=good.time.values[::-1]), tmp_path / "back.zarr")
+    monkeypatch.setattr("feeler.tensors.stored._Lazy._read", lambda *_: pytest.fail("read a number"))
+    assert load(tmp_path / "good.zarr").sizes == good.sizes
+    with pytest.raises(InvalidInput, match="'time' must rise strictly"):
+        load(tmp_path / "back.zarr")
 
 
 def test_bytes_on_standard_input_that_are_no_text_are_refused():

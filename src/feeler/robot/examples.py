@@ -1,9 +1,7 @@
-"""Example files, made by a surrogate robot and labelled so: what the readers expect, and something to try them on."""
+"""Example files, made by a surrogate robot and labelled so (``benchmarks/robot_examples.py``)."""
 
 from importlib.resources import files
 from pathlib import Path
-
-import numpy as np
 
 from feeler.errors import InvalidInput
 
@@ -12,7 +10,6 @@ EXAMPLES = {
     "calibration": "surrogate_calibration_table.csv",
     "release": "surrogate_release.csv",
 }
-SEED = 2025
 
 
 def get_example(name: str) -> Path:
@@ -20,26 +17,3 @@ def get_example(name: str) -> Path:
     if name not in EXAMPLES:
         raise InvalidInput(f"unknown example {name!r}; valid: {', '.join(EXAMPLES)}.")
     return Path(str(files("feeler.robot") / "data" / EXAMPLES[name]))
-
-
-def make_examples(folder: Path, seed: int = SEED) -> None:
-    """Write the three files again; they all belong to one surrogate robot."""
-    from feeler.robot.factors import make_posture, simulate_release
-    from feeler.robot.mending import repair
-    from feeler.robot.preset import make_robot
-    from feeler.robot.recording import save_recording
-    from feeler.robot.surrogate import make_surrogate
-    from feeler.robot.touches import make_touches
-
-    robot = make_surrogate(np.random.default_rng(seed), name="surrogate-example")
-    table = robot.sensing.bench(np.random.default_rng(seed + 1))
-    columns = np.stack([table["hinge"], np.rad2deg(table["angle"]), table["capacitance"], table["time"]], axis=1)
-    with open(folder / EXAMPLES["calibration"], "w", encoding="utf-8", newline="\n") as file:
-        file.write(f"# source: surrogate\n# robot: {robot.name}\nhinge,angle_deg,capacitance_pF,time_ms\n")
-        np.savetxt(file, columns, fmt=("%d", "%.2f", "%.4f", "%d"), delimiter=",")
-    fast_ball = make_touches(locations=(0.9,), speeds=(0.27,))[0]
-    save_recording(robot.touch([fast_ball])[0], folder / EXAMPLES["recording"], digits=5)
-    posture = np.append(np.zeros(robot.antenna.n_segments - 8), make_posture(make_robot()))
-    motion = simulate_release(robot.antenna, posture + robot.antenna.rest_angle, 1500.0)
-    angles = repair(robot.record(motion).to_angles(robot.calibration, outside="extend"), gaps="bridge")
-    save_recording(angles, folder / EXAMPLES["release"], digits=4)

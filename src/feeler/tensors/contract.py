@@ -33,10 +33,11 @@ def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
 
 
 @checked
-def find_breaches(dataset: xr.Dataset, *, whole: bool = True) -> list[str]:
+def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True) -> list[str]:
     """What is wrong with a Dataset, in words; empty where nothing is.
 
-    With ``whole=False`` what is missing is no breach, as in a file of a single variable.
+    With ``whole=False`` what is missing is no breach, as in a file of a single variable; with ``numbers=False`` the numbers
+    of variables, which a store reads when they are used, are left unread: labels, dims, types and units are looked at.
     """
     if whole and "angle" not in dataset:
         return [f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"]
@@ -48,7 +49,8 @@ def find_breaches(dataset: xr.Dataset, *, whole: bool = True) -> list[str]:
             breaches.append(f"'{name}' must have dims {quantity.dims}, got {dims}")
         elif "axis" in dims and dataset.sizes["axis"] != 2:
             breaches.append(f"'{name}' must have 2 axes, got {dataset.sizes['axis']}")
-    return breaches or [words for name in known for words in _find_value_breaches(dataset, name)]
+    unread = set() if numbers else set(map(str, dataset.data_vars))
+    return breaches or [words for name in known for words in _find_value_breaches(dataset, name, name in unread)]
 
 
 def _find_missing(dataset: xr.Dataset) -> list[str]:
@@ -59,7 +61,7 @@ def _find_missing(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def _find_value_breaches(dataset: xr.Dataset, name: str) -> Iterator[str]:
+def _find_value_breaches(dataset: xr.Dataset, name: str, unread: bool) -> Iterator[str]:
     quantity, item = QUANTITIES[name], dataset[name]
     if item.attrs.get("units", quantity.unit) != quantity.unit:
         yield f"'{name}' must be in {quantity.unit}, says {item.attrs['units']!r}"
@@ -67,7 +69,7 @@ def _find_value_breaches(dataset: xr.Dataset, name: str) -> Iterator[str]:
         unknown = sorted(set(map(str, np.unique(item.values))) - set(SOURCES))
         if unknown:
             yield f"'source' must be one of {', '.join(SOURCES)}, got {unknown}"
-    elif quantity.unit and not (_is_number(item) and (quantity.gaps or _is_finite(item))):
+    elif quantity.unit and not (_is_number(item) and (unread or quantity.gaps or _is_finite(item))):
         yield f"'{name}' has values that are not finite numbers"
     elif name in ("time", "position") and np.any(np.diff(item.values) <= 0):
         order = "" if name == "time" else "sensors must run from base to tip: "

@@ -95,8 +95,9 @@ def _read_start(path: Path) -> bytes:
 def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False) -> xr.Dataset:
     """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB or CSV file.
 
-    A store is opened lazily; every other file is read by its library in a process of its own, with limits on memory and
-    time, and what comes back must keep the data contract in all that the contract knows.
+    A store is opened lazily: its labels must keep the data contract now, its numbers are read when they are used
+    (``feeler validate`` holds them against their digests). Every other file is read by its library in a process of its own,
+    with limits on memory and time, and what comes back must keep the data contract in all that the contract knows.
 
     Parameters
     ----------
@@ -116,8 +117,7 @@ def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool
         other = {"antenna": "an antenna: use load_antenna", "model": models}
         raise InvalidInput(f"{path} holds no tensors but {other.get(form.kind, 'a ' + form.kind)}.")
     dataset = form.load(Path(path), find_limits(limits), trusted)
-    lazy = form.find_damage is not None
-    return dataset if lazy else refuse(find_breaches(dataset, whole=False), dataset)
+    return refuse(find_breaches(dataset, whole=False, numbers=form.find_damage is None), dataset)
 
 
 @checked
