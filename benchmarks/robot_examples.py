@@ -1,4 +1,7 @@
-"""Makes the example files of ``feeler robot example`` again: python benchmarks/robot_examples.py FOLDER."""
+"""Makes the example files of ``feeler robot example`` again: python benchmarks/robot_examples.py FOLDER.
+
+The recorded touch that is shipped was made before contact became smooth: it differs from this one from contact on.
+"""
 
 import sys
 from pathlib import Path
