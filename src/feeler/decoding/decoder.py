@@ -184,8 +184,9 @@ class StreamDecoder(BaseEstimator):
         """
         file = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
         try:
-            parameters = {name: (int if name in WHOLE else float)(x) for name, x in file.settings["parameters"].items()}
-            decoder = cls(**parameters)
+            given: dict[str, Any] = file.settings["parameters"]
+            options: dict[str, Any] = {name: int(x) if name in WHOLE else float(x) for name, x in given.items()}
+            decoder = cls(**options)
             decoder._check()
             decoder._restore(file)
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError, FeelerError) as error:
