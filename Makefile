@@ -30,7 +30,7 @@ $(BIN)/.cnn: $(BIN)/.core
 	@touch $@
 
 $(BIN)/.docs: $(BIN)/.core
-	@$(PIP) -e '.[docs]'
+	@$(PIP) -e '.[docs,cnn]'
 	@touch $@
 
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=smoke|quick|paper)
@@ -56,7 +56,7 @@ peers:  ## the chain engine beside MuJoCo, PyElastica, Pinocchio and cosseratben
 	@bash benchmarks/peers/run.sh
 
 docs: $(BIN)/.docs  ## the documentation site in site/
-	@$(BIN)/python -m mkdocs build --strict --quiet
+	@$(BIN)/python docs/build.py
 
 clean:  ## remove what the targets made, except stores
 	@rm -rf $(VENV) site build src/*.egg-info .pytest_cache

@@ -1,0 +1,99 @@
+"""Make the pages ready in build/docs (numbers, equations, tutorials and examples run) and let Zensical set them in site/.
+
+python docs/build.py
+"""
+
+import ast
+import contextlib
+import io
+import json
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "benchmarks" / "results" / "beyond.json"
+EXAMPLES = ROOT / "examples"
+READY = ROOT / "build" / "docs"
+PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
+EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
+CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
+PAGES = ("slow_and_graded.md",)
+CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
+GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards" markdown>\n'
+
+
+def insert_numbers(markdown: str) -> str:
+    """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError, which ends the build."""
+    values = json.loads(RESULTS.read_text())
+
+    def show(found: re.Match) -> str:
+        value = values[found["key"]]
+        value = value["value"] if isinstance(value, dict) else value
+        return format(int(value) if found["form"] == "d" else value, found["form"])
+
+    return PLACE.sub(show, markdown)
+
+
+def set_equations(markdown: str) -> str:
+    """``$$…$$`` on lines of its own becomes MathML, which every browser draws by itself."""
+    from latex2mathml.converter import convert
+
+    return EQUATION.sub(lambda found: convert(found[1].strip(), display="block"), markdown)
+
+
+def run_tutorial(markdown: str, folder: Path) -> str:
+    """The page with what its Python printed below each piece; the pieces run in ``folder``, one after the other."""
+    names: dict = {}
+
+    def run(found: re.Match) -> str:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(found[1], "tutorial", "exec"), names)
+        words = printed.getvalue().strip()
+        return found[0] + (f"\n```text\n{words}\n```\n" if words else "")
+
+    with contextlib.chdir(folder):
+        return CODE.sub(run, markdown)
+
+
+def write_gallery(folder: Path) -> None:
+    """A page for each example with its picture, what it printed and its code; and thumbnails of all."""
+    cards = [GALLERY]
+    for path in sorted(EXAMPLES.glob("*.py")):
+        (own := folder / path.stem).mkdir(parents=True)
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            runpy.run_path(str(path))["main"](own)
+        code = path.read_text()
+        words, title = ast.get_docstring(ast.parse(code)), path.stem.replace("_", " ").capitalize()
+        picture = f"![{title}]({path.stem}.png)"
+        page = (
+            f"# {title}\n\n{words}\n\n{picture}\n\n```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
+        )
+        (own / "index.md").write_text(page)
+        cards.append(CARD.format(name=path.stem, title=title, words=words))
+    (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))
+
+
+def make_ready() -> None:
+    """Every page of the site, in build/docs."""
+    shutil.rmtree(READY, ignore_errors=True)
+    shutil.copytree(Path(__file__).parent, READY, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    write_gallery(READY / "gallery")
+    for page in READY.rglob("*.md"):
+        words = set_equations(page.read_text())
+        if page.parent.name == "tutorial":
+            words = run_tutorial(words, page.parent)
+        page.write_text(insert_numbers(words) if page.name in PAGES else words)
+
+
+if __name__ == "__main__":
+    make_ready()
+    zensical = Path(sys.executable).with_name("zensical")
+    os.chdir(ROOT)
+    sys.exit(subprocess.run([zensical, "build", "--clean", "--strict"]).returncode)
