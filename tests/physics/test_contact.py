@@ -8,35 +8,50 @@ import pytest
 
 from feeler.physics.clock import Clock
 from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, Contact, get_contact
-from feeler.physics.scene import Scene
+from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulate import simulate
+from feeler.presets import make_preset
+from feeler.stimulus import Trial, make_feature
+from feeler.stimulus.ninety import trials
 
 from .scenes import touch
 
-EPS = (1e-4, 1e-5, 1e-6)
+SMALL = (1e-4, 1e-5, 1e-6)
+ALL = (1e-2, 1e-3, *SMALL)
 CLOCK = Clock(duration=60, timestep=0.05)
 
 
-def run(scenes: list[Scene]) -> list[np.ndarray]:
-    return [motion.angle for motion in simulate(scenes, CLOCK)]
+def run(scenes: list[Scene], clock: Clock = CLOCK) -> list[np.ndarray]:
+    return [motion.angle for motion in simulate(scenes, clock)]
 
 
-def find_slopes(scene: Scene) -> list[np.ndarray]:
+def find_slopes(scene: Scene, steps: tuple[float, ...], clock: Clock = CLOCK) -> list[np.ndarray]:
     """Central differences of the angles with respect to the logarithm of all stiffnesses, one per eps."""
     antenna = scene.antenna
     sides = [
         replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + sign * eps)))
-        for eps in EPS
+        for eps in steps
         for sign in (1, -1)
     ]
-    angle = run(sides)
-    return [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(EPS)]
+    angle = run(sides, clock)
+    return [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(steps)]
 
 
 @pytest.mark.parametrize(("kind", "share"), [("ball", 0.01), ("box", 0.05), ("triangle", 0.05)])
-@pytest.mark.parametrize(("location", "speed"), [(0.6123, 0.3), (0.55, 0.12)])
-def test_the_derivative_with_respect_to_stiffness_converges(kind, share, location, speed):
-    slopes = find_slopes(touch(kind, 1.5, contact="smooth", whole=True, location=location, speed=speed))
+class TestDerivative:
+    @pytest.mark.parametrize(("location", "speed"), [(0.6123, 0.3), (0.55, 0.12)])
+    def test_with_respect_to_stiffness_converges(self, kind, share, location, speed):
+        scene = touch(kind, 1.5, contact="smooth", whole=True, location=location, speed=speed)
+        check_slopes(find_slopes(scene, SMALL), share)
+
+    def test_is_that_of_the_table_in_the_docs(self, kind, share):
+        """From 1e-2 on; larger steps reach across kinks, where a contact begins or slides, and at other places see more."""
+        trial = Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3)
+        scene = make_scene(make_preset("cockroach"), trial, "smooth")
+        check_slopes(find_slopes(scene, ALL, replace(CLOCK, duration=100)), share)
+
+
+def check_slopes(slopes: list[np.ndarray], share: float) -> None:
     assert np.linalg.norm(slopes[-1]) > 1e-2
     for coarse, fine in itertools.pairwise(slopes):
         assert np.linalg.norm(coarse - fine) < share * np.linalg.norm(fine)
@@ -51,6 +66,19 @@ def test_the_last_bit_of_the_speed_moves_nothing_else(kind, speed):
     first, second = run([scene, replace(scene, objects=(faster,))])
     assert np.abs(first).max() > 1e-3
     assert np.abs(first - second).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_the_last_bit_moves_none_of_the_ninety_touches():
+    scenes = [make_scene(make_preset("cockroach"), trial, "smooth") for trial in trials()]
+    nudged = []
+    for scene in scenes:
+        item = scene.objects[0]
+        x, y = item.velocity
+        nudged.append(replace(scene, objects=(item.replace(velocity=(float(np.nextafter(x, 1.0)), y)),)))
+    clock = Clock(duration=380, timestep=0.02)
+    for first, second in zip(simulate(scenes, clock), simulate(nudged, clock), strict=True):
+        assert np.abs(first.angle - second.angle).max() < 1e-9
 
 
 def test_the_impedance_is_the_one_that_mujoco_documents():
