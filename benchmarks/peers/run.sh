@@ -12,5 +12,6 @@ if [ ! -e "$venv/.peers" ]; then
 fi
 export OMP_NUM_THREADS=1
 "$venv/bin/python" "$here/speed.py"
+"$venv/bin/python" "$here/workprecision.py"
 "$venv/bin/cosseratbench" run cantilever pendulum catenary -s feeler -s pyelastica -o "$results"
 "$venv/bin/python" "$here/table.py" "$results"
