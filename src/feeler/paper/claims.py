@@ -61,6 +61,8 @@ class Claim:
     shows: tuple[str, ...] = ()
     """Further values that stand beside it, and are not judged."""
     why: str = ""
+    unmet: str = ""
+    """What stands against it where the run does not bear it out, and the variant that would; shown only there."""
 
     def __post_init__(self) -> None:
         SCALES[self.due]  # refuses what is no scale
