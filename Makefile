@@ -1,13 +1,17 @@
 # feeler: `make reproduce` runs the paper, `make test` the tests. Each sets up .venv by itself; a second call reuses it.
 PYTHON ?= python3
 SCALE ?= quick
+ROOM ?= planted
+MINUTES ?= 10
+NUMBER ?= 60
+SEED ?= 0
 VENV := .venv
 BIN := $(VENV)/bin
 CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check bench peers docs clean
+.PHONY: help reproduce test test-slow check mutants bench peers docs clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -48,6 +52,13 @@ $(BIN)/.check: $(BIN)/.core
 
 check: $(BIN)/.check  ## style and types
 	@$(BIN)/ruff check --quiet $(CODE) && $(BIN)/ruff format --quiet --check $(CODE) && $(BIN)/python -m mypy
+
+$(BIN)/.mutants: $(BIN)/.test
+	@$(PIP) -e '.[test,mutants]'
+	@touch $@
+
+mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted)
+	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED)
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done

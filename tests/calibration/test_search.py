@@ -157,10 +157,16 @@ def test_profiles_have_their_minimum_at_the_optimum(targets):
 
 
 def test_bootstrap_spreads_as_the_targets_do(targets):
-    """Two factors, two targets: drawing frequency with 5 % / √n moves stiffness by twice that."""
+    """Two factors, two targets, each drawn with 5 % / √n. A mode's frequency goes with the root of stiffness, its damping
+    ratio with damping over that root: a frequency f = f₀ √(1 − ζ²) then says ln p1 = 2 ln f + 2 ζ² / (1 − ζ²) ln ζ + …
+    """
     draws = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=4)
     np.testing.assert_allclose(np.median(draws, axis=0), PLANTED, rtol=0.01)
-    assert np.log(draws[:, 0]).std() > 1.5 * 0.05 / 2
+    zeta = targets.values[1]
+    expected = 2 * 0.05 / np.sqrt(4) * np.hypot(1.0, zeta**2 / (1 - zeta**2))
+    assert np.log(draws[:, 0]).std() == pytest.approx(expected, rel=0.1)
+    few = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=16)
+    assert np.log(few).std(axis=0) == pytest.approx(np.log(draws).std(axis=0) / 2, rel=0.02)
     model = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=3, n_animals=4, refits=5)
     np.testing.assert_allclose(model, draws[:3], rtol=0.02)
 

@@ -32,6 +32,16 @@ def test_costs_by_hand():
     assert compute_symmetric_accuracy(np.zeros(2), np.ones(2)) == np.inf
 
 
+def test_accuracy_is_the_median_of_unequal_ratios():
+    """Morley et al. 2018 (https://doi.org/10.1002/2017SW001669), eq. 10: exp(median |ln Q|) − 1; one wild ratio moves it not."""
+    ratios = np.array([1.1, 1.5, 4.0])
+    assert compute_symmetric_accuracy(ratios, np.ones(3)) == pytest.approx(0.5, rel=1e-12)
+    assert compute_symmetric_accuracy(2 / ratios, np.full(3, 2.0)) == pytest.approx(0.5, rel=1e-12)
+    assert compute_symmetric_accuracy(np.append(ratios, 1 / 1.7), np.ones(4)) == pytest.approx(np.sqrt(1.5 * 1.7) - 1)
+    assert compute_symmetric_accuracy(np.array([1.2, 0.0, 1.3]), np.ones(3)) == pytest.approx(0.3)
+    assert compute_symmetric_accuracy(np.array([1.2, 0.0, -1.0]), np.ones(3)) == np.inf
+
+
 @pytest.mark.parametrize(
     ("simulated", "target", "match"),
     [

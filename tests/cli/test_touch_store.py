@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,8 @@ SLOW += [word for place in range(N_SLOW) for word in ("--location", f"{0.4 + 0.0
 
 def start(*arguments, cwd):
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen([*FEELER, *arguments], cwd=cwd, start_new_session=True, **pipes)
+    hear = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # also where these tests were started with it ignored
+    return subprocess.Popen([*FEELER, *arguments], cwd=cwd, start_new_session=True, preexec_fn=hear, **pipes)
 
 
 def find_finished(folder):
@@ -103,7 +105,7 @@ def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     session = list_session(process.pid)
     assert len(session) >= (3 if workers else 1)
     process.send_signal(signal.SIGINT)
-    assert process.stderr.readline() is not None
+    assert "stopping after the trials that are running" in process.stderr.readline()
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err

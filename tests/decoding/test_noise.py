@@ -30,6 +30,20 @@ def test_noise_is_the_ratio_of_the_maximum_named(codes, noise, peak):
     np.testing.assert_allclose(measured, np.broadcast_to(sd, (4, 3, 1))[:, :, 0], rtol=0.05)
 
 
+@pytest.mark.parametrize(
+    ("noise", "expected"),
+    [
+        (Relative(), [[4.0, 2.0], [1.0, 5.0]]),
+        (Relative(each="tensor"), [[4.0, 4.0], [5.0, 5.0]]),
+        (Common(), [[5.0, 5.0], [5.0, 5.0]]),
+    ],
+)
+def test_noise_of_signed_codes_goes_by_their_greatest_magnitude(noise, expected):
+    codes = np.array([[[1.0, -4.0], [2.0, 1.0]], [[-1.0, 0.5], [3.0, -5.0]]])
+    sd = np.broadcast_to(noise.sd(codes, 0.1), codes.shape)
+    np.testing.assert_allclose(sd, 0.1 * np.array(expected)[:, :, None] * np.ones(2), rtol=1e-12)
+
+
 def test_common_noise_follows_the_reference(codes):
     np.testing.assert_allclose(Common(reference=50.0).sd(codes, 0.1), 5.0)
 

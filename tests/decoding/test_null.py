@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
 
+from feeler.decoding.codes import make_null
+from feeler.decoding.curves import Group, _repeat_code
 from feeler.decoding.null import compare_twins, fit_null
 from feeler.decoding.plan import Plan
 
@@ -35,3 +37,18 @@ def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
     found = fit_null(TENSORS, MarkEncoder(), 7)
     assert found.n_iter == 7 and not found.converged
     assert (found.codes == found.codes[0]).all() and len(found.codes) == len(TENSORS)
+
+
+def test_the_null_is_the_tensor_of_the_median_energy():
+    """Neither the first nor the strongest: energies 9, 1, 25, 4, 16 (of five), and its code by fixed bases with it."""
+    tensors = np.array([3.0, 1.0, 5.0, 2.0, 4.0])[:, None, None] * np.eye(2)
+    np.testing.assert_array_equal(make_null(tensors), np.tile(3 * np.eye(2), (5, 1, 1)))
+    turned = np.roll(tensors, 1, axis=0)
+    np.testing.assert_array_equal(make_null(turned, 2), np.tile(3 * np.eye(2), (2, 1, 1)))
+    group = Group(tensors=turned, labels=np.arange(5), encoder=Doubler(), codes={})
+    np.testing.assert_array_equal(_repeat_code(group, "ridge"), np.tile(6 * np.eye(2), (5, 1, 1)))
+
+
+class Doubler:
+    def transform(self, tensors, *, code):
+        return 2 * tensors

@@ -120,6 +120,15 @@ def test_paired_difference_knows_its_sign_and_size():
     assert bootstrap_difference(a + 1.0, a, rng).effect > 1e6
 
 
+def test_effect_is_the_mean_over_the_sample_sd():
+    """Cohen's d_z (Lakens 2013, https://doi.org/10.3389/fpsyg.2013.00863): differences 1, 1, 1 and 5 have the sd 2."""
+    a, b = np.array([1.0, 2.0, 4.0, 7.0]), np.array([0.0, 1.0, 3.0, 2.0])
+    difference = bootstrap_difference(a, b, np.random.default_rng(0))
+    assert difference.estimate == 2.0
+    assert difference.effect == pytest.approx(1.0, rel=1e-12)
+    assert bootstrap_difference(b, a, np.random.default_rng(0)).effect == pytest.approx(-1.0, rel=1e-12)
+
+
 def test_unpaired_values_are_refused():
     with pytest.raises(InvalidInput, match="one to one"):
         bootstrap_difference(np.ones(3), np.ones(4), np.random.default_rng(0))

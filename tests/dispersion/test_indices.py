@@ -64,6 +64,14 @@ def test_ssim_reflect_equals_the_mean_of_scikit_images_full_map(tensors):
     np.testing.assert_allclose(compute_ssim(tensors, border="reflect"), expected, atol=1e-10)
 
 
+@pytest.mark.parametrize("data_range", [0.3, 1.0, 255.0])
+def test_ssim_of_any_range_equals_scikit_image(data_range):
+    """C1 = (0.01 L)², C2 = (0.03 L)² (Wang et al. 2004, https://doi.org/10.1109/TIP.2003.819861)."""
+    tensors = data_range * make_noise(3)
+    expected = loop(tensors, lambda a, b: structural_similarity(a, b, **(MATLAB | {"data_range": data_range})))
+    np.testing.assert_allclose(compute_ssim(tensors, border="interior", data_range=data_range), expected, atol=1e-10)
+
+
 def ssim_slowly(a, b, mode):
     """SSIM written out with SciPy's filter; ``mode`` nearest repeats the edges, as MATLAB's ssim does."""
 

@@ -35,6 +35,20 @@ def test_histogram_entropy_depends_on_scale_only_where_told():
     assert compute_histogram_entropy(0.1 * values, scale="none") < compute_histogram_entropy(values, scale="none") - 2
 
 
+@pytest.mark.parametrize(
+    ("values", "levels", "bits"),
+    [
+        ([0.4, 0.6], 2, 1),
+        ([0.2, 0.3], 2, 0),
+        ([0.1, 0.2, 0.6, 0.8], 3, 1.5),
+        ([0.49, 0.51, 2.0], 2, np.log2(3) - 2 / 3),
+    ],
+)
+def test_values_between_grey_levels_go_to_the_nearest(values, levels, bits):
+    """As MATLAB's ``im2uint8`` rounds: level round(x (levels − 1)); values above 1 are white."""
+    assert compute_histogram_entropy(np.array(values), levels=levels, scale="none") == pytest.approx(bits)
+
+
 def test_histogram_entropy_is_that_of_a_picture_with_256_levels():
     from skimage.measure import shannon_entropy
 

@@ -133,10 +133,11 @@ def attack(reader: Reader, numbers: range, folder: Path) -> Log:
 
 
 def test_good_files_are_read(reader, folder):
-    for seed in reader.make_seeds():
+    good = [seed for seed in reader.make_seeds() if seed != files.NAMED]  # NAMED has no abdomen: a start for damage
+    assert good
+    for seed in good:
         (folder / "input").write_bytes(seed)
-        if seed != files.NAMED:  # has no abdomen: refused, but a good start for damage
-            reader.read(folder / "input")
+        reader.read(folder / "input")
 
 
 def test_readers_survive(reader, folder):

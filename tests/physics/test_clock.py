@@ -1,5 +1,7 @@
 """The clock: how many samples and steps a duration has."""
 
+from decimal import Decimal
+
 import numpy as np
 import pytest
 
@@ -8,11 +10,13 @@ from feeler.physics.clock import Clock
 
 
 @pytest.mark.parametrize("tenths", [1, 3, 7, 11, 23, 57, 110, 1001])
-def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(tenths):
-    """1.1 / 0.1 is 11.000000000000002 in binary."""
-    clock = Clock(duration=tenths / 10, sample_interval=0.1, timestep=0.02)
-    assert (clock.n_samples, clock.steps_per_sample) == (tenths, 5)
-    assert clock.time[-1] == pytest.approx(tenths / 10 - 0.1)
+@pytest.mark.parametrize(("interval", "steps"), [(0.1, 5), (0.3, 15), (0.7, 35)])
+def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(tenths, interval, steps):
+    """2.1 / 0.3 is 7.000000000000001 in binary, 0.3 / 0.1 is 2.9999999999999996."""
+    duration = float(Decimal(str(interval)) * tenths)
+    clock = Clock(duration=duration, sample_interval=interval, timestep=0.02)
+    assert (clock.n_samples, clock.steps_per_sample) == (tenths, steps)
+    assert clock.time[-1] == pytest.approx(duration - interval)
 
 
 @pytest.mark.parametrize(("duration", "samples"), [(1.0, 1), (1.001, 2), (1.999, 2), (2.0, 2), (0.3, 1)])

@@ -95,9 +95,18 @@ def test_pushed_and_left_alone_it_stands_as_statics_says(feature):
     np.testing.assert_allclose(antenna.stiffness * state.angle[0], torque, atol=3e-8)
     np.testing.assert_allclose(state.base_force[0], -contacts.force.sum(axis=0), atol=1e-12)
     assert state.base_moment[0] == pytest.approx(-torque[0], abs=3e-8)
-    if len(contacts) == 1:
-        still = solve_static(antenna, tuple(contacts.force[0]), float(contacts.place[0]))
-        np.testing.assert_allclose(state.angle[0], still, atol=1e-5)
+
+
+def test_pushed_by_a_ball_it_stands_as_under_one_force():
+    antenna = uniform()
+    stepper = RodStepper([Scene(antenna=antenna, objects=(push(Ball(radius=0.4)),))], 0.5)
+    stepper.step(20)
+    stepper.move_object(0, 0, (0.0, 0.0), 0.0)
+    assert stepper.settle().balanced
+    state, contact = stepper.read(), stepper.read_contacts(0)
+    assert len(contact) == 1
+    still = solve_static(antenna, tuple(contact.force[0]), float(contact.place[0]))
+    np.testing.assert_allclose(state.angle[0], still, atol=1e-5)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -38,15 +38,30 @@ def test_gaps_and_shapes_of_points_are_refused():
         measure_deflection_ratios(TIME, tip[:-1], tip)
 
 
-@pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
-@pytest.mark.parametrize("touch", [None, (20.0, 24.0)])
+def bounce(e):
+    return np.where(TIME < 20, 0.5 * (20 - TIME), np.where(TIME > 24, 0.5 * e * (TIME - 24), 0.0))
+
+
+@pytest.mark.parametrize(
+    ("e", "touch"), [(0.3, None), (1.0, None), (0.0, (20.0, 24.0)), (0.3, (20.0, 24.0)), (1.0, (20.0, 24.0))]
+)
 def test_restitution_of_a_bounce(e, touch):
-    gap = np.where(TIME < 20, 0.5 * (20 - TIME), np.where(TIME > 24, 0.5 * e * (TIME - 24), 0.0))
-    if e == 0.0 and touch is None:
-        with pytest.raises(InvalidInput, match="samples are needed before and after"):
-            measure_restitution(TIME, gap)
-        return
-    assert measure_restitution(TIME, gap, touch=touch) == pytest.approx(e, abs=1e-12)
+    assert measure_restitution(TIME, bounce(e), touch=touch) == pytest.approx(e, abs=1e-12)
+
+
+def test_bodies_that_stay_together_leave_no_samples_after_contact():
+    with pytest.raises(InvalidInput, match="samples are needed before and after"):
+        measure_restitution(TIME, bounce(0.0))
+
+
+@pytest.mark.parametrize("e", [0.3, 1.0])
+@pytest.mark.parametrize("n_samples", [2, 4, 7])
+def test_no_sample_of_the_contact_is_in_a_slope(e, n_samples):
+    """Bodies that press into each other from 19.6 to 24.3 ms, between samples; outside the gap is two straight lines."""
+    pressed = -0.05 * np.sin(np.pi * (TIME - 19.6) / 4.7)
+    gap = np.where(TIME < 19.6, 0.5 * (19.6 - TIME), np.where(TIME > 24.3, 0.5 * e * (TIME - 24.3), pressed))
+    for touch in (None, (19.6, 24.3), (19.5, 24.0)):
+        assert measure_restitution(TIME, gap, touch=touch, n_samples=n_samples) == pytest.approx(e, abs=1e-12)
 
 
 def test_restitution_refuses_bodies_that_part():

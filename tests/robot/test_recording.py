@@ -157,6 +157,18 @@ def test_long_gaps_refused_bridged_or_kept():
     assert any("hinge 3: 50 missing values" in line for line in bridged.history)
 
 
+@pytest.mark.parametrize("gone", [slice(0, 40), slice(-40, None)])
+def test_a_channel_that_starts_late_or_ends_early_has_a_gap_too(gone):
+    wave = _wave()
+    values = wave.values.copy()
+    values[1, gone] = np.nan
+    late = Recording(time=wave.time, values=values)
+    with pytest.raises(InvalidInput, match="hinge 2 has 1 gaps longer than 10 ms, the longest 40 ms"):
+        repair(late)
+    kept = repair(late, gaps="keep")
+    np.testing.assert_array_equal(np.isnan(kept.values), np.isnan(values))
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
@@ -228,6 +240,7 @@ def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body,
     path = tmp_path_factory.mktemp("fuzz") / "r.csv"
     path.write_text(notes + ",".join(header) + "\n" + body)
     try:
-        repair(load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing")
+        fixed = repair(load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing")
     except InvalidInput:
         return
+    assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(np.diff(fixed.time) > 0)

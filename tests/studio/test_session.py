@@ -183,9 +183,8 @@ def test_every_other_way_out(tmp_path):
         header, arrays = page.find("file")[-1]
         content = arrays["content"].tobytes()[: header["bytes"]]
         assert content.startswith(begin)
-        if what == "toml":
-            (tmp_path / "a.toml").write_bytes(content)
-            assert feeler.load_antenna(tmp_path / "a.toml") == TouchWish.read({"antenna": CHANGED}).antenna.make()
+        (tmp_path / f"a.{what}").write_bytes(content)
+    assert feeler.load_antenna(tmp_path / "a.toml") == TouchWish.read({"antenna": CHANGED}).antenna.make()
 
 
 def test_files_are_opened_and_damaged_ones_are_explained():

@@ -378,14 +378,19 @@ def damage(path, how):
         file.unlink()
 
 
-@pytest.mark.parametrize("how", ["flip", "cut", "swap", "gone"])
+@pytest.mark.parametrize("how", ["flip", "cut", "gone"])
+def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
+    fill(path, group_size=2)
+    damage(path, how)
+    with pytest.raises(InvalidInput, match=r"is damaged|c\.1\.0\.0 is missing"):
+        read_store(path).load()
+
+
+@pytest.mark.parametrize("how", ["flip", "cut", "swap", "gone"])  # swapped: its bytes are right, only its digest tells
 def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
     assert re.search(r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", find_damage(path)[0])
-    if how != "swap":  # each of its bytes is right: only its digest tells
-        with pytest.raises(InvalidInput, match=r"is damaged|c\.1\.0\.0 is missing"):
-            read_store(path).load()
     with (
         pytest.warns(UserWarning, match="trials 2 to 3 will be computed again"),
         open_store(path, CONFIGURATION, N_TRIALS) as store,
@@ -452,6 +457,23 @@ def test_a_store_grows_and_keeps_what_it_has(path):
     xr.testing.assert_identical(read_store(path).load(), make_set())
     xr.testing.assert_identical(read_store(path).isel(trial=slice(3)).load(), before)
     assert xr.open_zarr(path, chunks=None).sizes["trial"] == N_TRIALS
+
+
+@pytest.mark.parametrize("fewer", [1, N_TRIALS - 1])
+def test_a_store_is_not_opened_for_fewer_trials_than_it_holds(path, fewer):
+    fill(path)
+    with pytest.raises(StoreError, match=rf"number of trials: {N_TRIALS} → {N_TRIALS - fewer}"):
+        open_store(path, CONFIGURATION, N_TRIALS - fewer)
+    xr.testing.assert_identical(read_store(path), make_set())
+
+
+def test_an_opening_that_fails_lets_go_of_the_lock(path):
+    fill(path, n_trials=3)
+    with pytest.raises(StoreError) as kept:  # whose traceback keeps the store that failed alive
+        open_store(path, {**CONFIGURATION, "seed": 8}, N_TRIALS)
+    fill(path)
+    xr.testing.assert_identical(read_store(path), make_set())
+    assert "seed: 7 → 8" in str(kept.value)
 
 
 def test_trials_made_otherwise_are_refused_with_the_difference(path):

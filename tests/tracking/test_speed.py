@@ -65,6 +65,15 @@ def test_short_gaps_are_bridged_and_counted_long_ones_kept():
     np.testing.assert_array_equal(np.isnan(sweeps.speed), np.isnan(filled))
 
 
+@pytest.mark.parametrize(("lost", "bridged"), [(4, 4), (5, 5), (6, 0)])
+def test_a_gap_of_exactly_the_longest_is_bridged(lost, bridged):
+    angle = 0.1 * np.arange(40.0)
+    angle[12 : 12 + lost] = np.nan
+    filled, count = bridge_gaps(angle, max_gap=5)
+    assert count == bridged
+    np.testing.assert_allclose(filled[12 : 12 + lost], 0.1 * np.arange(12, 12 + lost) if bridged else np.nan)
+
+
 def test_no_speed_is_invented_across_a_long_gap():
     time = np.arange(400) * 10.0
     angle = np.where(time < 2000, 0.0, 1.0)  # stands still, is lost, and stands elsewhere

@@ -143,9 +143,8 @@ def test_deeplabcuts_own_files(ending):
     np.testing.assert_allclose(np.delete(tracks.of("head"), 7, axis=0), np.stack([5 + k, -(2 * k - 2)], axis=1))
     other = load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30, individual="two", landmarks=("head",))
     np.testing.assert_allclose(np.delete(other.of("head"), 7, axis=0), np.stack([15 + k, -(2 * k - 12)], axis=1))
-    if ending == "csv":
-        with pytest.raises(InvalidInput, match="several individuals; choose one of one, two"):
-            load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30)
+    with pytest.raises(InvalidInput, match="several individuals; choose one of one, two"):
+        load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30)
 
 
 def test_column_names_that_would_call_something_are_refused(tmp_path):

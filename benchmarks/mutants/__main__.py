@@ -1,0 +1,122 @@
+"""``make mutants ROOM=dispersion MINUTES=10``: plant small mistakes, one at a time, and see which the room's tests notice.
+
+``ROOM=planted`` plants the mistakes of ``planted.toml``, which were made by hand, and runs the tests named there.
+"""
+
+import argparse
+import math
+import shutil
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+from child import Run, import_packages, run_tests
+from draw import Mutant, draw_mutants
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+PARTS = {
+    "measures": ("encoding", "entropy sparseness error bases"),
+    "tensors": ("tensors", "contract dataset scaling quantities posture group"),
+    "paper": ("paper", "claims verdicts stage findings window"),
+}
+"""A part of a room, by a name of its own: the room, its modules."""
+
+
+def main() -> None:
+    """Print each mistake that went unnoticed, and how many did not."""
+    said = _parse()
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        copy = Path(folder) / "feeler"
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache"))
+        if said.room == "planted":
+            _judge_planted(copy, said.only)
+        else:
+            _judge_room(copy, said)
+
+
+def _parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="mutants", description=__doc__)
+    parser.add_argument("room")
+    parser.add_argument("--minutes", type=float, default=10)
+    parser.add_argument("--number", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="*", default=[], help="planted mistakes by their names, or files")
+    return parser.parse_args()
+
+
+def _judge_room(copy: Path, said: argparse.Namespace) -> None:
+    end = time.monotonic() + 60 * said.minutes
+    room, modules = PARTS.get(said.room, (said.room, ""))
+    paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
+    paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
+    paths = [path for path in paths if not said.only or path.stem in said.only]
+    equal = {(known["before"], known["after"]) for known in _read_list("equivalent")}
+    first = _run_first(copy, [f"tests/{room}"])
+    noticed = tried = 0
+    for mutant in draw_mutants(copy, paths, said.seed):
+        if tried == said.number or time.monotonic() > end:
+            break
+        if (mutant.before, mutant.after) in equal:
+            continue
+        tried += 1
+        found = _judge(copy, mutant, [f"tests/{room}"], first)
+        noticed += bool(found.failed)
+        if not found.failed:
+            print(f"UNNOTICED {mutant.path}:{mutant.line}\n  - {mutant.before}\n  + {mutant.after}", flush=True)
+    low, high = _bound(noticed, tried)
+    print(f"{said.room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%} to {high:.0%})")
+
+
+def _judge_planted(copy: Path, only: list[str]) -> None:
+    unnoticed = []
+    _run_first(copy, ["tests/response/test_measures.py"])
+    for mistake in _read_list("mistake"):
+        if only and mistake["name"] not in only:
+            continue
+        path = Path("src/feeler") / mistake["file"]
+        source = (copy / path).read_text(encoding="utf-8")
+        if source.count(mistake["before"]) != 1:
+            print(f"{mistake['name']}: {path} holds {mistake['before']!r} {source.count(mistake['before'])} times")
+            unnoticed.append(mistake["name"])
+            continue
+        mutant = Mutant(path, 0, "", "", source.replace(mistake["before"], mistake["after"]))
+        found = _judge(copy, mutant, mistake["tests"].split(), Run(seconds={"": 0.0}))
+        print(f"{mistake['name']}: {found.failed or 'UNNOTICED'}", flush=True)
+        unnoticed += [] if found.failed else [mistake["name"]]
+    raise SystemExit(f"unnoticed: {', '.join(unnoticed)}" if unnoticed else 0)
+
+
+def _judge(copy: Path, mutant: Mutant, tests: list[str], first: Run) -> Run:
+    path = copy / mutant.path
+    source = path.read_text(encoding="utf-8")
+    path.write_text(mutant.code, encoding="utf-8")
+    try:
+        return run_tests(copy, tests, seconds=first.seconds, limit=60 + 3 * sum(first.seconds.values()))
+    finally:
+        path.write_text(source, encoding="utf-8")
+
+
+def _run_first(copy: Path, tests: list[str]) -> Run:
+    first = run_tests(copy, tests)
+    if first.failed:
+        raise SystemExit(f"without any mistake: {first.failed} fails")
+    import_packages(first.packages)
+    return first
+
+
+def _read_list(kind: str) -> Iterator[dict[str, str]]:
+    return iter(tomllib.loads((HERE / "planted.toml").read_text(encoding="utf-8")).get(kind, []))
+
+
+def _bound(noticed: int, tried: int) -> tuple[float, float]:
+    """Wilson's interval of a share at 95 % (https://doi.org/10.1080/01621459.1927.10502953)."""
+    n, z = max(tried, 1), 1.959964
+    middle = (noticed / n + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * math.sqrt(noticed / n * (1 - noticed / n) / n + z * z / (4 * n * n))
+    return middle - half, middle + half
+
+
+main()

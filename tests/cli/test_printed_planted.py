@@ -1,0 +1,218 @@
+"""Results are planted in the place of long computations: each number that a verb prints is the planted one, in its unit."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from tensors._sets import make_set
+from typer.testing import CliRunner
+
+import feeler
+from feeler import calibration, wall
+from feeler.calibration.own import TraceFit
+from feeler.cli.app import app
+from feeler.cli.choose import change_antenna
+from feeler.presets import cockroach
+from feeler.robot.answer import Answer, name_touch
+from feeler.robot.sensor import SensorCalibration
+from feeler.tensors.formats import save
+
+from .test_printed import NUMBER, read, run
+
+
+def plant(monkeypatch, room, **functions):
+    for name, function in functions.items():
+        monkeypatch.setattr(room, name, function)
+
+
+def test_wall_prints_the_map_in_millimetres(monkeypatch):
+    asked = {}
+
+    def approach(antenna, posture, distances):
+        asked.update(posture=posture, distances=distances)
+        return SimpleNamespace(contact=np.array([1, 1, 1, 0]), inverted=np.array([1, 1, 0, 0]))
+
+    found = SimpleNamespace(
+        used=np.array([1, 0, 0, 0]), r2=0.98765, slope=-1.234, intercept=34.567, error=0.4321, monotone=True,
+        told_apart=(6.04, 19.96), undefined="", at_base=np.zeros(4, int),
+    )  # fmt: skip
+    plant(monkeypatch, wall, approach=approach, map_distance=lambda sweep: found)
+    said = run("wall", "linear", "--near", 5, "--far", 11, "--steps", 4, "--angle", 40, "--reading", "total")
+    assert "R²   slope  intercept mm  error mm  monotone  told apart mm" in said
+    row = read(rf"linear +# +# +# +# +# +# +# +yes +{NUMBER} to {NUMBER}", said)
+    assert row == pytest.approx([3, 2, 1, 0.988, -1.23, 34.57, 0.43, 6.0, 20.0])
+    np.testing.assert_allclose(asked["distances"], [11, 9, 7, 5])  # mm
+    assert (asked["posture"].inter_antennal_angle, asked["posture"].reading) == (40.0, "total")
+
+
+def test_wall_says_what_is_undefined(monkeypatch):
+    found = SimpleNamespace(used=np.zeros(4, int), undefined="the peak stays at one place", at_base=np.array([1, 1, 0, 0]))
+    sweep = SimpleNamespace(contact=np.ones(4, int), inverted=np.ones(4, int))
+    plant(monkeypatch, wall, approach=lambda *_: sweep, map_distance=lambda sweep: found)
+    assert "undefined: the peak stays at one place (2 peaks at the base hinge)" in run("wall", "constant")
+
+
+def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
+    asked = {}
+
+    def follow(antenna, course, **options):
+        asked.update(options, course=course)
+        straight = wall.fit_distance(
+            np.arange(5.0), np.arange(5.0), np.ones(5, bool), np.zeros(5, bool), resolution=0.1
+        )
+        return wall.Run(
+            time=np.array([0.0, 123.4]), body=np.zeros((2, 3)), distance=np.array([12.0, 9.0]),
+            estimate=np.array([np.nan, 9.5]), target=10.0, collided=False, map=straight,
+        )  # fmt: skip
+
+    plant(monkeypatch, wall, follow=follow)
+    said = run("follow", "--turn", -20, "--speed", 0.3, "--target", 10, "--friction", 0.2)
+    numbers = read(r"passed after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)", said)
+    assert numbers == pytest.approx([123, np.sqrt((2**2 + 1) / 2), 9.0, 0.5, 1.0], abs=0.006)
+    assert (asked["speed"], asked["controller"].target, asked["posture"].friction) == (0.3, 10.0, 0.2)  # m/s = mm/ms
+    assert asked["course"].turns == (-20.0,)
+
+
+def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
+    def fit(problem, *_, **__):
+        measured = SimpleNamespace(values=np.array([0.01812, 0.5123, 0.234, 0.567]), overdamped=False)
+        p = np.array([37.78, -0.0827, 25.24, -0.0533])
+        assert problem.hinges.names == ("p1", "p2", "p3", "p4")
+        return calibration.Fit(
+            names=problem.hinges.names, p=p, error=0.0671, symmetric_accuracy=0.0035, measured=measured, minima=()
+        )
+
+    plant(monkeypatch, calibration, fit=fit)
+    said = run("calibrate")
+    assert read("p1 = # N·mm/rad", said) == [37.78]
+    assert read(r"frequency +# kHz, target # \[D\]", said) == [0.01812, 0.0175]
+    assert read(r"damping_ratio +#, target # \[D\]", said) == [0.5123, 0.54]
+    assert read(r"ratio_71 +#, target # \[D\]", said) == [0.234, 0.22]
+    assert read("error #, median symmetric accuracy #", said) == [0.0671, 0.0035]
+
+
+def test_calibrate_prints_each_animal_and_the_interval(monkeypatch):
+    result = TraceFit(
+        names=("p1", "p2"), animals=("a", "b"), each=np.array([[1.1, 0.9], [1.3, 0.7]]), p=np.array([1.2, 0.8]),
+        low=np.array([1.05, 0.65]), high=np.array([1.35, 0.95]), residual=np.array([0.02, 0.04]),
+        simulated=np.zeros((2, 3)), interval="spread between animals",
+    )  # fmt: skip
+    plant(monkeypatch, calibration, fit_traces=lambda *_, **__: result)
+    said = run("calibrate", "--data", "synthetic_step")
+    assert read("a +# +# +#\n", said) == [1.1, 0.9, 0.02]
+    assert read("b +# +# +#\n", said) == [1.3, 0.7, 0.04]
+    assert read(r"p1 = # +\(95 %: # to #; spread between animals\)", said) == [1.2, 1.05, 1.35]
+    assert read(r"p2 = # +\(95 %: # to #; ", said) == [0.8, 0.65, 0.95]
+
+
+def test_a_sensor_report_is_in_degrees_and_degrees_a_minute():
+    numbers = dict.fromkeys(("offset", "low", "high"), np.zeros(1))
+    report = SensorCalibration(
+        slope=np.array([np.pi / 90]), residual=np.array([np.pi / 360]), cross_validated=np.array([np.pi / 300]),
+        resolution=np.array([np.pi / 600]), drift=np.array([np.pi / 180 / 60_000]), r_squared=np.array([0.987]), **numbers,
+    ).report()  # fmt: skip
+    assert report.splitlines()[0].split()[-2:] == ["drift", "°/min"]
+    assert [float(word) for word in report.splitlines()[1].split()] == pytest.approx(
+        [1, 2.0, 0.987, 0.5, 0.6, 0.3, 1.0], abs=6e-4
+    )
+
+
+def test_an_answer_is_in_per_cent_and_metres_per_second():
+    said = str(
+        Answer(
+            label=("ball", 0.7, 0.135), probability=0.834, runner_up=("box", 0.6, 0.27), runner_up_probability=0.1,
+            truth={"feature": "ball", "speed": 0.27}, known=True,
+        )
+    )  # fmt: skip
+    assert said.startswith("ball at 0.7 of the length, 0.135 m/s (83%); then box at 0.6 of the length, 0.27 m/s (10%)")
+    assert said.endswith("the notes say feature ball, speed 0.27: WRONG: speed")
+    assert name_touch(("no contact", np.nan, np.nan)) == "no contact"
+
+
+def test_info_prints_sizes_extremes_and_units(tmp_path):
+    tensors = make_set()
+    save(tensors, tmp_path / "set.nc")
+    said = run("info", tmp_path / "set.nc")
+    assert "trial 8, sensor 5, time 40, axis 2" in said
+    low, high = read(r"angle +\(trial, sensor, time\) \[rad\] # … #", said)
+    assert (low, high) == pytest.approx((float(tensors.angle.min()), float(tensors.angle.max())), rel=5e-3)
+    assert read(r"time +# … # \(40 values\) \[ms\]", said) == [0.0, 39.0]
+
+
+def test_info_prints_an_antenna_in_millimetres_milligrams_and_newton_millimetres(tmp_path):
+    run("antenna", tmp_path / "a.toml")
+    said, antenna = run("info", tmp_path / "a.toml"), cockroach()
+    assert read("segments +#, # mm, # mg", said) == pytest.approx([140, 42.0, 2.00922], rel=1e-5)
+    assert read(r"stiffness +# \(base\) … # \(tip\) N·mm/rad", said) == pytest.approx(
+        antenna.stiffness[[0, -1]], rel=1e-5
+    )
+    assert read(r"damping +# \(base\) … # \(tip\) N·mm·ms/rad", said) == pytest.approx(
+        antenna.damping[[0, -1]], rel=1e-5
+    )
+    assert read("sensors +#", said) == [56]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [("stiffness=2", "stiffness"), ("damping=2", "damping"), ("cockroach.mass=2", "segment_mass"),
+     ("length=2", "segment_length"), ("radius=2", "radius")],
+)  # fmt: skip
+def test_set_scales_one_quantity_alone(change, field):
+    antenna = cockroach()
+    changed = change_antenna(antenna, [change])
+    for name in ("stiffness", "damping", "segment_mass", "segment_length", "radius"):
+        np.testing.assert_allclose(getattr(changed, name), getattr(antenna, name) * (2.0 if name == field else 1.0))
+
+
+def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
+    from importlib.resources import files
+
+    path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
+    result = CliRunner().invoke(
+        app, ["tracks", str(path), "--frame-rate", "30", "--json", "--out", str(tmp_path)], catch_exceptions=False
+    )
+    found = json.loads(result.stdout)
+    tracks = feeler.tracking.load_tracks(path, frame_rate=30)
+    expected = feeler.tracking.measure_exploration([tracks])
+    per_second = 1e3 * 180 / np.pi
+    assert found["mean"] == pytest.approx(per_second * expected.mean) and found["units"]["mean"] == "deg/s"
+    assert found["lateral_speed"] == pytest.approx(expected.mean * 42.0) and found["units"]["lateral_speed"] == "m/s"
+    assert found["trials"][0]["mean_peak"] == pytest.approx(per_second * expected.mean_peak[0])
+    assert found["trials"][0]["error"] == pytest.approx(per_second * expected.error[0])
+    table = np.genfromtxt(tmp_path / "tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    left = table[table["side"] == "left"]
+    sweeps = expected.sweeps[0][0]
+    np.testing.assert_allclose(left["time_ms"], tracks.time, rtol=1e-5)
+    np.testing.assert_allclose(left["angle_deg"], np.rad2deg(sweeps.angle), rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3)
+
+
+def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
+    bend = xr.DataArray(
+        np.deg2rad([[10.0, -30.0], [20.0, 5.0]]), dims=("time", "joint"), coords={"joint": ["p1", "p2"]}
+    )
+    posture = xr.Dataset({"bend": bend, "piece_length": ("piece", [3.0, 4.5])})
+    posture["position"] = xr.DataArray(np.zeros(2), dims="time", attrs={"units": "mm"})
+    monkeypatch.setattr(feeler.tracking, "measure_posture", lambda *_: posture)
+    monkeypatch.setattr(feeler.tracking, "load_tracks", lambda *_, **__: SimpleNamespace(n_frames=2))
+    said = run("tracks", tmp_path / "x.csv", "--points", "base,p1,p2,tip")
+    assert "x.csv: 7.5 mm long, 2 of 2 frames whole; largest bend p1 20.0°, p2 30.0°" in said
+
+
+def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
+    from feeler.cli.robot import _decode
+
+    def state(word, since, probability, label=None):
+        fields = {"state": word, "since_contact": since, "probability": probability, "label": label}
+        return SimpleNamespace(**fields)
+
+    states = iter(
+        [state("waiting", -1, 0.0), state("touching", 0, 0.25, ("ball", 0.7, 0.3)), state("touching", 1, 0.5)]
+    )
+    running = SimpleNamespace(update=lambda angle, time: next(states), missed=3)
+    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50)
+    said = capsys.readouterr().out
+    assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
+    assert "3 samples were missing" in said
