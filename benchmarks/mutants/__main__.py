@@ -18,11 +18,23 @@ from draw import Mutant, draw_mutants
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PARTS = {
-    "measures": ("encoding", "entropy sparseness error bases"),
-    "tensors": ("tensors", "contract dataset scaling quantities posture group"),
-    "paper": ("paper", "claims verdicts stage findings window"),
+    "measures": (
+        "encoding",
+        "entropy sparseness bases",
+        "test_measures.py test_sparseness.py test_updates.py test_model.py",
+    ),
+    "tensors": (
+        "tensors",
+        "contract scaling quantities posture",
+        "test_contract.py test_quantities.py test_posture.py",
+    ),
+    "paper": (
+        "paper",
+        "claims verdicts stage findings window",
+        "test_claims.py test_findings.py test_section.py test_stage.py test_window.py test_choices.py",
+    ),
 }
-"""A part of a room, by a name of its own: the room, its modules."""
+"""A part of a room, by a name of its own: the room, its modules, its files of tests."""
 
 
 def main() -> None:
@@ -49,12 +61,13 @@ def _parse() -> argparse.Namespace:
 
 def _judge_room(copy: Path, said: argparse.Namespace) -> None:
     end = time.monotonic() + 60 * said.minutes
-    room, modules = PARTS.get(said.room, (said.room, ""))
+    room, modules, files = PARTS.get(said.room, (said.room, "", ""))
+    tests = [f"tests/{room}/{name}" for name in files.split()] or [f"tests/{room}"]
     paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
     paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
     paths = [path for path in paths if not said.only or path.stem in said.only]
     equal = {(known["before"], known["after"]) for known in _read_list("equivalent")}
-    first = _run_first(copy, [f"tests/{room}"])
+    first = _run_first(copy, tests)
     noticed = tried = 0
     for mutant in draw_mutants(copy, paths, said.seed):
         if tried == said.number or time.monotonic() > end:
@@ -62,7 +75,7 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
         if (mutant.before, mutant.after) in equal:
             continue
         tried += 1
-        found = _judge(copy, mutant, [f"tests/{room}"], first)
+        found = _judge(copy, mutant, tests, first)
         noticed += bool(found.failed)
         if not found.failed:
             print(f"UNNOTICED {mutant.path}:{mutant.line}\n  - {mutant.before}\n  + {mutant.after}", flush=True)

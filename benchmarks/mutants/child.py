@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 FORK = multiprocessing.get_context("fork")
-OPTIONS = "-q -x --no-header --no-summary -p no:cacheprovider -p no:xdist --hypothesis-seed=0 --hypothesis-profile=mutants"
+OPTIONS = (
+    "-q -x --no-header --no-summary -p no:cacheprovider -p no:xdist --hypothesis-seed=0 --hypothesis-profile=mutants"
+)
 OURS = ("feeler", "tests", "conftest", "_pytest", "pytest", "hypothesis", "_hypothesis", "__main__")
 
 

@@ -48,7 +48,9 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
 
 
 def test_wall_says_what_is_undefined(monkeypatch):
-    found = SimpleNamespace(used=np.zeros(4, int), undefined="the peak stays at one place", at_base=np.array([1, 1, 0, 0]))
+    found = SimpleNamespace(
+        used=np.zeros(4, int), undefined="the peak stays at one place", at_base=np.array([1, 1, 0, 0])
+    )
     sweep = SimpleNamespace(contact=np.ones(4, int), inverted=np.ones(4, int))
     plant(monkeypatch, wall, approach=lambda *_: sweep, map_distance=lambda sweep: found)
     assert "undefined: the peak stays at one place (2 peaks at the base hinge)" in run("wall", "constant")

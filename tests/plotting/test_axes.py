@@ -1,0 +1,238 @@
+"""What stands on an axis is the number that was computed, in the unit that the axis names."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from feeler.decoding.sweep import Sweep
+from feeler.dispersion import Interval
+from feeler.paper import fig2b, fig3, fig4, fig6, figS1, figS2
+from feeler.plotting.accuracy import plot_sweep
+from feeler.plotting.bases import plot_bases
+from feeler.plotting.closest import plot_index, plot_kinds
+from feeler.plotting.posture import plot_profiles
+from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
+from feeler.plotting.touch import plot_touch
+from feeler.presets import cockroach
+from feeler.tradeoff.draw import plot_costs, plot_windows
+from feeler.wall import fit_distance
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+def name(ax):
+    return ax.get_xlabel(), ax.get_ylabel()
+
+
+def read(line):
+    return np.column_stack(line.get_data())
+
+
+@pytest.mark.parametrize("step", [1.0, 0.25])
+def test_a_tensor_lies_over_its_milliseconds_and_its_sensors(ax, step):
+    tensor, time = np.arange(12.0).reshape(3, 4), 10.0 + step * np.arange(4)
+    image = plot_tensor(tensor, time, ax, Normalize(0, 11))
+    assert image.get_extent() == pytest.approx((10 - step / 2, 10 + 3.5 * step, 0.5, 3.5))
+    np.testing.assert_array_equal(image.get_array(), tensor)
+    assert image.origin == "lower" and name(ax) == ("time [ms]", "sensor (base → tip)")
+    (place,) = list_tensors(ax.figure)
+    assert (place["low"], place["high"], place["unit"]) == (0, 11, "/mm")
+
+
+def test_small_multiples_keep_their_tensors_and_mark_first_and_last_time(ax):
+    tensors = [[np.full((20, 30), 10.0 * i + j) for j in range(3)] for i in range(2)]
+    for row in tensors:
+        for tensor in row:
+            tensor[0] += 0.5  # the base
+    image = plot_tensor_grid(tensors, 5.0 + 0.5 * np.arange(30), ax, Normalize(0, 13), ["a", "b"], ["x", "y", "z"])
+    mosaic = np.ma.filled(image.get_array(), np.nan)
+    for i in range(2):
+        for j in range(3):
+            part = mosaic[21 * i : 21 * i + 20, 31 * j : 31 * j + 30]
+            np.testing.assert_array_equal(part[::-1], tensors[i][j])
+    assert np.isnan(mosaic[20]).all() and np.isnan(mosaic[:, 30]).all()
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["5", "20"] * 3  # ms, of 19.5 the nearest even
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["a", "b"]
+    grid = list_tensors(ax.figure)[0]["grid"]
+    assert (grid["start"], grid["step"], grid["sensors"]) == (5.0, 0.5, 20)
+
+
+def test_a_touch_is_drawn_as_curvature_per_millimetre():
+    values = np.linspace(-0.1, 0.3, 12).reshape(1, 3, 4)
+    figure = Figure()
+    plot_touch(xr.Dataset({"curvature": (("trial", "sensor", "time"), values)}, {"time": np.arange(4.0)}), figure)
+    ax, bar = figure.axes
+    (image,) = ax.get_images()
+    np.testing.assert_array_equal(image.get_array(), values[0])
+    assert (image.norm.vmin, image.norm.vmax) == (0.0, pytest.approx(0.3))
+    assert bar.get_ylabel() == "curvature [1/mm] (negative drawn as 0)"
+
+
+def test_profiles_stand_over_the_hinges_in_their_units():
+    antenna, axes = cockroach(), Figure().subplots(1, 4)
+    plot_profiles(antenna, axes)
+    place = antenna.hinge_position / antenna.length
+    expected = {
+        "segment length [mm]": antenna.segment_length,
+        "segment mass [µg]": 1e6 * antenna.segment_mass,  # g
+        "stiffness [N·mm/rad]": antenna.stiffness,
+        "damping [N·mm·ms/rad]": antenna.damping,
+    }
+    for ax, (label, values) in zip(axes, expected.items(), strict=True):
+        assert name(ax) == ("position (base 0, tip 1)", label)
+        np.testing.assert_allclose(read(ax.lines[0]), np.column_stack([place, values]))
+
+
+def test_accuracy_and_noise_are_in_per_cent(ax):
+    noisy = np.array([[0.9, 1.0], [0.4, 0.6]])
+    empty = dict.fromkeys(("clean", "confusion", "kept_noisy", "kept_clean"), noisy)
+    plot_sweep(Sweep(ratios=np.array([0.05, 0.3]), classes=np.arange(4), noisy=noisy, **empty), ax)
+    np.testing.assert_allclose(read(ax.lines[0]), [[5, 95], [30, 50]])
+    band = ax.collections[0].get_paths()[0].vertices
+    assert (band[:, 1].min(), band[:, 1].max()) == pytest.approx((40, 100))  # mean ± 1 sd
+
+
+def make_dispersion(values):
+    average = {group: Interval(estimate=v.mean(), low=v.min(), high=v.mean() + 0.01) for group, v in values.items()}
+    return SimpleNamespace(groups=tuple(values), values=lambda index, group: values[group], average={"nmi": average})
+
+
+def test_closest_matches_stand_above_their_group_with_their_interval(ax):
+    values = {"fast": np.array([0.2, 0.4]), "slow": np.array([0.5, 0.9])}
+    plot_index(make_dispersion(values), "nmi", ax)
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["fast", "slow"]
+    for place, (bars, (group, found)) in enumerate(zip(ax.containers, values.items(), strict=True)):
+        middle, _, (error,) = bars
+        assert bars.get_label() == group
+        np.testing.assert_allclose(read(middle), [[place + 0.28, found.mean()]])
+        ends = error.get_segments()[0][:, 1]
+        np.testing.assert_allclose(ends, [found.min(), found.mean() + 0.01])
+    dots = [read(line) for line in ax.lines if line.get_marker() == "."]
+    for place, (drawn, found) in enumerate(zip(dots, values.values(), strict=True)):
+        np.testing.assert_array_equal(drawn[:, 1], found)
+        assert np.all(np.abs(drawn[:, 0] - place) <= 0.15)
+
+
+def test_a_second_kind_of_code_stands_beside_the_first(ax):
+    one = make_dispersion({"fast": np.array([0.2]), "slow": np.array([0.5])})
+    plot_kinds([one, one], "nmi", ax)
+    dots = np.concatenate([read(line) for line in ax.lines if line.get_marker() == "."])
+    np.testing.assert_allclose(np.sort(np.round(dots[:, 0])), [0, 1, 3, 4])
+
+
+def test_bases_name_lags_in_milliseconds(ax):
+    plot_bases({"M = 1": np.ones((1, 4, 8))}, 3.0, ax)
+    assert name(ax) == ("lag [ms]", "sensor (base → tip upwards)")
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["0", "21"]  # the last of 8 lags
+
+
+def make_tradeoff():
+    speed, value = np.array([0.1, 1.0]), np.array([5.0, 10.0])
+    sizes = ("set", "level", "speed", "window")
+    accuracy = np.array([0.5, 0.7, 0.9, 1.0]).reshape(1, 1, 2, 2) * np.ones((2, 1, 1, 1))
+    return xr.Dataset(
+        {"accuracy": (sizes, accuracy), "work": (("set", "speed"), [[1.0, 2.0], [3.0, 4.0]]),
+         "force": (("set", "speed"), [[0.1, 0.2], [0.3, 0.4]])},
+        {"speed": speed, "level": ["x"], "window": ["a", "b"], "kind": ("window", ["time", "time"]),
+         "value": ("window", value)},
+    )  # fmt: skip
+
+
+def test_the_trade_off_is_in_per_cent_over_time(ax):
+    plot_windows(make_tradeoff(), "x", "time", ax)
+    assert ax.get_ylabel() == "ideal accuracy [%]"
+    np.testing.assert_allclose(read(ax.lines[0]), [[5, 50], [10, 70]])
+    np.testing.assert_allclose(read(ax.lines[1]), [[5, 90], [10, 100]])
+    assert [line.get_label() for line in ax.lines] == ["0.1", "1"]
+
+
+def test_costs_are_means_over_the_sets(ax):
+    plot_costs({"a": make_tradeoff()}, ax)
+    right = ax.figure.axes[1]
+    np.testing.assert_allclose(read(ax.lines[0]), [[0.1, 2], [1, 3]])
+    np.testing.assert_allclose(read(right.lines[0]), [[0.1, 0.2], [1, 0.3]])
+    assert (*name(ax), right.get_ylabel()) == ("speed [m/s]", "work of a touch [µJ]", "peak force [mN] (dashed)")
+
+
+def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
+    distance, position = np.array([20.0, 15.0, 10.0, 5.0]), np.array([30.0, 20.0, 10.0, 1.0])
+    used = np.array([True, True, True, False])
+    found = fit_distance(distance, position, used, ~used, resolution=0.1)
+    fig3.plot_maps({"linear": found}, ax)
+    fitted, rest, line, _ = ax.lines
+    np.testing.assert_array_equal(read(fitted), np.column_stack([position, distance])[:3])
+    np.testing.assert_array_equal(read(rest), [[1.0, 5.0]])
+    np.testing.assert_allclose(read(line), [[10, 10], [30, 20]])
+    assert name(ax) == ("point of greatest curvature [mm from base]", "wall distance [mm]")
+    assert fitted.get_label() == "linear: R² 1.000"
+
+
+def test_ranks_are_drawn_with_the_span_of_their_restarts(ax):
+    entropy = {"mean of rows": np.array([[2.0, 1.5], [3.0, 3.5]])}
+    data = SimpleNamespace(ranks=(2, 3), residual=np.array([[0.5, 0.6], [0.2, 0.1]]), entropy=entropy)
+    fig4.plot_ranks(data, ax)
+    right = ax.figure.axes[1]
+    np.testing.assert_allclose(read(ax.lines[0]), [[2, 0.5], [3, 0.2]])
+    np.testing.assert_allclose(read(right.lines[0]), [[2, 2], [3, 3]])
+    ends = np.array([segment[:, 1] for segment in ax.collections[0].get_segments()])
+    np.testing.assert_allclose(ends, [[0.5, 0.6], [0.1, 0.2]])
+    assert (ax.get_xlabel(), right.get_ylabel()) == ("number of bases M", "activation entropy [bits]")
+
+
+def test_channels_of_angles_are_in_degrees_and_of_readings_as_they_are(ax):
+    values = np.array([[0.1, 0.2, 0.3]])
+    recording = SimpleNamespace(values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot")
+    fig6.plot_channels(recording, ax, "angle [°]")
+    fig6.plot_channels(SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF")
+    np.testing.assert_allclose(read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])]))
+    np.testing.assert_allclose(read(ax.lines[1]), np.column_stack([recording.time, values[0]]))
+    assert name(ax) == ("time [ms]", "pF")
+
+
+def test_robot_s_tensors_are_in_degrees(ax):
+    fig6.plot_tensor(np.deg2rad([[1.0, 2.0], [3.0, 4.0]]), ax, "", limit=5.0)
+    (image,) = ax.get_images()
+    np.testing.assert_allclose(image.get_array(), [[1, 2], [3, 4]])
+    assert (image.norm.vmin, image.norm.vmax) == (-5, 5) and list_tensors(ax.figure)[0]["unit"] == "°"
+
+
+def test_lengths_are_in_per_cent_of_the_antenna():
+    figure, data = Figure(), figS1.compute(seed=1)
+    figS1.plot(data, figure)
+    (ax,) = figure.axes
+    lines = {line.get_label(): read(line) for line in ax.lines}
+    np.testing.assert_allclose(lines["planted"][:, 1], 100 * cockroach().segment_length / 42.0)
+    np.testing.assert_allclose(lines["mean"][:, 1], 100 * data.fit.share.mean(axis=0))
+    np.testing.assert_allclose(lines["sigmoid"][:, 0], (np.arange(140) + 0.5) / 140)
+    assert name(ax) == ("segment number / number of segments", "share of the length [%]")
+
+
+def test_angular_speeds_are_in_degrees_per_second_over_seconds():
+    data = figS2.compute(n_trials=2, seed=3)
+    _, trace, box = (figure := Figure()).subplots(1, 3)
+    figS2.plot_trace(data, trace)
+    figS2.plot_box(data, box)
+    left = data.exploration.sweeps[0][0]
+    drawn = read(trace.lines[0])
+    np.testing.assert_allclose(drawn[:, 0], data.trial.time / 1000)
+    np.testing.assert_allclose(drawn[:, 1], np.abs(left.speed) * 180_000 / np.pi)
+    np.testing.assert_allclose(read(trace.lines[1])[:, 1], left.peak_speed * 180_000 / np.pi)
+    assert name(trace) == ("time [s]", "angular speed [°/s]") and figure.axes
+    dots = [line for line in box.lines if line.get_marker() == "."]
+    found = np.concatenate([read(line)[:, 1] for line in dots])
+    np.testing.assert_allclose(found, data.exploration.mean_peak.T.ravel() * 180_000 / np.pi)
+
+
+def test_the_step_is_drawn_beside_the_published_one(ax):
+    data = SimpleNamespace(step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06]))
+    fig2b.plot_step(data, ax)
+    np.testing.assert_array_equal(read(ax.lines[0]), np.column_stack([data.step_time, data.step]))
+    np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)
+    assert name(ax) == ("time from the first opposite peak [ms]", "tip displacement / step")
