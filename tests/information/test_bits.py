@@ -130,6 +130,35 @@ def test_peaks():
         scale_peaks(np.array([[1.0], [0.0]]))
 
 
+def test_standard_errors_are_the_spread_over_repeated_draws():
+    tensors = make_pair(1.0)
+    found = [compute_information(tensors, 0.7, n_draws=60, random_state=seed) for seed in range(150)]
+    for value, error in (("bits", "bits_error"), ("accuracy", "accuracy_error")):
+        spread = np.std([getattr(one, value) for one in found], ddof=1)
+        assert np.mean([getattr(one, error) for one in found]) == pytest.approx(spread, rel=0.2)
+    noise = np.array([find_noise(tensors, 0.75, n_draws=60, random_state=seed) for seed in range(60)])
+    assert noise[:, 1].mean() == pytest.approx(noise[:, 0].std(ddof=1), rel=0.3)
+
+
+def test_many_draws_are_taken_piece_by_piece(monkeypatch):
+    """With room for a few likelihood ratios at a time the same noise gives the same numbers, but for rounding."""
+    tensors = np.random.default_rng(7).standard_normal((6, 9))
+    whole = compute_information(tensors, 2.0, n_draws=30)
+    monkeypatch.setattr("feeler.information.bits.ROOM", 2 * 36 * 7)
+    parts = compute_information(tensors, 2.0, n_draws=30)
+    assert (parts.bits, parts.bits_error) == pytest.approx((whole.bits, whole.bits_error), rel=1e-5)
+    assert parts.accuracy == pytest.approx(whole.accuracy, rel=1e-5)
+
+
+def test_windows_that_do_not_rise_are_refused():
+    tensors = np.random.default_rng(6).standard_normal((5, 3, 12))
+    assert compute_energies(tensors, [0, 12])[0] == pytest.approx(np.zeros((5, 5)))
+    assert compute_energies(tensors, [3, 3])[1] == pytest.approx(compute_energy(tensors[:, :, :3]))
+    for ends, start in (([13], 0), ([5, 4], 0), ([3], 4), ([3], -1)):
+        with pytest.raises(InvalidInput, match="ends must rise"):
+            compute_energies(tensors, ends, start=start)
+
+
 @pytest.mark.parametrize(
     ("tensors", "sd", "message"),
     [
@@ -137,6 +166,7 @@ def test_peaks():
         (np.array([[1.0], [np.nan]]), 1.0, "finite"),
         (np.ones((2, 3)), 0.0, "sd must be one number > 0"),
         (np.ones((2, 3)), np.ones(3), "one for each of the 2"),
+        (np.ones((3, 2)), np.array([1.0, 1.0, 2.0]), "entries= must be the size of a tensor"),
     ],
 )
 def test_wrong_arguments_are_named(tensors, sd, message):

@@ -42,6 +42,24 @@ def test_differences_converge(derived):
     assert float(derived["change"].max()) < 0.05
 
 
+def test_differences_are_per_millimetre_and_per_cent(derived):
+    """Against plain differences of touches of our own: 0.04 mm of 42, 0.04 mm of half-width, half a per cent of speed."""
+    antenna, ball = feeler.presets.cockroach(), feeler.Ball
+    changes = {
+        "location": (0.08, [{"location": 0.7 + way * 0.04 / 42.0} for way in (1, -1)]),
+        "size": (0.08, [{"feature": ball(radius=1.5 + way * 0.04)} for way in (1, -1)]),
+        "speed": (1.0, [{"speed": 0.3 * (1 + way * 0.005)} for way in (1, -1)]),
+    }
+    usual = {"feature": ball(radius=1.5), "location": 0.7, "speed": 0.3}
+    trials = [feeler.Trial(**(usual | change)) for _, pair in changes.values() for change in pair]
+    angle = feeler.touch(antenna, trials, duration=40.0)["angle"].values
+    for k, (name, (apart, _)) in enumerate(changes.items()):
+        expected = (angle[2 * k] - angle[2 * k + 1]) / apart
+        got = derived["derivative"].sel(parameter=name).values[0]
+        assert np.linalg.norm(got - expected) < 0.03 * np.linalg.norm(expected)
+    assert derived["unit"].values.tolist() == ["mm", "mm", "%"]
+
+
 def test_no_change_before_contact(derived):
     assert abs(derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))).max() == 0
 

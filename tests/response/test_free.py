@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.response import check_trace, fit_damped_cosine, measure_free_response
+from feeler.response.trace import find_extrema
 
 
 def swing(time, frequency=0.0175, ratio=0.35):
@@ -113,3 +114,83 @@ def test_the_cosine_says_how_badly_it_fits():
     two = swing(TIME) + 0.5 * swing(TIME, 0.06, 0.05)
     assert fit_damped_cosine(TIME, swing(TIME), 0.017).residual < 1e-6
     assert fit_damped_cosine(TIME, two, 0.017).residual > 0.1
+
+
+@pytest.mark.parametrize("begin", [0.0, 20.0])
+@pytest.mark.parametrize("ratio", [0.1, 0.35])
+def test_turns_are_those_of_the_textbook_s_oscillator(begin, ratio):
+    """x(k T / 2) = (−1)^k exp(−k π ζ / √(1 − ζ²)), counted from the release."""
+    time = begin + np.arange(0, 400, 0.1)
+    free = measure_free_response(time, -3 * swing(time - begin, ratio=ratio))
+    fall = np.exp(-np.pi * ratio / np.sqrt(1 - ratio**2))
+    assert (free.peak, free.trough) == pytest.approx((-fall, fall**2), rel=1e-4)
+    assert free.peak_time == pytest.approx(0.5 / 0.0175, rel=1e-5)
+    assert not free.overdamped and free.fit_residual < 1e-6
+    assert free.rejected == pytest.approx(1 - fall**2, abs=2e-4)  # what is left after one whole cycle
+
+
+def test_the_cosine_gives_back_everything_it_was_made_of():
+    time = 5.0 + 0.5 * np.arange(200)
+    t, zeta, omega = time - 5.0, 0.2, 2 * np.pi * 0.0175
+    decay = zeta * omega / np.sqrt(1 - zeta**2)
+    for phase in (-2.0, 0.7, 2.5):
+        found = fit_damped_cosine(time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02)
+        got = (found.frequency, found.damping_ratio, found.amplitude, found.phase, found.offset)
+        assert got == pytest.approx((0.0175, zeta, 2.0, phase, 1.5), rel=1e-7)
+        assert found.residual < 1e-8
+
+
+def test_the_residual_is_that_of_numpy_relative_to_the_signal_s_own_spread():
+    wild = np.random.default_rng(0).normal(0.0, 0.05, TIME.size)
+    signal = 7.0 + swing(TIME) + wild
+    found = fit_damped_cosine(TIME, signal, 0.0175)
+    omega = 2 * np.pi * found.frequency
+    decay = found.damping_ratio * omega / np.sqrt(1 - found.damping_ratio**2)
+    fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(omega * TIME + found.phase)
+    assert found.residual == pytest.approx(np.std(signal - fitted) / np.std(signal), rel=1e-6)
+
+
+@pytest.mark.parametrize("step", [0.5, 1.0, 4.0])
+def test_extrema_of_parabolas_are_exact(step):
+    """An extremum at the vertex of 3 − 0.01 (t − 20.3)², and one below at the other sign; the floor hides the small."""
+    time = 2.0 + step * np.arange(12)
+    vertex = 2.0 + 5.3 * step
+    for sign in (1, -1):
+        signal = sign * (3 - 0.01 * (time - vertex) ** 2)
+        times, heights = find_extrema(time, signal)
+        assert (times[0], heights[0]) == pytest.approx((vertex, 3 * sign), rel=1e-12) and len(times) == 1
+        assert len(find_extrema(time, signal, floor=3.0)[0]) == 0
+
+
+def test_settling_is_counted_from_the_release_and_is_between_samples():
+    """A straight line from 1 at 10 ms to 0 at 30 ms passes 10 % at 28 ms and 5 % at 29 ms; it never crosses."""
+    time = np.arange(0.0, 60.0, 1.5)
+    signal = np.clip((30.0 - time) / 20.0, 0.0, 1.0)
+    free = measure_free_response(time, signal, release=10.5)
+    start, end = signal[7], 30.0
+    assert free.overdamped and free.peak_time is None
+    assert free.settle_10 == pytest.approx(end - 20 * 0.10 * start - 10.5)
+    assert free.settle_5 == pytest.approx(end - 20 * 0.05 * start - 10.5)
+
+
+def test_one_turn_without_a_trough_is_overdamped_and_keeps_its_peak():
+    """Below the floor there is no trough: only the opposite peak, whose place and height are told."""
+    time = np.arange(0.0, 200.0, 0.1)
+    free = measure_free_response(time, swing(time, ratio=0.8), floor=0.01)
+    fall = np.exp(-np.pi * 0.8 / 0.6)
+    assert free.overdamped and free.trough is None and free.frequency is None
+    assert (free.peak, free.peak_time) == (pytest.approx(-fall, rel=1e-3), pytest.approx(0.5 / 0.0175, rel=1e-4))
+
+
+def test_time_may_be_uneven_by_a_thousandth():
+    time = np.arange(100.0)
+    late = (time >= 50).astype(float)  # one interval is longer
+    assert check_trace(time + 0.8e-3 * late, swing(time))[0][-1] == 99.0 + 0.8e-3
+    with pytest.raises(InvalidInput, match="not evenly sampled"):
+        check_trace(time + 1.2e-3 * late, swing(time))
+
+
+def test_eight_samples_are_enough_and_seven_are_not():
+    assert check_trace(TIME[:8], TIME[:8])[0].size == 8
+    with pytest.raises(InvalidInput, match="too short: 7 samples; at least 8"):
+        check_trace(TIME[:7], TIME[:7])

@@ -25,6 +25,15 @@ def test_ratios_belong_to_the_moment_between_samples():
     assert measure_deflection_ratios(TIME, point, tip)[0] == pytest.approx(0.3 * 20.4 / 10, rel=1e-12)
 
 
+@pytest.mark.parametrize("curve", [0.0, 0.02, -0.05])
+def test_points_are_read_on_parabolas_of_their_own(curve):
+    """A point that itself turns, sampled every 2 ms: its value at the tip's vertex, 20.9 ms, is that of its parabola."""
+    time = 2.0 * np.arange(20)
+    tip, point = 10 - 0.01 * (time - 20.9) ** 2, 3.0 + 0.1 * time + curve * (time - 17.0) ** 2
+    expected = (3.0 + 2.09 + curve * 3.9**2) / 10
+    assert measure_deflection_ratios(time, point, tip)[0] == pytest.approx(expected, rel=1e-12)
+
+
 def test_a_tip_that_never_turns_is_refused():
     with pytest.raises(InvalidInput, match="farthest out at the last sample"):
         measure_deflection_ratios(TIME, TIME, TIME)
@@ -79,6 +88,13 @@ def test_a_uniform_cantilever_gives_back_its_rigidity():
     force = 1e-6
     tip = float(bend(antenna, force)["tip"].values[0, 0])
     assert measure_bending_stiffness(force, tip, antenna.length) == pytest.approx(rigidity, rel=0.01)
+
+
+def test_rigidity_by_hand_and_for_many_loads():
+    """F a³ / 3 δ: 0.002 N at 10 mm that bends it by 0.5 mm is 4/3 N·mm²; the sign of both may turn."""
+    assert measure_bending_stiffness(0.002, 0.5, 10.0) == pytest.approx(4 / 3)
+    found = measure_bending_stiffness(np.array([-0.002, 0.004]), np.array([-0.5, 0.5]), np.array([10.0, 5.0]))
+    np.testing.assert_allclose(found, [4 / 3, 1 / 3])
 
 
 @pytest.mark.parametrize(

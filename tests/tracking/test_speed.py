@@ -1,5 +1,7 @@
 """Known motions give their known speeds; filter, gaps and wraps follow their laws."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,6 +113,83 @@ def test_tracking_noise_biases_peaks_upwards():
     quiet = measure_exploration([make_synthetic_tracks(np.random.default_rng(8), noise=0.0)]).mean
     noisy = measure_exploration([make_synthetic_tracks(np.random.default_rng(8), noise=0.5)]).mean
     assert 1.01 * quiet < noisy < 1.06 * quiet
+
+
+@pytest.mark.parametrize("n_frames", [3, 4, 5, 12])
+def test_derivative_of_a_parabola_is_exact_up_to_both_ends(n_frames):
+    time = 0.2 * np.arange(n_frames)
+    np.testing.assert_allclose(differentiate(3 * time**2 - time, 0.2), 6 * time - 1, atol=1e-9)
+
+
+@pytest.mark.parametrize("octave", [0.5, 2.0])
+def test_filter_is_a_butterworth_of_second_order_run_twice(octave):
+    """Gain 1 / (1 + (f / f_c)⁴), which is |H|² (Butterworth 1930)."""
+    time = np.arange(6000) * 1.0
+    angle = np.sin(2 * np.pi * octave * 5e-3 * time)
+    middle = slice(2000, 4000)
+    smoothed = smooth(angle, 1.0, cutoff=5e-3)
+    gain = smoothed[middle] @ angle[middle] / (angle[middle] @ angle[middle])
+    assert gain == pytest.approx(1 / (1 + octave**4), rel=2e-3)
+
+
+@pytest.mark.parametrize(("n_frames", "kept"), [(9, 0), (10, 10)])
+def test_stretches_too_short_to_filter_are_left_out(n_frames, kept):
+    angle = np.full(40, np.nan)
+    angle[5 : 5 + n_frames] = np.linspace(0, 1, n_frames)
+    assert np.isfinite(smooth(angle, 10.0, cutoff=6e-3)).sum() == kept
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.4, 1.1])
+def test_peaks_lie_between_frames_at_their_times_and_heights(phase):
+    """θ = A sin(ω t + φ): |θ'| = A ω at every ω t + φ = k π."""
+    interval, omega = 10.0, 2 * np.pi * 0.5e-3
+    time = interval * np.arange(1000)
+    found = find_sweeps(0.7 * np.sin(omega * time + phase), interval, cutoff=20e-3)
+    inner = (found.peak_time > 500) & (found.peak_time < 9500)
+    turns = (omega * found.peak_time[inner] + phase) / np.pi
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-4)
+    assert inner.sum() == 9 and np.all(np.diff(np.round(turns)) == 1)
+    np.testing.assert_allclose(found.peak_speed[inner], 0.7 * omega, rtol=1e-5)
+    assert found.missing == found.bridged == 0
+
+
+def test_peaks_below_the_prominence_are_no_sweeps():
+    """Swings of 3 and of 0.5 mrad/ms: a threshold between them keeps the great ones, one above them none."""
+    time = 10.0 * np.arange(2000)
+    swing = np.where((time // 2000) % 2 == 0, 3e-3, 0.5e-3) * np.sin(2 * np.pi * time / 1000) ** 2
+    angle = np.cumsum(swing) * 10.0
+    counts = [find_sweeps(angle, 10.0, min_prominence=least).peak_speed.size for least in (1e-4, 1e-3, 4e-3)]
+    assert counts == [40, 20, 0]
+
+
+def test_the_noise_of_a_speed_is_that_of_white_noise_through_filter_and_derivative():
+    rng = np.random.default_rng(0)
+    found = [find_sweeps(rng.normal(0.0, 0.01, 4000), 10.0) for _ in range(8)]
+    spread = np.mean([one.speed[50:-50].std() for one in found])
+    assert np.mean([one.noise for one in found]) == pytest.approx(spread, rel=0.03)
+
+
+def test_the_error_is_of_the_mean_and_holds_the_noise():
+    clean = make_synthetic_tracks(np.random.default_rng(8), noise=0.5)
+    for side in measure_exploration([clean]).sweeps[0]:
+        n, mean = side.peak_speed.size, side.peak_speed.mean()
+        scatter = np.sqrt(((side.peak_speed - mean) ** 2).sum() / (n - 1) / n)
+        assert side.error == pytest.approx(np.sqrt(scatter**2 + side.noise**2), rel=1e-12)
+        assert side.mean_peak == pytest.approx(mean)
+    one = replace(side, peak_speed=side.peak_speed[:1])
+    assert one.error == side.noise
+    none = replace(side, peak_speed=side.peak_speed[:0])
+    assert np.isnan(none.error) and np.isnan(none.mean_peak)
+
+
+def test_the_mean_is_over_all_sides_that_swept():
+    both = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(90 * DEGREES, 60 * DEGREES))
+    still = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(30 * DEGREES, 0.0))
+    found = measure_exploration([both, replace(still, source="tracked")])
+    assert np.isnan(found.mean_peak[1, 1]) and found.n_peaks[1, 1] == 0
+    assert found.mean == pytest.approx(60 * DEGREES, rel=1e-3)
+    assert found.error.shape == (2, 2) and found.source == "synthetic" and found.length == 42.0
+    assert measure_exploration([replace(both, source="tracked")]).source == "tracked"
 
 
 @pytest.mark.parametrize(
