@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from sklearn.metrics import normalized_mutual_info_score
 
 from feeler.dispersion import (
     INDICES,
@@ -18,6 +19,8 @@ from feeler.dispersion import (
     search_closest,
 )
 from feeler.errors import InvalidInput
+
+from .test_indices import ssim_slowly
 
 MATRIX = {"pearson": compute_pearson, "ssim": compute_ssim, "mse": compute_mse, "nmi": compute_nmi}
 
@@ -74,6 +77,53 @@ def test_tighter_group_is_less_dispersed_by_every_index():
     for index in ("pearson", "ssim", "nmi"):
         assert average[index]["tight"].low > average[index]["loose"].high
     assert average["mse"]["tight"].high < average["mse"]["loose"].low
+
+
+@pytest.mark.parametrize("scale", [True, False])
+def test_every_average_is_that_of_the_libraries_written_out(scale):
+    """NumPy, SciPy and scikit-learn on the whole set divided by its greatest magnitude, which here is negative; bins of NMI
+    span the whole set, not each group."""
+    rng = np.random.default_rng(8)
+    tensors, groups = rng.normal(size=(7, 12, 13)), ["a", "b", "a", "b", "b", "a", "b"]
+    tensors[3, 2, 2] = -9.0
+    used = tensors / 9.0 if scale else tensors
+    bins = np.clip(np.floor((used - used.min()) / np.ptp(used) * 64), 0, 63)
+    compare = {
+        "pearson": lambda i, j: np.corrcoef(used[i].ravel(), used[j].ravel())[0, 1],
+        "mse": lambda i, j: np.mean((used[i] - used[j]) ** 2),
+        "nmi": lambda i, j: normalized_mutual_info_score(bins[i].ravel(), bins[j].ravel()),
+        "ssim": lambda i, j: ssim_slowly(used[i], used[j], "nearest"),
+    }
+    found = compute_dispersion(tensors, groups, options={"nmi": {"n_bins": 64}}, scale=scale)
+    for index, one in compare.items():
+        for group in "ab":
+            own = [k for k, name in enumerate(groups) if name == group]
+            pick = min if index == "mse" else max
+            expected = [pick(one(i, j) for j in own if j != i) for i in own]
+            np.testing.assert_allclose(found.values(index, group), expected, rtol=1e-9, atol=1e-12)
+            assert found.average[index][group].estimate == pytest.approx(np.mean(expected))
+
+
+@pytest.mark.parametrize(("level", "z"), [(0.95, 1.959964), (0.5, 0.67449)])
+def test_an_interval_of_many_values_is_the_normal_one(level, z):
+    values = np.random.default_rng(9).normal(3.0, 2.0, 2000)
+    found = bootstrap_mean(values, np.random.default_rng(1), level=level, n_resamples=4000)
+    half = z * values.std() / np.sqrt(values.size)
+    assert (found.low - values.mean(), found.high - values.mean()) == pytest.approx((-half, half), rel=0.06)
+    assert found.estimate == values.mean() and np.isnan(found.effect)
+
+
+def test_indices_may_be_chosen_and_groups_be_of_different_shapes():
+    rng = np.random.default_rng(10)
+    sets = {"short": rng.random((3, 12, 13)), "long": 4 * rng.random((4, 15, 20))}
+    found = compute_dispersion(sets, indices=["mse"], random_state=3)
+    assert list(found.average) == ["mse"] and found.groups == ("short", "long")
+    largest = max(array.max() for array in sets.values())
+    for name, array in sets.items():
+        alone = search_closest(array / largest, "mse")
+        np.testing.assert_array_equal(found.values("mse", name), alone.value)
+    again = compute_dispersion(sets, indices=["mse"], random_state=3)
+    assert again.average["mse"] == found.average["mse"]
 
 
 def test_dataarray_in_any_order_of_dims_is_read_by_name():

@@ -111,6 +111,24 @@ def test_nmi_without_common_zeros_equals_scikit_learn_on_the_rest():
     assert got[0, 1] < compute_nmi(tensors)[0, 1]
 
 
+@pytest.mark.parametrize("data_range", [(0.0, 1.0), (-0.5, 2.0), (0.2, 0.8)])
+def test_nmi_counts_in_equal_bins_over_the_range_given(data_range):
+    """What lies outside goes into the outer bins, as ``numpy.histogram`` of what is clipped would have it."""
+    tensors, (low, high) = make_noise(3), data_range
+    inner = np.linspace(low, high, 17)[1:-1]
+    levels = np.searchsorted(inner, tensors.reshape(3, -1), side="right")
+    got = compute_nmi(tensors, n_bins=16, data_range=data_range)
+    np.testing.assert_allclose(got, loop(levels, normalized_mutual_info_score), atol=1e-10)
+
+
+def test_tensors_that_are_equal_or_empty_beside_the_common_zeros_are_alike():
+    tensors = np.zeros((3, 4, 5))
+    tensors[2, 1, 1] = 1.0
+    got = compute_nmi(tensors, common_zeros="drop", data_range=(0.0, 1.0))
+    assert got[0, 1] == 1.0
+    assert got[0, 2] == pytest.approx(1.0)  # one entry is left, in which neither varies
+
+
 @pytest.mark.parametrize("compute", ALL)
 @pytest.mark.parametrize("block", [1, 2, 4])
 def test_blocks_change_nothing(compute, block):
