@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.stats import t as student
 
 from feeler.calibration import (
     Protocol,
@@ -27,12 +29,47 @@ def traces():
     )
 
 
+def hinges_tip(traces, x):
+    """The model's tip at the best amplitude, for factors exp(x)."""
+    time = traces.time
+    (outcome,) = Protocol(timestep=0.05, step_duration=time[-1] + 1.0).simulate_steps([make_small(*np.exp(x))])
+    tip = CubicSpline(*outcome)(time)
+    goal = traces.displacement[0] / traces.displacement[0, 0]
+    return tip * (tip @ goal) / (tip @ tip)
+
+
 @pytest.mark.parametrize("by", ["trace", "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
     result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
     assert result.each.shape == (4, 2)
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
+
+
+def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
+    result = fit_traces(traces, make_small(), confidence=0.9, protocol=QUICK)
+    logs = np.log(result.each)
+    half = student.ppf(0.95, 3) * logs.std(axis=0, ddof=1) / 2
+    np.testing.assert_allclose(np.log(result.p), logs.mean(axis=0))
+    np.testing.assert_allclose(np.log([result.low, result.high]), logs.mean(axis=0) + np.outer([-1, 1], half))
+    for row, simulated, residual in zip(traces.displacement, result.simulated, result.residual, strict=True):
+        goal = row / row[0]
+        best = np.linalg.lstsq(simulated[:, None], goal, rcond=None)[0] * simulated
+        assert residual == pytest.approx(np.linalg.norm(best - goal) / np.linalg.norm(goal), rel=1e-6)
+        assert simulated[0] == pytest.approx(1.0)
+
+
+def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
+    made = make_synthetic_traces(
+        make_small(), np.random.default_rng(2), n_animals=3, spread=0.0, noise=0.02, planted=PLANTED, protocol=QUICK
+    )
+    clean = make_synthetic_traces(
+        make_small(*PLANTED), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.0, protocol=QUICK
+    )
+    noise = made.displacement - clean.displacement
+    assert noise.std() / clean.displacement[0, 0] == pytest.approx(0.02, rel=0.15)
+    np.testing.assert_array_equal(made.time, np.arange(90.0))
+    assert np.abs(np.corrcoef(noise) - np.eye(3)).max() < 0.4
 
 
 def test_one_animal_has_an_interval_from_its_residuals():
@@ -43,6 +80,16 @@ def test_one_animal_has_an_interval_from_its_residuals():
     assert "white noise" in result.interval
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert result.residual[0] < 0.06
+    other = fit_traces(one, make_small(), confidence=0.5, protocol=QUICK)
+    wide, narrow = (np.log(found.high / found.low) / 2 for found in (result, other))
+    np.testing.assert_allclose(wide / narrow, student.ppf(0.995, 88) / student.ppf(0.75, 88))
+    x, step = np.log(result.each[0]), 1e-3
+    moved = [hinges_tip(one, x + way * step * np.eye(2)[k]) for k in range(2) for way in (1, -1)]
+    goal = one.displacement[0] / one.displacement[0, 0]
+    slope = np.stack([(moved[0] - moved[1]), (moved[2] - moved[3])], axis=1) / (2 * step)
+    cost = np.sum((hinges_tip(one, x) - goal) ** 2)
+    deviation = np.sqrt(cost / (90 - 3) * np.diag(np.linalg.inv(slope.T @ slope)))
+    np.testing.assert_allclose(wide / student.ppf(0.995, 88), deviation, rtol=0.05)
 
 
 def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):

@@ -1,5 +1,7 @@
 """Fits on a small antenna: what is planted comes back, and a fit is resumable and never silently wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -107,6 +109,51 @@ def test_bounds_that_exclude_the_start_are_refused(targets):
 def test_unknown_names_list_the_valid_ones(targets, call):
     with pytest.raises(InvalidInput, match="valid: "):
         call(make_problem(targets))
+
+
+def test_families_are_the_profiles_that_they_name():
+    n, small = np.arange(12), make_small()
+    build = {name: make_hinges(name, small).build for name in ("exponential", "linear", "constant", "scale")}
+    expected = {
+        "exponential": ((3.0, 2.0, -0.1, -0.2), 3.0 * np.exp(-0.1 * n), 2.0 * np.exp(-0.2 * n)),
+        "linear": ((3.0, 1.0, 2.0, 0.5), np.linspace(3.0, 1.0, 12), np.linspace(2.0, 0.5, 12)),
+        "constant": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
+        "scale": ((3.0, 2.0), 3.0 * small.stiffness, 2.0 * small.damping),
+    }
+    for name, (p, stiffness, damping) in expected.items():
+        antenna = build[name](np.array(p))
+        np.testing.assert_allclose(antenna.stiffness, stiffness)
+        np.testing.assert_allclose(antenna.damping, damping)
+        np.testing.assert_array_equal(antenna.segment_mass, small.segment_mass)
+
+
+def test_residuals_jacobian_and_scores_are_those_written_out(targets):
+    problem = make_problem(targets)
+    x = np.log([1.1, 0.9])
+    measured = Protocol(timestep=0.05).measure(make_small(1.1, 0.9), NAMES).values
+    residual = 1 - measured / targets.values
+    np.testing.assert_allclose(problem.compute_residuals(x), residual, rtol=1e-9)
+    assert problem.compute_error(x) == pytest.approx(np.sqrt(np.sum(residual**2)))
+    assert problem.evaluations == 2 and problem.best_error == pytest.approx(np.linalg.norm(residual))
+    _, distance, accuracy = problem.score(np.array([1.1, 0.9]))
+    assert distance == pytest.approx(np.linalg.norm(residual))
+    assert accuracy == pytest.approx(np.expm1(np.mean(np.abs(np.log(measured / targets.values)))))  # of two: the mean
+    slopes = []
+    for k in range(2):
+        ends = [
+            Protocol(timestep=0.05).measure(make_small(*np.exp(x + way * 0.02 * np.eye(2)[k])), NAMES)
+            for way in (1, -1)
+        ]
+        slopes.append(-(ends[0].values - ends[1].values) / 0.04 / targets.values)
+    np.testing.assert_allclose(problem.compute_jacobian(x, 0.02), np.transpose(slopes), rtol=1e-7)
+
+
+def test_steps_of_a_jacobian_are_cut_at_the_bounds(targets):
+    problem = make_problem(targets)
+    problem.hinges = replace(problem.hinges, high=np.array([1.3, 10.0]))
+    cut, free = (make.compute_jacobian(np.log(PLANTED), 0.02) for make in (problem, make_problem(targets)))
+    np.testing.assert_allclose(cut, free, rtol=0.05)
+    assert not np.array_equal(cut[:, 0], free[:, 0])
 
 
 @pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale"])
