@@ -6,7 +6,7 @@ from feeler.errors import InvalidInput
 from feeler.paper.claims import Claim, load_claims
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES
-from feeler.paper.verdicts import EVIDENCE, OTHERS, count_verdicts, judge, summarise_counts
+from feeler.paper.verdicts import EVIDENCE, OTHERS, count_verdicts, judge, name_apart, summarise_counts
 
 CONTEXT = Context()
 
@@ -63,6 +63,54 @@ def test_rules(claim, values, verdict):
     assert judge(claim, values, CONTEXT).verdict == verdict
 
 
+def spread(value, low, high):
+    return {"value": value, "low": low, "high": high}
+
+
+@pytest.mark.parametrize(
+    ("claim", "values", "verdict"),
+    [
+        (make_claim(target=2.0, tolerance=0.5), {"a": 3.0}, "reproduced"),  # at the tolerance
+        (make_claim(target=2.0, tolerance=0.5), {"a": 1.0}, "reproduced"),
+        (make_claim(target=2.0, tolerance=0.5), {"a": 4.0}, "partly"),  # at twice the tolerance
+        (make_claim(target=2.0, tolerance=0.5), {"a": 4.01}, "not reproduced"),
+        (make_claim(target=-2.0, tolerance=0.5), {"a": -3.0}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.75}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.74}, "partly"),
+        (make_claim(kind="share"), {"a": 0.5}, "partly"),
+        (make_claim(kind="share"), {"a": 0.49}, "not reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 2, "c": 3}, "not reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 2}, "not reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": spread(2, 1.1, 3)}, "reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": spread(2, 0.5, 3)}, "partly"),
+        (make_claim(kind="above", target=1.0), {"a": spread(0.9, 0.5, 3)}, "not reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": 1.0}, "not reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 0.9)}, "reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 1.1)}, "partly"),
+        (make_claim(kind="below", target=1.0), {"a": spread(1.5, 0.1, 1.9)}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 1}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.4), "b": spread(2, 1.5, 3)}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.6), "b": spread(2, 1.5, 3)}, "partly"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 2, "c": 3}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 1, "c": 3}, "partly"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 3, "c": 3}, "partly"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
+    ],
+)
+def test_rules_at_their_edges(claim, values, verdict):
+    assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("apart", "ours", "null", "verdict"),
+    [("greater", 0.5, 0.5, "no evidence"), ("greater", 0.5, 0.4, "reproduced"), ("less", 0.5, 0.5, "no evidence"),
+     ("less", 0.5, 0.6, "reproduced")],
+)  # fmt: skip
+def test_a_null_that_does_exactly_as_well_is_enough(apart, ours, null, verdict):
+    claim = make_claim(target=0.5, tolerance=0.1, null=("m",), apart=apart)
+    assert judge(claim, {"a": ours, "m": null}, CONTEXT).verdict == verdict
+
+
 @pytest.mark.parametrize(
     ("apart", "ours", "null", "verdict"),
     [
@@ -109,6 +157,21 @@ def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
         "claims of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
     )
     assert summarise_counts(judged).endswith("claims of our own: 1 holds")
+
+
+def test_keys_are_told_apart_by_what_differs():
+    assert name_apart(("lda.slow", "lda.fast")) == ("slow", "fast")
+    assert name_apart(("a.0.5.x", "a.1.5.x")) == ("0.5", "1.5")
+    ordered = judge(make_claim(kind="order", keys=("a.slow", "a.fast")), {"a.slow": 1.0, "a.fast": 2.0}, CONTEXT)
+    assert ordered.ours == "slow 1; fast 2" and ordered.is_evidence
+    assert ordered.values == (("a.slow", 1.0), ("a.fast", 2.0))
+
+
+def test_the_nearest_definition_is_named():
+    claim = make_claim(keys=("{definition}.a",), definitions=("x", "y", "z"), target=1.0, tolerance=0.1)
+    judged = judge(claim, {"x.a": 1.5, "y.a": 1.05, "z.a": {"undefined": "no"}}, CONTEXT)
+    assert judged.why.endswith("nearest: y") and judged.verdict == "depends on a definition"
+    assert not judged.is_evidence
 
 
 @pytest.mark.parametrize(("scale", "verdict"), [("smoke", "not comparable"), ("quick", "not reproduced")])

@@ -36,6 +36,21 @@ def test_touches_that_differ_only_after_the_window_are_one_in_it():
     assert found.pairs == 1 and found.ceiling == pytest.approx(2 / 3)
 
 
+def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
+    """Contact at 380 ms itself is after a window of 380 ms; with a sample every 2 ms the end is 2 ms after the last."""
+    found = measure_window(make_touches([[(379, 380)], [(379, 381)], [(10, 20)]]))
+    assert (found.cut, found.again, found.end) == (1, 0, 381.0)
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).isel(time=slice(None, None, 2))
+    assert measure_window(tensors).end == 302.0
+    shorter = measure_window(tensors, duration=100.0)
+    assert (shorter.cut, shorter.pairs, shorter.ceiling) == (1, 0, 1.0)
+
+
+def test_touches_without_any_contact_end_at_once():
+    found = measure_window(make_touches([[], []]))
+    assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (0, 0, 1.0, 1, 0.5)
+
+
 def test_a_straight_line_stays_one_at_any_number_of_samples():
     angle = np.broadcast_to(TIME / 800, (1, 2, 800))
     array = resample(make_touches([[(0, 500)]], angle), end=600.0, n_samples=380)
