@@ -1,0 +1,171 @@
+"""Small cases worked out by hand: contact noticed, answers in time, what a null explains, accuracy by class."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.special import log_softmax
+
+from feeler.decoding.components import PrincipalComponents, compute_kept_variance
+from feeler.decoding.decoder import StreamDecoder
+from feeler.decoding.early import measure_early_accuracy
+from feeler.decoding.onset import OnsetFinder
+from feeler.decoding.sweep import Sweep
+from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, score_transfer
+from feeler.decoding.verdict import compute_explained, judge_order
+
+
+def make_sweep(noisy, ratios=(0.1, 0.2), n_classes=4, confusion=None):
+    noisy = np.asarray(noisy, dtype=float)
+    rest = dict.fromkeys(("clean", "kept_noisy", "kept_clean"), noisy)
+    confusion = np.zeros((len(ratios), n_classes, n_classes)) if confusion is None else np.asarray(confusion)
+    return Sweep(ratios=np.array(ratios), classes=np.arange(n_classes), noisy=noisy, confusion=confusion, **rest)
+
+
+def test_contact_is_noticed_at_the_last_of_so_many_samples_beyond_the_level():
+    """The level is the mean of what was seen at rest; a sample at the threshold itself is still rest."""
+    finder = OnsetFinder(onset=1.0, confirm=3, n_sensors=2)
+    seen = [[5.0, 2.0], [5.5, 2.0], [6.0, 2.0], [8.0, 2.0], [5.5, 2.0], [5.5, 4.0], [5.5, 0.0], [5.5, 0.0]]
+    noticed = [finder.see(np.array(sample)) for sample in seen]
+    assert noticed == [False] * 7 + [True]
+    assert finder.level == pytest.approx([(5.0 + 5.5 + 6.0 + 5.5) / 4, 2.0])  # 8.0 was beyond it
+
+
+def test_a_sensor_that_is_missing_is_left_out_and_comes_in_later():
+    finder = OnsetFinder(onset=1.0, confirm=1, n_sensors=2)
+    assert not finder.see(np.array([1.0, np.nan]))
+    assert not finder.see(np.array([1.0, 9.0]))  # its first value is its level
+    assert finder.see(np.array([np.nan, 10.5]))
+    assert finder.level == pytest.approx([1.0, 9.0])
+
+
+def test_the_level_of_long_rest_forgets_what_was_300_samples_ago():
+    finder = OnsetFinder(onset=10.0, confirm=1, n_sensors=1)
+    for _ in range(1000):
+        finder.see(np.zeros(1))
+    for _ in range(300):
+        finder.see(np.ones(1))
+    assert finder.level[0] == pytest.approx(1 - (1 - 1 / 300) ** 300)
+
+
+def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
+    confusion = np.zeros((3, 2, 2))
+    confusion[0], confusion[1], confusion[2] = [[9, 0], [0, 9]], [[6, 2], [1, 3]], [[2, 6], [4, 0]]
+    sweep = make_sweep(np.zeros((3, 1)), ratios=(0.0, 0.1, 0.2), n_classes=2, confusion=confusion)
+    np.testing.assert_allclose(sweep.recall, [[1, 1], [0.75, 0.75], [0.25, 0]])
+    np.testing.assert_allclose(sweep.area, [0.5, 0.375])
+    assert sweep.chance == 0.5
+    only = make_sweep(np.zeros((1, 1)), ratios=(0.0,), n_classes=2, confusion=confusion[:1])
+    np.testing.assert_allclose(only.area, [1, 1])
+    confusion[1, 1] = 0
+    np.testing.assert_array_equal(np.isnan(sweep.recall), [[False, False], [False, True], [False, False]])
+
+
+def test_what_a_null_explains_is_a_share_above_chance_over_common_ratios():
+    sweep = make_sweep([[0.9], [0.85]], ratios=(0.05, 0.2))
+    null = make_sweep([[0.7], [0.4]], ratios=(0.01, 0.2))
+    assert compute_explained(sweep, null) == pytest.approx((0.4 - 0.25) / (0.85 - 0.25))
+    assert compute_explained(sweep, make_sweep([[0.1]], ratios=(0.2,))) == 0.0
+    assert np.isnan(compute_explained(make_sweep([[0.2], [0.25]]), null))
+
+
+@pytest.mark.parametrize(("explained", "evidence"), [(0.49, True), (0.5, False), (0.8, False), (float("nan"), True)])
+def test_half_explained_is_no_evidence(explained, evidence):
+    rising = np.arange(30.0)
+    verdict = judge_order({"a": rising + 1, "b": rising}, claim="c", measure="m", explained=explained)
+    assert verdict.is_evidence is evidence
+    assert verdict.means == (("a", 15.5), ("b", 14.5)) and verdict.difference.estimate == 1.0
+
+
+def test_kept_variance_is_a_share_about_the_set_s_own_mean():
+    rng = np.random.default_rng(0)
+    train, other = rng.normal(size=(2, 40, 6)) * [5, 3, 1, 1, 1, 1]
+    found = PrincipalComponents(2).fit(train)
+    _, _, axes = np.linalg.svd(train - train.mean(axis=0))
+    centred = other - other.mean(axis=0)
+    assert compute_kept_variance(found, other) == pytest.approx(
+        np.sum((centred @ axes[:2].T) ** 2) / np.sum(centred**2)
+    )
+    np.testing.assert_allclose(np.abs(found.transform(other)), np.abs((other - train.mean(axis=0)) @ axes[:2].T))
+    np.testing.assert_allclose(
+        found.explained_variance_, np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1)
+    )
+    assert np.isnan(compute_kept_variance(found, np.ones((3, 6))))
+
+
+def test_answers_in_time_are_counted_by_hand():
+    """Two touches that are noticed, one of them decided wrongly at the second moment, and one that is not noticed."""
+
+    def state(since, label, probability):
+        return SimpleNamespace(since_contact=since, label=label, probability=probability)
+
+    replays = {
+        "one": [state(-1, None, 0.0), state(0, "a", 0.5), state(1, "a", 0.8), state(2, "a", 0.9)],
+        "two": [state(0, "b", 0.4), state(1, "c", 0.95)],
+        "three": [state(-1, None, 0.0)],
+    }
+    decoder = SimpleNamespace(replay=replays.__getitem__, threshold=0.8)
+    found = measure_early_accuracy(decoder, list(replays), ["a", "b", "a"], [0, 1, 9])
+    np.testing.assert_allclose(found.accuracy, [2 / 3, 1 / 3, 1 / 3])
+    np.testing.assert_allclose(found.decided, [0, 2 / 3, 2 / 3])
+    np.testing.assert_allclose(found.decided_right, [np.nan, 0.5, 0.5])
+    assert found.noticed == pytest.approx(2 / 3)
+    np.testing.assert_array_equal(found.since_contact, [0, 1, 9])
+
+
+def make_touches(spread=0.0, seed=0, n_each=1):
+    rng, time = np.random.default_rng(seed), np.maximum(np.arange(160) - 30.0, 0.0)
+    shapes = [np.stack([0.02 * time, (-1) ** k * 0.002 * time]) for k in range(2)]
+    touches = [shape * (1 + spread * rng.normal()) for shape in shapes for _ in range(n_each)]
+    return touches, [label for label in (("a", 0.5, 0.1), ("b", 0.5, 0.1)) for _ in range(n_each)]
+
+
+def test_evidence_is_summed_over_lags_by_bayes():
+    """Every lag is as likely: p(class) ∝ Σ_lag p(seen | class, lag), with σ² = floor² + (5 % of the peak)²."""
+    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=2, lag_step=2).fit(*make_touches())
+    touch = make_touches(spread=0.05, seed=4)[0][1]
+    stream = decoder.start()
+    states = [stream.update(sample) for sample in touch.T]
+    onset = next(k for k, state in enumerate(states) if state.since_contact == 0)
+    seen = touch[:, onset : onset + 40] - stream.finder.level[:, None]
+    log = np.zeros((2, 3))
+    for c in range(2):
+        variance = (0.05 * np.abs(decoder.expected_[c]).max()) ** 2 + 0.004**2
+        for k, lag in enumerate((0, 2, 4)):
+            error = seen - decoder.expected_[c][:, lag : lag + 40]
+            log[c, k] = np.sum(-0.5 * error**2 / variance - 0.5 * np.log(variance)) / 20.0
+    weight = np.exp(log - log.max()).sum(axis=1)
+    np.testing.assert_allclose(states[onset + 39].posterior, weight / weight.sum(), rtol=1e-6)
+
+
+def test_several_touches_of_a_class_give_its_mean_and_spread():
+    touches, labels = make_touches(spread=0.1, n_each=5)
+    decoder = StreamDecoder(window=60, correlation=20.0, max_lag=0, lag_step=1).fit(touches, labels)
+    cut = np.array([decoder._cut(touch) for touch in touches[:5]])
+    np.testing.assert_allclose(decoder.expected_[0], cut.mean(axis=0))
+    variance = cut.var(axis=0) + (0.05 * np.abs(cut.mean(axis=0)).max()) ** 2 + 0.004**2
+    np.testing.assert_allclose(decoder.weight_[0], 1 / (2 * variance * 20.0))
+    np.testing.assert_allclose(decoder.constant_[0], -0.5 * np.log(variance).sum(axis=0) / 20.0)
+
+
+def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
+    rng = np.random.default_rng(1)
+    tensors = np.cumsum(rng.normal(size=(3, 2, 30)), axis=2)
+    labels = [("a", 0.5, 0.1), ("b", 0.5, 0.1), ("b", 0.6, 0.1)]
+    classifier = TransferClassifier(random_state=2).fit(tensors, labels)
+    test = np.repeat(tensors, 4, axis=0) + 2.0 * rng.normal(size=(12, 2, 30))
+    true = [label for label in labels for _ in range(4)]
+    votes, number = classifier.decide(test), np.repeat([0, 1, 2], 4)
+    found = classifier.temper(test, true).temperature_
+
+    def score(t):
+        return log_softmax(votes / t, axis=1)[np.arange(12), number].mean()
+
+    assert score(found) == max(score(t) for t in TEMPERATURES)
+    expected = np.exp(votes / found) / np.exp(votes / found).sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(classifier.predict_proba(test), expected)
+    scored = score_transfer(classifier, test, true)
+    best = np.argsort(-votes, axis=1)
+    assert scored.correct["all"] == (best[:, 0] == number).sum() == round(12 * classifier.score(test, true))
+    assert scored.correct["top2"] == (best[:, :2] == number[:, None]).any(axis=1).sum()
+    assert scored.share("top2")[0] == pytest.approx(scored.correct["top2"] / 12)
