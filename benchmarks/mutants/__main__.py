@@ -66,13 +66,13 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
     paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
     paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
     paths = [path for path in paths if not said.only or path.stem in said.only]
-    equal = {(known["before"], known["after"]) for known in _read_list("equivalent")}
+    equal = {(known["file"], known["line"]) for known in _read_list("equivalent")}
     first = _run_first(copy, tests)
     noticed = tried = 0
     for mutant in draw_mutants(copy, paths, said.seed):
         if tried == said.number or time.monotonic() > end:
             break
-        if (mutant.before, mutant.after) in equal:
+        if (str(mutant.path.relative_to("src/feeler")), mutant.before) in equal:
             continue
         tried += 1
         found = _judge(copy, mutant, tests, first)

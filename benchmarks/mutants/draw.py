@@ -22,10 +22,11 @@ TOOL = {
 
 PAIRS = """
     min max, mean median, nanmean nanmedian, argmin argmax, sin cos, deg2rad rad2deg, floor ceil, any all, round floor,
-    sum mean, nansum nanmean, maximum minimum, log exp, zeros ones, abs float, left right, low high, first last, start
+    sum mean, nansum nanmean, maximum minimum, log exp, zeros ones, left right, low high, first last, start
     stop, before after, lower upper, std var, stiffness damping, width height, position location, tile repeat
 """
 SWAPS = {one: other for pair in PAIRS.split(",") for one, other in (pair.split(), pair.split()[::-1])}
+SWAPS["abs"] = "float"  # no more than what it was
 
 SOLVER = {"tol", "xtol", "ftol", "gtol", "rtol", "atol", "x_scale", "maxiter", "max_iter", "max_nfev", "stacklevel"}
 """Arguments that say how hard a solver tries: within its accuracy they change no number."""
@@ -87,10 +88,13 @@ def draw_mutants(root: Path, paths: list[Path], seed: int) -> Iterator[Mutant]:
 
 
 def _is_other(source: str, code: str) -> bool:
+    """Whether it is another program, and not one with a star of its signatures turned into a slash."""
     try:
-        return ast.dump(ast.parse(code)) != ast.dump(ast.parse(source))
+        before, after = ast.parse(source), ast.parse(code)
     except SyntaxError:
         return False
+    named = [[len(n.kwonlyargs) for n in ast.walk(tree) if isinstance(n, ast.arguments)] for tree in (before, after)]
+    return ast.dump(after) != ast.dump(before) and named[0] == named[1]
 
 
 def _find_hidden(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:

@@ -105,7 +105,8 @@ def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     session = list_session(process.pid)
     assert len(session) >= (3 if workers else 1)
     process.send_signal(signal.SIGINT)
-    assert "stopping after the trials that are running" in process.stderr.readline()
+    said = next(line for line in process.stderr if line.strip())  # after the newline that leaves the ^C behind
+    assert "stopping after the trials that are running" in said
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err

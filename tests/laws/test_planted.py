@@ -23,3 +23,9 @@ def test_a_mistake_has_one_place_and_its_tests_and_its_row(mistake):
 def test_names_are_given_once():
     names = [mistake["name"] for mistake in LIST["mistake"]]
     assert len({*names}) == len(names)
+
+
+@pytest.mark.parametrize("line", LIST.get("equivalent", []), ids=lambda one: one["line"][:30])
+def test_a_line_where_nothing_is_planted_is_there_and_has_its_reason(line):
+    source = (ROOT / "src" / "feeler" / line["file"]).read_text(encoding="utf-8")
+    assert line["line"] in {one.strip() for one in source.splitlines()} and line["why"]

@@ -87,6 +87,7 @@ def _uneven(values):
     [
         (TIME, np.where(TIME == 40, np.nan, swing(TIME)), "1 missing samples of 200, the first at 40 ms"),
         (TIME[::-1], swing(TIME), "must rise, but 199 is followed by 198"),
+        (np.where(TIME == 50, 49, TIME), swing(TIME), "must rise, but 49 is followed by 49"),
         (_uneven(TIME), swing(TIME), "not evenly sampled"),
         (np.where(TIME == 3, np.nan, TIME), swing(TIME), "time has 1 missing"),
         (TIME, np.full(200, 2.0), "constant at 2"),
