@@ -57,6 +57,7 @@ _HOMES = {
     "touch": "experiment.touch",
 }
 _ROOMS = (
+    "active",
     "antenna",
     "calibration",
     "comparison",

@@ -40,7 +40,7 @@ LAYERS = (
     {"scale"},
     {"plotting"},
     {"report"},
-    {"comparison", "design", "studio", "tradeoff"},
+    {"active", "comparison", "design", "studio", "tradeoff"},
     {"paper"},
     {"cli"},
 )

@@ -17,6 +17,7 @@ VERBS = (
     "compare",
     "tradeoff",
     "design",
+    "active",
     "calibrate",
     "wall",
     "robot",

@@ -1,9 +1,10 @@
 """Simulations side by side: many scenes, each stepped, steered, saved and reset by itself."""
 
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -39,6 +40,8 @@ class Simulations:
         One per lane; :func:`feeler.physics.simulation.build_scene` makes them of an antenna and objects.
     engine, timestep
         As for :class:`feeler.Simulation`.
+    workers
+        Threads that step the lanes; the numbers do not depend on it.
 
     Attributes
     ----------
@@ -46,7 +49,14 @@ class Simulations:
         The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane back.
     """
 
-    def __init__(self, scenes: Sequence[Scene], *, engine: str = DEFAULT_ENGINE, timestep: float | None = None) -> None:
+    def __init__(
+        self,
+        scenes: Sequence[Scene],
+        *,
+        engine: str = DEFAULT_ENGINE,
+        timestep: float | None = None,
+        workers: Annotated[int, "> 0"] = 1,
+    ) -> None:
         scenes, self.timestep = list(scenes), check_number(choose_timestep(timestep, engine), "timestep")
         if not scenes or len({scene.antenna.n_segments for scene in scenes}) != 1:
             raise InvalidInput("simulations side by side need at least one scene, and one number of segments for all.")
@@ -65,6 +75,7 @@ class Simulations:
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
         self._stop = Event()
+        self._pool = ThreadPoolExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
 
     def __len__(self) -> int:
         return self._n
@@ -93,18 +104,33 @@ class Simulations:
         for group, stepper in enumerate(self._steppers):
             self._check_paths(stepper, self._steps[group * self._lanes :], n_steps)
         self._state = None
-        for group, stepper in enumerate(self._steppers):
-            own = slice(group * self._lanes, (group + 1) * self._lanes)
-            now = self._steps[own]
-            try:
-                ended = advance(stepper, now, n_steps, self._stop)
-            except KeyboardInterrupt:
-                self._stop.clear()
-                raise
-            finally:
-                self._steps[own] = now
+        groups = range(len(self._steppers))
+        for group, ended in zip(groups, self._advance_all(n_steps), strict=True):
             if ended:
-                self._note_broken(stepper, group)
+                self._note_broken(self._steppers[group], group)
+
+    def _advance_all(self, n_steps: int) -> list[bool]:
+        """Step every stepper; for each, whether some lane has come to an end."""
+        groups, futures = range(len(self._steppers)), []
+        try:
+            if self._pool is None:
+                return [self._advance(group, n_steps) for group in groups]
+            futures = [self._pool.submit(self._advance, group, n_steps) for group in groups]
+            return [future.result() for future in futures]
+        except KeyboardInterrupt:
+            self._stop.set()
+            wait(futures)
+            self._stop.clear()
+            raise
+
+    def _advance(self, group: int, n_steps: int) -> bool:
+        """Step the lanes of one stepper."""
+        own = slice(group * self._lanes, (group + 1) * self._lanes)
+        now = self._steps[own]
+        try:
+            return advance(self._steppers[group], now, n_steps, self._stop)
+        finally:
+            self._steps[own] = now
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep

@@ -1,0 +1,204 @@
+"""Does it pay to steer? Policies against each other as declared.toml says, in pieces that a run can be ended between.
+
+python benchmarks/active.py compare     # every policy and set that the journal lacks
+python benchmarks/active.py speed       # steps of 64 environments per second of one core
+python benchmarks/active.py places      # where to touch next
+python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
+python benchmarks/active.py learn       # recurrent PPO; needs decode, and sb3-contrib
+python benchmarks/active.py walls       # wall following as a closed loop
+python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the others write their own parts
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from feeler.active.compare import compare_policies, judge_energy, judge_steering
+from feeler.active.declared import load_contest
+from feeler.presets import cockroach
+from feeler.report.section import to_json
+
+HERE = Path(__file__).parent / "results"
+STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report
+JOURNAL, RESULTS = HERE / "active.journal.jsonl", HERE / "active.json"
+
+
+def keep(**values: object) -> None:
+    """Add to the results what was measured."""
+    found = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    RESULTS.write_text(json.dumps(to_json(found | values), indent=1, sort_keys=True) + "\n")
+
+
+def compare() -> None:
+    """Fill the journal, the cheap policies first."""
+    comparison = load_contest()
+    for names in ((*comparison.fixed, *comparison.steered), comparison.ahead):
+        began = time.process_time()
+        compare_policies(
+            cockroach(), comparison, names, journal=JOURNAL, progress=lambda *done: print(*done, flush=True)
+        )
+        print(f"{time.process_time() - began:.0f} s CPU", flush=True)
+
+
+def write() -> None:
+    """What the journal holds, judged."""
+    comparison = load_contest()
+    measured = compare_policies(cockroach(), comparison, journal=JOURNAL)
+    verdict, energy = judge_steering(measured, comparison), judge_energy(measured, comparison)
+    keep(steering=verdict.to_dict(), energy=energy, measured=measured.to_dict(), declared=vars(comparison))
+    print(verdict.to_dataframe().to_string())
+    found = json.loads(RESULTS.read_text())
+    kept = {name: found[name] for name in ("measured", "declared", "places", "wall") if name in found}
+    STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
+
+
+def speed() -> None:
+    """CPU time of environment steps with other speeds at every step, the best of five."""
+    from feeler.active import TouchTask
+    from feeler.active.environment import TouchVectorEnv
+
+    task, rng, n = TouchTask(), np.random.default_rng(0), 64
+    envs = TouchVectorEnv(task, n)
+    envs.reset(seed=0)
+    taken = []
+    for _ in range(5):
+        began = time.process_time()
+        for _ in range(100):
+            moves = np.stack([rng.uniform(0, 1.2, n), np.zeros(n)], axis=1)
+            envs.step({"action": moves, "prediction": np.zeros((n, task.n_outputs))})
+        taken.append((time.process_time() - began) / (100 * n))
+    keep(speed={"environments": n, "microseconds_per_step": 1e6 * min(taken), "steps_per_core_second": 1 / min(taken),
+                "all": [1e6 * one for one in taken]})  # fmt: skip
+    print(1e6 * np.array(taken))
+
+
+def places() -> None:
+    """How many touches until sure, by who chooses them."""
+    from feeler.active import search_places, simulate_places
+    from feeler.stimulus.shapes import Ball, Box
+
+    asked = load_contest().places
+    half_width, half_height, rounding = asked["box"]
+    shapes = [Ball(radius=asked["ball"]), Box(half_width=half_width, half_height=half_height, rounding=rounding)]
+    known, found = simulate_places(cockroach(), shapes), {}
+    for noise in asked["noise"]:
+        for name in ("random", "grid", "greedy"):
+            one = search_places(known, name, noise, n=asked["n"], threshold=asked["threshold"], most=asked["most"])
+            reached = [float((one.sure & (one.count <= k)).mean()) for k in range(1, asked["most"] + 1)]
+            used = np.bincount(one.chosen[one.chosen >= 0], minlength=len(known.touches))
+            mean, error = one.count.mean(), one.count.std(ddof=1) / np.sqrt(len(one.count))
+            found[f"{name} {noise:g}"] = {"touches": mean, "half": 1.96 * error, "right": one.right.mean(),
+                                          "sure": one.sure.mean(), "reached": reached, "used": used}  # fmt: skip
+            print(name, noise, round(mean, 2), round(1.96 * error, 2), one.right.mean(), one.sure.mean(), flush=True)
+    keep(places=found, touches=known.touches)
+
+
+def decode() -> None:
+    """The recurrent decoder and the templates, at every fixed speed and at wandering ones; calibration; stopping."""
+    from feeler.active import RecurrentDecoder, TouchTask, TravelDecoder, measure_calibration, record_episodes
+    from feeler.active import decide as stop_at
+
+    comparison = load_contest()
+    asked = comparison.decoding
+    task = TouchTask(noise=comparison.noise, duration=comparison.duration, seed=comparison.seed)
+    learnt = record_episodes(task, asked["train"], seed=1)
+    print("recorded", flush=True)
+    decoders = {"templates": TravelDecoder(task, learnt)}
+    recurrent = RecurrentDecoder(task).fit(learnt, passes=asked["passes"], progress=lambda *d: print(*d, flush=True))
+    recurrent.save(HERE / "active_decoder.safetensors")
+    decoders["recurrent"] = recurrent
+    found: dict[str, object] = {}
+    for speed in (None, *asked["speeds"]):
+        met = record_episodes(task, asked["test"], speed=speed, seed=2)
+        felt = met.add_noise(task.noise, np.random.default_rng(3))
+        for name, decoder in decoders.items():
+            belief = decoder.decode(felt, met.base)
+            ends = [int(d) - 1 for d in comparison.deadlines]
+            right = (belief[:, ends].argmax(axis=2) == met.target[:, None]).mean(axis=0)
+            stops = {}
+            for threshold in asked["thresholds"]:
+                when, answer = stop_at(belief, threshold)
+                stops[str(threshold)] = [float(when.mean() + 1), float((answer == met.target).mean())]
+            diagrams = measure_calibration(
+                belief[:, 4::5].reshape(-1, task.n_outputs), np.repeat(met.target, belief.shape[1] // 5)
+            )
+            found[f"{name} {speed or 'wandering'}"] = {
+                "accuracy": right,
+                "stops": stops,
+                "calibration": diagrams.to_dict(),
+            }
+            print(name, speed, right.round(3), round(diagrams.attrs["error"], 3), flush=True)
+    noticer = decoders["templates"].noticer
+    late = noticer.notice(felt) - met.onset
+    keep(decoding=found, noticing={"median_delay": np.median(late), "early": (late < 0).mean()})
+
+
+def learn() -> None:
+    """Recurrent PPO on what the decoder believes, each seed once; against fixed speeds with the same decoder."""
+    from feeler.active import RecurrentDecoder, TouchTask
+    from feeler.active.training import make_learned, measure_deciders, save_policy, train_policy
+
+    comparison = load_contest()
+    asked = comparison.learning
+    task = TouchTask(noise=comparison.noise, duration=comparison.duration, seed=comparison.seed)
+    decoder = RecurrentDecoder.load(HERE / "active_decoder.safetensors", task)
+    found = json.loads(RESULTS.read_text()).get("learning", {})
+
+    def measure(name: str, choose) -> None:
+        right, reward = measure_deciders(task, decoder, choose, comparison.deadlines, n=asked["test"])
+        half = 1.96 * right.std(axis=0) / np.sqrt(len(right))
+        found[name] = {"accuracy": right.mean(axis=0), "half": half, "reward": reward.mean()}
+        keep(learning=found)
+        print(name, right.mean(axis=0).round(3), round(reward.mean(), 3), flush=True)
+
+    for seed in asked["seeds"]:
+        if f"learned:{seed}" not in found:
+            began = time.process_time()
+            model = train_policy(task, decoder, steps=asked["steps"], lanes=asked["lanes"], seed=seed)
+            save_policy(model, HERE / f"active_policy{seed}.safetensors", {"seed": seed, **asked})
+            print(f"trained in {time.process_time() - began:.0f} s CPU", flush=True)
+            measure(f"learned:{seed}", make_learned(model))
+    for speed in (0.12, 0.3, 0.6, 1.2):
+        if f"fixed:{speed}" not in found:
+            measure(f"fixed:{speed}", lambda seen, _, speed=speed: np.full(len(seen), speed / task.max_speed))
+    if "random" not in found:
+        rng = np.random.default_rng(0)
+        measure("random", lambda seen, _: rng.uniform(-1, 1, len(seen)))
+
+
+def walls() -> None:
+    """Stability over delay and gain of every profile and speed, gain and phase of the antenna, and turns."""
+    from feeler.wall import calibrate, follow, make_turn, map_stability, measure_wall_response
+
+    asked = load_contest().wall
+    found = json.loads(RESULTS.read_text()).get("wall", {}) if RESULTS.exists() else {}
+    engine = {"engine": "chain-consistent", "timestep": 0.1}
+    for speed in asked["speeds"]:
+        for name in (*asked["profiles"], "told the distance"):
+            key = f"{name} {speed:g}"
+            if key in found:
+                continue
+            oracle = name == "told the distance"
+            antenna = cockroach("exponential" if oracle else name)
+            known = None if oracle else calibrate(antenna, speed=speed, **engine)
+            stable = map_stability(
+                antenna, asked["delays"], asked["frequencies"], speed=speed, known=known, oracle=oracle
+            )
+            entry = {"spread": stable.spread, "stable": stable.stable, "undefined": known.undefined if known else ""}
+            if known is not None and not known.undefined:
+                ratio = measure_wall_response(antenna, known, asked["response"], speed=speed)
+                entry |= {"gain": np.abs(ratio), "phase": np.degrees(np.angle(ratio)), "r2": known.r2}
+                for angle in asked["turns"]:
+                    run = follow(antenna, make_turn(angle), speed=speed, distance_map=known, **engine)
+                    entry[f"turn {angle:g}"] = {"error": run.error, "collided": run.collided}
+            found[key] = entry
+            keep(wall=found)
+            print(key, stable.stable.astype(int).tolist(), flush=True)
+
+
+if __name__ == "__main__":
+    for word in sys.argv[1:] or ["compare", "speed", "places", "decode", "learn", "walls", "write"]:
+        globals()[word]()

@@ -1,0 +1,182 @@
+"""Compare policies: what an ideal observer knows by each deadline, and what the way there costs, over sets of touches."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.active.declared import Contest
+from feeler.active.observer import Episodes, Observer, Policy
+from feeler.active.policies import parse_policy
+from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.experiment.job import fingerprint_code
+from feeler.provenance import compute_digest
+from feeler.tradeoff import average_sets
+
+CODE = ("feeler.active.observer", "feeler.active.policies")  # what a journal's numbers follow from
+
+
+@checked
+def compare_policies(
+    antenna: Antenna,
+    comparison: Contest,
+    policies: Sequence[str] | None = None,
+    *,
+    own: Mapping[str, Policy] | None = None,
+    journal: Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Accuracy of an ideal observer that moves by each policy, and the work on its antenna, at every deadline.
+
+    Parameters
+    ----------
+    policies
+        As :func:`feeler.active.parse_policy` takes them; default: all that the comparison declares.
+    own
+        Policies of your own by name, beside these.
+    journal
+        File to which each policy and set is written as it finishes, and from which they are taken where they are there.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``accuracy`` (the observer's own expectation, which is unbiased), ``hits`` (share named right) and ``work`` [µJ] by
+        (policy, set, deadline); NaN where a policy that looks ahead was not run on a set.
+    """
+    wanted = [*comparison.fixed, *comparison.steered, *comparison.ahead] if policies is None else [*policies]
+    known = {name: parse_policy(name) for name in wanted} | dict(own or {})
+    if not known:
+        raise InvalidInput("there is no policy to compare; name at least one.")
+    kept, code = _read(journal), fingerprint_code(CODE) if journal is not None else ""
+    jobs = [
+        (name, number) for number, name in product(range(comparison.sets), known) if _counts(comparison, name, number)
+    ]
+    rows: dict[tuple[str, int], dict[str, list[float]]] = {}
+    observer, at = None, -1
+    for done, (name, number) in enumerate(jobs, start=1):
+        key = json.dumps([compute_digest(antenna)[:16], name, number, _describe(comparison, name), code])
+        if key not in kept:
+            if at != number:
+                task = comparison.make_task(antenna, number)
+                observer, at = Observer(task, period=comparison.period, random_state=number), number
+            assert observer is not None
+            copies = comparison.ahead_copies if name in comparison.ahead else comparison.copies
+            policy = known[name] if own and name in own else parse_policy(name)
+            kept[key] = _summarise(observer.run(policy, copies), comparison)
+            if journal is not None and not (own and name in own):
+                with journal.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"key": key, "value": kept[key]}) + "\n")
+        rows[name, number] = kept[key]
+        if progress:
+            progress(done, len(jobs))
+    nothing = {field: [np.nan] * len(comparison.deadlines) for field in ("accuracy", "hits", "work")}
+    fields = {
+        field: np.array([[rows.get((n, s), nothing)[field] for s in range(comparison.sets)] for n in known])
+        for field in nothing
+    }
+    dims = ("policy", "set", "deadline")
+    coords = {"policy": list(known), "deadline": list(comparison.deadlines)}
+    return xr.Dataset({field: (dims, values) for field, values in fields.items()}, coords, {"antenna": antenna.name})
+
+
+def _counts(comparison: Contest, name: str, number: int) -> bool:
+    return name not in comparison.ahead or number < comparison.ahead_sets
+
+
+def _describe(comparison: Contest, name: str) -> list[Any]:
+    """What one result depends on."""
+    copies = comparison.ahead_copies if name in comparison.ahead else comparison.copies
+    shared = ("known", "seed", "noise", "duration", "period", "deadlines")
+    return [copies, *(getattr(comparison, field) for field in shared)]
+
+
+def _read(journal: Path | None) -> dict[str, dict[str, list[float]]]:
+    if journal is None or not journal.exists():
+        return {}
+    found = {}
+    for line in journal.read_text(encoding="utf-8").splitlines():
+        try:
+            entry = json.loads(line)
+            found[entry["key"]] = entry["value"]
+        except (ValueError, KeyError, TypeError):
+            continue  # the line at which a run was ended
+    return found
+
+
+def _summarise(episodes: Episodes, comparison: Contest) -> dict[str, list[float]]:
+    rows = [round(deadline / comparison.period) for deadline in comparison.deadlines]
+    work = episodes.work.mean(axis=1)
+    return {
+        "accuracy": episodes.accuracy[rows].tolist(),
+        "hits": episodes.hits[rows].tolist(),
+        "work": work[rows].tolist(),
+    }
+
+
+@checked
+def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
+    """Does steering pay? By deadline, the best fixed and the best steered policy, chosen on sets of even number and judged on
+    the others.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``fixed`` and ``steered`` (names), ``fixed_accuracy``, ``steered_accuracy`` [%], their ``gain`` ± ``half`` [points]
+        with its 95 % interval over sets, and ``pays`` (deadline,).
+    """
+    held = np.arange(measured.sizes["set"]) % 2 == 1
+    if not held.any():
+        raise InvalidInput("to judge, at least two sets are needed: one to choose on and one to judge on.")
+    chosen, judged = measured.isel(set=~held)["accuracy"], measured.isel(set=held)["accuracy"]
+    names = {
+        kind: [name for name in measured["policy"].values if name in listed]
+        for kind, listed in (("fixed", comparison.fixed), ("steered", (*comparison.steered, *comparison.ahead)))
+    }
+    if not all(names.values()):
+        raise InvalidInput("to judge, both fixed and steered policies of the comparison must have been run.")
+    columns: dict[str, list[Any]] = {"fixed": [], "steered": []}
+    values, found = [], []
+    for deadline in measured["deadline"].values:
+        pair: list[xr.DataArray] = []
+        for kind, some in names.items():
+            mean = chosen.sel(policy=some, deadline=deadline).mean("set")
+            best = some[int(np.argmax(mean.values))]
+            columns[kind].append(best)
+            pair.append(judged.sel(policy=best, deadline=deadline, drop=True))
+        both = xr.concat(pair, "kind").dropna("set")
+        values.append([100 * float(both[0].mean()), 100 * float(both[1].mean())])
+        found.append(average_sets(100 * (both[1] - both[0])))
+    gain, half = (np.array([float(one[name]) for one in found]) for name in ("mean", "half"))
+    data = {
+        **columns,
+        "fixed_accuracy": [row[0] for row in values],
+        "steered_accuracy": [row[1] for row in values],
+        "gain": gain,
+        "half": half,
+        "pays": (gain >= comparison.gain) & (gain - half > 0),
+    }
+    return xr.Dataset(
+        {name: ("deadline", value) for name, value in data.items()}, {"deadline": measured["deadline"].values}
+    )
+
+
+@checked
+def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
+    """For each budget of work [µJ] and the last deadline: the best fixed and the best steered policy that keep to it, in %."""
+    last = measured.isel(deadline=-1)
+    mean, work = 100 * last["accuracy"].mean("set"), last["work"].mean("set")
+    rows = []
+    for budget in comparison.budgets:
+        row: list[Any] = [budget]
+        for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
+            fit = [n for n in measured["policy"].values if n in listed and float(work.sel(policy=n)) <= budget]
+            best = max(fit, key=lambda n: float(mean.sel(policy=n)), default="")
+            row += [best or "none", float(mean.sel(policy=best)) if best else np.nan]
+        rows.append(row)
+    return rows

@@ -1,0 +1,273 @@
+"""Gymnasium environments of active touch, one episode or many side by side, in the manner of ap_gym's ActivePerceptionEnv.
+
+To import this module makes them known: ``gymnasium.make("feeler/Touch-v0")``, ``"feeler/Localise-v0"``,
+``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in SIMD lanes.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from feeler.active.arena import Arena
+from feeler.active.follow import FollowTask
+from feeler.active.show import draw_lane
+from feeler.active.task import SAMPLE, ActiveTask, LocaliseTask, TouchTask
+from feeler.errors import InvalidInput, MissingExtra
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+    from gymnasium.utils import seeding
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ImportError as error:
+    raise MissingExtra("environments need gymnasium: pip install 'feeler[active]'.") from error
+
+TASKS: dict[str, type[ActiveTask]] = {
+    "feeler/Touch-v0": TouchTask,
+    "feeler/Localise-v0": LocaliseTask,
+    "feeler/FollowWall-v0": FollowTask,
+}
+
+
+class TouchVectorEnv(VectorEnv):
+    """Episodes of one task in SIMD lanes; lane k of ``reset(seed=s)`` is the single environment of seed s + k, bit for bit.
+
+    An action is ``{"action": (speed [mm/ms], turn [rad/ms]), "prediction": …}``, with ``decide=True`` also ``"decide"``: 1
+    ends the episode. A step takes 1 ms. The reward is ``base_reward`` (−``time_cost`` per ms, −``work_cost`` per µJ) less the
+    loss of the prediction. ``info["prediction"]`` holds ``target`` and ``loss``, ``info["touching"]`` and
+    ``info["work"]`` [µJ] what the body is not told. Lanes that ended begin anew with the next step, as Gymnasium's
+    ``NEXT_STEP`` has it; a lane that diverged is truncated, and ``info["failed"]`` says why.
+
+    Parameters
+    ----------
+    task
+        What is met, felt, asked and charged.
+    num_envs, workers
+        Lanes, and the threads over which they are spread.
+    decide
+        Whether the body may end its episode.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it so
+        "render_modes": ["rgb_array"],
+        "render_fps": 15,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        task: ActiveTask,
+        num_envs: int = 1,
+        *,
+        decide: bool = False,
+        workers: int = 1,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InvalidInput(f"render_mode is 'rgb_array' or None, got {render_mode!r}.")
+        self.task, self.num_envs, self.render_mode, self._decide = task, num_envs, render_mode, decide
+        self.arena = Arena(task, num_envs, workers)
+        self.single_observation_space = make_observation_space(task)
+        self.single_action_space = make_action_space(task, decide)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.single_prediction_target_space = make_target_space(task)
+        self.prediction_target_space = batch_space(self.single_prediction_target_space, num_envs)
+        self.loss_fn: Callable[[np.ndarray, np.ndarray], np.ndarray] = task.compute_loss
+        self._ended, self._before = np.zeros(num_envs, bool), np.zeros(num_envs)
+        self._rngs: list[np.random.Generator] = []
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Begin an episode in every lane, or in those of ``options["reset_mask"]``.
+
+        ``options["touch"]``: number of the touch among ``task.trials`` in place of one that is drawn.
+        """
+        options = options or {}
+        seeds = seed if isinstance(seed, list) else [None if seed is None else seed + k for k in range(self.num_envs)]
+        if not self._rngs:
+            self._rngs = [seeding.np_random(given)[0] for given in seeds]
+        elif seed is not None:
+            self._rngs = [
+                rng if given is None else seeding.np_random(given)[0]
+                for rng, given in zip(self._rngs, seeds, strict=True)
+            ]
+        mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, bool)))
+        for lane in np.flatnonzero(mask):
+            self._begin(int(lane), options.get("touch"))
+        return self._observe(), self._inform()
+
+    def _begin(self, lane: int, touch: int | None = None) -> None:
+        start = None if touch is None or not isinstance(self.task, TouchTask) else self.task.make_start(touch)
+        self.arena.begin(lane, self._rngs[lane], start)
+        self._ended[lane], self._before[lane] = False, 0.0
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Go on by a millisecond.
+
+        Raises
+        ------
+        InvalidInput
+            Not begun yet, or an action that is no member of the space; the message names the lane, and nothing has moved.
+        """
+        if not self._rngs:
+            raise InvalidInput("call reset() before the first step().")
+        task, going = self.task, np.flatnonzero(~self._ended)
+        move, prediction = self._read(actions)
+        self.arena.step(move, going)
+        for lane in np.flatnonzero(self._ended):
+            self._begin(int(lane))
+        target, failed = self.arena.targets, np.array([error is not None for error in self.arena.failed])
+        loss = task.compute_loss(prediction, target)
+        base_reward = -task.time_cost * SAMPLE - task.work_cost * (self.arena.work - self._before) - task.charge(target)
+        self._before = self.arena.work.copy()
+        here = np.isin(np.arange(self.num_envs), going)
+        terminated = here & (self._decisions(actions) | np.array([task.is_over(value) for value in target]))
+        truncated = here & (self.arena.over | failed)
+        self._ended = terminated | truncated
+        info = self._inform() | {"base_reward": np.where(here, base_reward, 0.0)}
+        info["prediction"] = {"target": target, "loss": np.where(here, loss, 0.0)}
+        return self._observe(), np.where(here, base_reward - loss, 0.0), terminated, truncated, info
+
+    def _read(self, actions: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Moves (lane, 2) and predictions (lane, output)."""
+        keys = ("action", "prediction", "decide")[: 2 + self._decide]
+        if not isinstance(actions, Mapping) or {*keys} - {*actions}:
+            raise InvalidInput(f"an action has the keys {', '.join(keys)}, got {str(actions)[:80]}.")
+        prediction = np.asarray(actions["prediction"], dtype=float)
+        wanted = (self.num_envs, self.task.n_outputs)
+        if prediction.shape != wanted or not np.isfinite(prediction).all():
+            lane = "" if prediction.shape != wanted else f" in lane {np.argwhere(~np.isfinite(prediction))[0][0]}"
+            raise InvalidInput(f"a prediction is finite numbers {wanted}, got {prediction.shape}{lane}.")
+        return self.arena.check_action(np.asarray(actions["action"], dtype=float)), prediction
+
+    def _decisions(self, actions: Mapping[str, Any]) -> np.ndarray:
+        if not self._decide:
+            return np.zeros(self.num_envs, bool)
+        return np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
+
+    def _observe(self) -> dict[str, np.ndarray]:
+        return dict(vars(self.arena.reading))
+
+    def _inform(self) -> dict[str, Any]:
+        target = self.arena.targets
+        info: dict[str, Any] = {"touching": self.arena.touching, "work": self.arena.work.copy()}
+        info["prediction"] = {"target": target, "loss": np.zeros(self.num_envs)}
+        if any(self.arena.failed):
+            info["failed"] = np.array([str(error or "") for error in self.arena.failed], dtype=object)
+        return info
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """A picture (height, width, 3) of every lane."""
+        if self.render_mode is None:
+            return None
+        return tuple(draw_lane(self.arena, lane) for lane in range(self.num_envs))
+
+
+class TouchEnv(gymnasium.Env):
+    """One episode at a time; the same words as :class:`TouchVectorEnv`, without the lanes."""
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}  # noqa: RUF012
+
+    def __init__(self, task: ActiveTask, *, decide: bool = False, render_mode: str | None = None) -> None:
+        self.lanes = TouchVectorEnv(task, 1, decide=decide, render_mode=render_mode)
+        self.task, self.render_mode = task, render_mode
+        self.observation_space = self.lanes.single_observation_space
+        self.action_space = self.lanes.single_action_space
+        self.prediction_target_space = self.lanes.single_prediction_target_space
+        self.loss_fn = task.compute_loss
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Begin an episode; ``options["touch"]`` says which touch it is."""
+        super().reset(seed=seed)
+        self.lanes._rngs = [self.np_random]
+        observation, info = self.lanes.reset(options=options)
+        return _first(observation), _first(info)
+
+    def step(self, action: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Go on by a millisecond; errors as in :meth:`TouchVectorEnv.step`, and after the end."""
+        if self.lanes._ended[0]:
+            raise InvalidInput("the episode has ended; call reset().")
+        given = {key: np.asarray(value)[None] for key, value in action.items()} if isinstance(action, Mapping) else {}
+        observation, reward, terminated, truncated, info = self.lanes.step(given)
+        return _first(observation), float(reward[0]), bool(terminated[0]), bool(truncated[0]), _first(info)
+
+    def render(self) -> np.ndarray | None:
+        """A picture (height, width, 3)."""
+        pictures = self.lanes.render()
+        return pictures[0] if pictures else None
+
+
+def _first(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Lane 0 of everything."""
+    return {
+        name: _first(value) if isinstance(value, Mapping) else np.asarray(value)[0] for name, value in values.items()
+    }
+
+
+def make_observation_space(task: ActiveTask) -> Any:
+    """``angle`` (window, sensor) [rad], ``base`` (way, heading, speed, turn) and ``time`` [ms]."""
+    n = len(task.first_antenna.sensors)
+    shapes = {"angle": (task.window, n), "base": (4,), "time": (1,)}
+    return spaces.Dict({name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name, shape in shapes.items()})
+
+
+def make_action_space(task: ActiveTask, decide: bool = False) -> Any:
+    """``action`` (speed [mm/ms], turn [rad/ms]), ``prediction``, and if asked for ``decide``."""
+    limits = np.array([task.max_speed, task.max_turn])
+    known = {
+        "action": spaces.Box(-limits, limits, dtype=np.float64),
+        "prediction": spaces.Box(-np.inf, np.inf, (task.n_outputs,), np.float64),
+    }
+    return spaces.Dict(known | ({"decide": spaces.Discrete(2)} if decide else {}))
+
+
+def make_target_space(task: ActiveTask) -> Any:
+    """The number of an object, or a value."""
+    return spaces.Discrete(task.n_outputs) if task.n_outputs > 1 else spaces.Box(-np.inf, np.inf, (), np.float64)
+
+
+def make_env(name: str, **fields: Any) -> TouchEnv:
+    """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and ``render_mode``."""
+    own = {key: fields.pop(key) for key in ("decide", "render_mode") if key in fields}
+    return TouchEnv(_make_task(name, fields), **own)
+
+
+def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+    """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``, ``workers``, ``render_mode``."""
+    own = {key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields}
+    return TouchVectorEnv(_make_task(name, fields), num_envs, **own)
+
+
+def _make_task(name: str, fields: dict[str, Any]) -> ActiveTask:
+    task = fields.pop("task", None)
+    if task is None:
+        known = TASKS[name].__dataclass_fields__
+        if unknown := fields.keys() - known.keys():
+            raise InvalidInput(f"{name} has no {min(unknown)!r}; valid: {', '.join(known)}.")
+        return TASKS[name](**fields)
+    if fields:
+        raise InvalidInput("give either task= or its fields, not both.")
+    return task
+
+
+def _register() -> None:
+    """Make the environments known to Gymnasium."""
+    for name in TASKS:
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                name,
+                entry_point="feeler.active.environment:make_env",
+                vector_entry_point="feeler.active.environment:make_vector_env",
+                kwargs={"name": name},
+            )
+
+
+_register()

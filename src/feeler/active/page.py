@@ -1,0 +1,126 @@
+"""The comparison of policies as one page, with its numbers beside it as CSV and JSON."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from feeler.active.compare import judge_energy, judge_steering
+from feeler.active.declared import Contest
+from feeler.active.observer import Observer, Policy
+from feeler.active.show import Film, look_at
+from feeler.checked import checked
+from feeler.plotting.look import PALETTE
+from feeler.report import Section, render_page
+from feeler.report.section import to_json
+from feeler.tradeoff import average_sets
+
+LEAD = (
+    "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of them known to an ideal "
+    "observer that also knows what its own body did, so that its answers are Bayes' own. Time is counted from the beginning, "
+    "the way to the object included. Intervals are 95 % over sets of touches that were drawn anew."
+)
+
+
+@checked
+def write_comparison(
+    measured: xr.Dataset, comparison: Contest, out: os.PathLike, movies: tuple[Path, ...] = (), conditions: str = ""
+) -> Path:
+    """``active.html`` in the folder ``out``, with ``active.png``, ``active.csv`` and ``active.json``."""
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    section = Section(name="active", title="Move, feel, decide", folder=out, vector=False)
+    fill_comparison(section, measured, comparison)
+    for path in movies:
+        section.movie(path, f"{path.stem}: the antenna, the body's speed, and what it believes the object to be.")
+    section.text(conditions)
+    measured.to_dataframe().reset_index().to_csv(out / "active.csv", index=False, float_format="%.6g")
+    (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
+    path = out / "active.html"
+    path.write_text(render_page("How to move in order to know", LEAD, [section]), encoding="utf-8")
+    return path
+
+
+def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest) -> None:
+    """The figure, the verdict, and the tables."""
+    section.figure(
+        "active",
+        "What an ideal observer knows by when, for the best and the other policies; and accuracy at the last deadline against "
+        "the work on the antenna. Bars: 95 % over sets.",
+        lambda figure: plot_comparison(measured, comparison, figure),
+        height=3.2,
+    )
+    deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
+    names = [str(name) for name in measured["policy"].values]
+    found = average_sets(100 * measured["accuracy"])
+    rows = [[name, *(_say(found, name, d) for d in measured["deadline"].values)] for name in names]
+    section.table(["policy", *deadlines], rows, "Right answers [%] ± half the interval, by deadline.")
+    work = measured["work"].mean("set")
+    section.table(["policy", *deadlines], [[name, *(float(w) for w in work.sel(policy=name))] for name in names],
+                  "Work on the antenna until then [µJ].")  # fmt: skip
+    steered = {*names} & {*comparison.steered, *comparison.ahead}
+    if measured.sizes["set"] < 2 or not steered or not {*names} & {*comparison.fixed}:
+        return
+    verdict = judge_steering(measured, comparison)
+    columns = ("fixed", "fixed_accuracy", "steered", "steered_accuracy", "gain", "half", "pays")
+    rows = [[label, *(verdict[c].values[k].item() for c in columns)] for k, label in enumerate(deadlines)]
+    section.table(["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"], rows,
+                  f"Chosen on sets of even number, judged on the others. Steering pays where it gains at least "
+                  f"{comparison.gain:g} points and the interval excludes 0.")  # fmt: skip
+    section.table(["budget [µJ]", "best fixed", "%", "best steered", "%"], judge_energy(measured, comparison),
+                  f"At {comparison.deadlines[-1]:g} ms, among policies whose mean work keeps to the budget.")  # fmt: skip
+
+
+def _say(found: xr.Dataset, name: str, deadline: float) -> str:
+    one = found.sel(policy=name, deadline=deadline)
+    mean, half = float(one["mean"]), float(one["half"])
+    return f"{mean:.1f} ± {half:.1f}" if np.isfinite(half) else f"{mean:.1f}"
+
+
+def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -> None:
+    """Accuracy against deadline, and against work at the last one; needs about 7.2 × 3.2 inches."""
+    left, right = figure.subplots(1, 2)
+    found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
+    groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
+    listed = {name for names in groups.values() for name in names}
+    groups["own"] = tuple(str(name) for name in measured["policy"].values if name not in listed)
+    for colour, (label, names) in zip(PALETTE, groups.items(), strict=False):
+        for k, name in enumerate(n for n in names if n in measured["policy"].values):
+            one = found.sel(policy=name)
+            left.errorbar(measured["deadline"], one["mean"], one["half"], color=colour, lw=0.8, capsize=1.5,
+                          alpha=0.75, label=label if k == 0 else None)  # fmt: skip
+            last = one.isel(deadline=-1)
+            right.errorbar(float(work.sel(policy=name)[-1]), last["mean"], last["half"], fmt="o", ms=3, color=colour)
+            right.annotate(name, (float(work.sel(policy=name)[-1]), float(last["mean"])), fontsize=4,
+                           xytext=(2, 2), textcoords="offset points")  # fmt: skip
+    left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
+    left.legend(fontsize=6)
+    right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[-1]:g} ms [%]")
+
+
+@checked
+def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None) -> Film:
+    """What a body does that feels touch number ``touch`` and moves by a policy."""
+    frames: list[tuple[Any, ...]] = []
+
+    def watch(arena: Any) -> None:
+        points, angle, _ = look_at(arena, touch)
+        frames.append((points, angle, float(arena.reading.base[touch, 2])))
+
+    episodes = observer.run(policy, 1, duration, watch=(touch, watch))
+    points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
+    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(int)
+    labels = tuple(getattr(feature, "name", str(feature)) for feature in observer.task.features)
+    return Film(
+        scene=observer.starts[touch].scene,
+        time=1.0 + np.arange(len(frames)),
+        points=points,
+        angle=angle,
+        speed=speed,
+        belief=episodes.belief[row, touch],
+        labels=labels,
+    )

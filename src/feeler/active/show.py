@@ -1,0 +1,102 @@
+"""Episodes to look at: a picture of a lane, and a movie of what a body did."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from feeler.active.arena import Arena
+from feeler.antenna.antenna import Antenna
+from feeler.physics.scene import Scene
+from feeler.plotting.look import style
+from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.posture import MovingAntenna, make_patch
+
+PEAK = 0.06  # rad; where the colours end [C]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Film:
+    """What one episode looked like, a row per millisecond."""
+
+    scene: Scene
+    time: np.ndarray
+    """(row,) [ms]"""
+    points: np.ndarray
+    """(row, joint, 2) [mm]"""
+    angle: np.ndarray
+    """(row, segment) [rad]"""
+    speed: np.ndarray
+    """(row,) [mm/ms]"""
+    belief: np.ndarray
+    """(row, class), or no class."""
+    labels: tuple[str, ...] = ()
+
+
+def look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
+    """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane."""
+    scene = arena.starts[lane].scene
+    if arena.state is None or arena._fresh[lane]:
+        angle, base = scene.initial_angle, np.array(scene.base)
+    else:
+        angle, base = arena.state.angle[lane], arena.state.base[lane]
+    return scene.antenna.shape(angle, base[2]) + base[:2], angle, scene.antenna
+
+
+def draw_lane(arena: Arena, lane: int) -> np.ndarray:
+    """A picture (height, width, 3) of a lane as it is."""
+    with style():
+        figure = Figure(figsize=(3.2, 3.6), dpi=100, layout="constrained")
+        canvas, ax = FigureCanvasAgg(figure), figure.subplots()
+        points, angle, antenna = look_at(arena, lane)
+        _set_up(ax, arena.starts[lane].scene, points[None])
+        MovingAntenna(antenna, ax, Normalize(0.0, PEAK)).move(points, angle)
+        ax.set_title(f"{arena.reading.time[lane, 0]:.0f} ms", fontsize=8)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
+    """Objects, and room for all points (row, joint, 2)."""
+    for item in scene.objects:
+        ax.add_patch(make_patch(item.feature, np.array(item.place), np.array(item.forward)))
+    low, high = points.min(axis=(0, 1)) - 6.0, points.max(axis=(0, 1)) + 6.0
+    low, high = np.minimum(low, [-14.0, -4.0]), np.maximum(high, [14.0, 46.0])
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+
+
+def write_film(film: Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None) -> Path:
+    """The movie of an episode: the antenna and the object, the body's speed, and what it believes."""
+    with style():
+        figure = Figure(figsize=(7.2, 3.6), layout="constrained")
+        left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)
+        above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+        _set_up(left, film.scene, film.points)
+        antenna = MovingAntenna(film.scene.antenna, left, Normalize(0.0, PEAK))
+        (pace,) = above.plot([], [], color="#1b1f24")
+        above.set(xlim=(0, film.time[-1]), ylim=(min(0.0, film.speed.min()) - 0.05, 1.1 * film.speed.max() + 0.05))
+        above.set(ylabel="speed [m/s]")
+        lines = [below.plot([], [], label=label)[0] for label in film.labels]
+        below.set(xlim=(0, film.time[-1]), ylim=(0, 1.02), xlabel="time [ms]", ylabel="belief")
+        if lines:
+            below.legend(fontsize=6, ncols=2, loc="upper left")
+        shown = choose_frames(film.time, slower=slower)
+        clock = left.set_title(say_clock(float(film.time[-1]), slower), fontsize=8)
+
+        def draw(k: int) -> list[Artist]:
+            now = int(shown[k])
+            clock.set_text(say_clock(float(film.time[now]), slower))
+            pace.set_data(film.time[: now + 1], film.speed[: now + 1])
+            for line, values in zip(lines, film.belief.T, strict=False):
+                line.set_data(film.time[: now + 1], values[: now + 1])
+            return [*antenna.move(film.points[now], film.angle[now]), pace, *lines, clock]
+
+        if report:
+            report(f"{len(shown)} frames")
+        return write_movie(Path(path), figure, draw, len(shown))

@@ -1,0 +1,212 @@
+"""Tasks of active touch: what may be met, how it is felt, how the body may move, and what that costs."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.special import log_softmax
+
+from feeler.antenna.antenna import Antenna
+from feeler.antenna.cockroach import cockroach
+from feeler.antenna.sample import SampledAntennas
+from feeler.draw import Spread
+from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.physics.scene import Scene, make_scene
+from feeler.provenance import compute_digest
+from feeler.stimulus.ninety import make_features
+from feeler.stimulus.sample import SampledTrials, sample_trials
+from feeler.wall.course import Course
+
+SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Start:
+    """How one episode begins."""
+
+    scene: Scene
+    """The antenna and what it may meet; nothing moves yet."""
+    direction: tuple[float, float]
+    """Where the body goes when it goes ahead, in the world [unit vector]."""
+    target: float
+    """What is asked for, as it is now."""
+    course: Course | None = None
+    """The wall, where there is one."""
+
+
+@dataclass(frozen=True, eq=False)
+class ActiveTask:
+    """What all tasks share: an antenna on a body that moves by speed and turn, and is asked something all the while.
+
+    Raises
+    ------
+    InvalidInput
+        A field outside its range; the message names it.
+    """
+
+    antenna: Antenna | SampledAntennas = field(default_factory=cockroach)
+    """Or several, of which episodes draw."""
+    _: KW_ONLY
+    noise: float = 0.03
+    """Standard deviation of each sample of each sensor [rad], ≥ 0 [C]."""
+    duration: float = 200.0
+    """Length of an episode [ms]."""
+    window: int = 5
+    """Samples of every sensor that an observation shows, the last one last [C]."""
+    max_speed: float = 1.2
+    """Greatest speed of the body, ahead and back [mm/ms] [C]."""
+    acceleration: float = 0.2
+    """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed of arrival [C]."""
+    max_turn: float = 0.03
+    """Greatest turn rate [rad/ms]; 0.03 is 1700 °/s [C]."""
+    time_cost: float = 0.0
+    """Reward lost per millisecond, ≥ 0 [C]."""
+    work_cost: float = 0.0
+    """Reward lost per µJ of work on the antenna, ≥ 0 [C]."""
+    timestep: float = 0.1
+    """Of the integration [ms]: the coarsest that the contact allows [C]."""
+    engine: str = DEFAULT_ENGINE
+    seed: int = 0
+    """Of what may be met; episodes draw from it with a generator of their own."""
+
+    n_outputs: ClassVar[int] = 1
+    """How many numbers a prediction is."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.antenna, Antenna | SampledAntennas):
+            raise InvalidInput(f"{type(self).__name__}.antenna must be an Antenna, got {str(self.antenna)[:40]!r}.")
+        for name in ("duration", "window", "max_speed", "acceleration", "max_turn"):
+            self._check(name, getattr(self, name) > 0, "> 0")
+        for name in ("noise", "time_cost", "work_cost"):
+            self._check(name, getattr(self, name) >= 0, "≥ 0")
+
+    def _check(self, name: str, fits: bool, allowed: str) -> None:
+        if not (fits and np.isfinite(getattr(self, name))):
+            raise InvalidInput(f"{type(self).__name__}.{name} must be finite and {allowed}, got {getattr(self, name)}.")
+
+    @property
+    def first_antenna(self) -> Antenna:
+        """The antenna, or the one of which others were drawn."""
+        return self.antenna.antenna if isinstance(self.antenna, SampledAntennas) else self.antenna
+
+    def replace(self, **changes: Any) -> "ActiveTask":
+        """The same task with some fields changed, validated again."""
+        return replace(self, **changes)
+
+    def describe_sensing(self) -> dict[str, Any]:
+        """What a decoder must know of the sensors that it reads: antenna and noise."""
+        return {"antenna": compute_digest(self.antenna)[:16], "noise": float(self.noise)}
+
+    def begin(self, rng: np.random.Generator) -> Start:
+        """Draw an episode."""
+        raise NotImplementedError
+
+    def measure(self, start: Start, _base: np.ndarray) -> float:
+        """What is asked for, with the base at x, y [mm] and heading [rad] (3,)."""
+        return start.target
+
+    def is_over(self, _target: float) -> bool:
+        """Whether the episode has come to its end before its time."""
+        return False
+
+    def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Loss (lane,) of predictions (lane, output) of targets (lane,)."""
+        raise NotImplementedError
+
+    def charge(self, target: np.ndarray) -> np.ndarray:
+        """What is lost (lane,) in a millisecond for where the body is, whatever it predicts."""
+        return np.zeros(len(target))
+
+
+@dataclass(frozen=True, eq=False)
+class TouchTask(ActiveTask):
+    """Which object is it? The body moves towards one of several, whose place, distance and direction it is not told.
+
+    A prediction is a score for each object; the loss is the cross entropy of their softmax [nat], ln K for one who knows
+    nothing.
+    """
+
+    _: KW_ONLY
+    features: Sequence[Any] = field(default_factory=make_features)
+    """Objects that may be met, equally likely: features, or kinds."""
+    sizes: Spread | None = None
+    """Half-widths [mm]; default: as large as the features are."""
+    locations: Spread = (0.5, 0.9)
+    """Where it meets the antenna, as a share of its length."""
+    gap: Spread = (2.0, 8.0)
+    """How far the object is at first [mm]."""
+    approach: Spread = (86.0, 94.0)
+    """Angle of the motion to the antenna [degrees]."""
+    friction: Spread = (0.6, 1.0)
+    pool: int = 2048
+    """How many touches are drawn beforehand, of which episodes take one at random."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.features, str) or len(self.features) < 1:
+            raise InvalidInput("there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)].")
+        object.__setattr__(self, "features", tuple(self.features))
+
+    @property
+    def n_outputs(self) -> int:  # type: ignore[override]
+        """One score for each object."""
+        return len(self.features)
+
+    @cached_property
+    def trials(self) -> SampledTrials:
+        """Every touch that may be met, at 1 mm/ms: their lead [ms] is the gap [mm]."""
+        return sample_trials(
+            self.pool,
+            features=self.features,
+            sizes=self.sizes,
+            locations=self.locations,
+            speeds=1.0,
+            approach=self.approach,
+            friction=self.friction,
+            lead=self.gap,
+            sides=("left",),
+            antenna=self.first_antenna,
+            seed=self.seed,
+        )
+
+    def begin(self, rng: np.random.Generator) -> Start:
+        """Draw a touch: the object stands, and the body is to come."""
+        return self.make_start(int(rng.integers(len(self.trials))))
+
+    def make_start(self, index: int) -> Start:
+        """The beginning of touch number ``index``."""
+        antenna = self.antenna[index % len(self.antenna)] if isinstance(self.antenna, SampledAntennas) else self.antenna
+        scene = make_scene(antenna, self.trials[index])
+        x, y = scene.objects[0].velocity
+        still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
+        return Start(scene=still, direction=(-x, -y), target=self.get_target(index))
+
+    def get_target(self, index: int) -> float:
+        """Number of the object of touch ``index``."""
+        return float(self.trials.columns["feature"][index])
+
+    def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Cross entropy (lane,) [nat]."""
+        return -np.take_along_axis(log_softmax(prediction, axis=1), target.astype(int)[:, None], 1)[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class LocaliseTask(TouchTask):
+    """Where on the antenna is it? The loss is the squared error over the variance of what may be met, 1 for one who knows
+    nothing but that."""
+
+    @property
+    def n_outputs(self) -> int:  # type: ignore[override]
+        """A place."""
+        return 1
+
+    def get_target(self, index: int) -> float:
+        """Where touch ``index`` begins, as a share of the antenna's length."""
+        return float(self.trials.columns["location"][index])
+
+    def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Squared error (lane,), relative."""
+        return (prediction[:, 0] - target) ** 2 / max(float(np.var(self.trials.columns["location"])), 1e-12)

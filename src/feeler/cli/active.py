@@ -1,0 +1,63 @@
+"""``feeler active``: how to move an antenna in order to know what it touches."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """Examples:
+
+  feeler active --out out/active
+
+  feeler active --out out/mine --policy fixed:0.3 --policy slow-after-contact:1.2,0.12 --policy mine.py:policy --sets 2
+
+A policy is fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, slow-after-contact:FAST,SLOW, random:SEED, greedy:HOLD (speeds in m/s,
+times in ms), or file.py:function, whose function takes what the body knows and gives its speed. Ctrl-C costs nothing that is
+finished: the same command goes on where it stopped.
+"""
+
+
+def active(
+    out: Annotated[Path, typer.Option(help="folder for page, figure, movies, CSV and JSON")],
+    policy: Annotated[
+        list[str] | None, typer.Option(help="as above, more than once; default: all that are declared, without greedy")
+    ] = None,
+    antenna: Annotated[str, typer.Option(help="preset or antenna file (TOML)")] = "exponential",
+    sets: Annotated[int, typer.Option(min=1, help="how often the touches are drawn anew")] = 2,
+    copies: Annotated[int, typer.Option(min=1, help="how often each touch is felt")] = 4,
+    movie: Annotated[bool, typer.Option(help="write a movie of the first and the last policy")] = True,
+    log_json: Annotated[bool, typer.Option("--log-json", help="progress as JSON on stderr")] = False,
+) -> None:
+    """Policies against each other: accuracy of an ideal observer by deadline, work, and what steering gains."""
+    from feeler.active import Observer, compare_policies, film_policy, load_contest, parse_policy, write_comparison
+    from feeler.active.show import write_film
+    from feeler.cli.choose import choose_antenna
+    from feeler.cli.progress import ProgressBar
+    from feeler.errors import MissingExtra
+    from feeler.provenance import list_versions
+
+    comparison = load_contest(sets=sets, copies=copies)
+    names = policy or [*comparison.fixed, *comparison.steered]
+    chosen = choose_antenna(antenna)
+    out.mkdir(parents=True, exist_ok=True)
+    with ProgressBar("policies and sets", log_json=log_json) as progress:
+        measured = compare_policies(chosen, comparison, names, journal=out / "journal.jsonl", progress=progress)
+    films: list[Path] = []
+    if movie:
+        observer = Observer(comparison.make_task(chosen, 0), period=comparison.period)
+        for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
+            try:
+                films.append(write_film(film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"))
+            except MissingExtra as missing:
+                typer.echo(f"no movie: {missing}", err=True)
+                break
+    conditions = (
+        f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise {comparison.noise:g} rad. "
+    )
+    conditions += ", ".join(f"{name} {version}" for name, version in list_versions().items())
+    typer.echo(f"page: {write_comparison(measured, comparison, out, tuple(films), conditions)}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add ``active`` to the command line."""
+    app.command("active", epilog=EXAMPLES)(active)

@@ -1,0 +1,92 @@
+"""Comparing policies: the verdict is what it says, journals are taken up, and the command makes its page."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from feeler.active import compare_policies, judge_energy, judge_steering, load_contest
+from feeler.cli.app import app
+from feeler.errors import InvalidInput
+from feeler.presets import cockroach
+
+SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
+NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return load_contest(**SMALL)
+
+
+def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
+    journal = tmp_path / "journal.jsonl"
+    whole = compare_policies(cockroach(), comparison, NAMES)
+    compare_policies(cockroach(), comparison, NAMES[:1], journal=journal)
+    with journal.open("a") as file:
+        file.write('{"key": "cut off')
+    taken = compare_policies(cockroach(), comparison, NAMES, journal=journal)
+    xr.testing.assert_identical(taken, whole)
+    assert np.all((whole["accuracy"] >= 0) & (whole["accuracy"] <= 1))
+    assert float(whole["work"].min()) >= 0
+
+
+def make_measured(comparison, accuracy):
+    """One accuracy for each policy and set."""
+    names = [*comparison.fixed[:1], *comparison.steered[:2]]
+    values = np.repeat(np.array(accuracy, float)[:, :, None], 2, axis=2)
+    work = np.broadcast_to(np.array([1.0, 3.0, 0.2])[:, None, None], values.shape)
+    coords = {"policy": names, "deadline": [10.0, 20.0]}
+    dims = ("policy", "set", "deadline")
+    return xr.Dataset({"accuracy": (dims, values), "work": (dims, work)}, coords, {"antenna": "toy"})
+
+
+def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
+    lucky = make_measured(comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.4, 0.9, 0.4], [0.6, 0.6, 0.6, 0.6]])
+    found = judge_steering(lucky, comparison).sel(deadline=10.0)
+    assert found["steered"] == comparison.steered[0]
+    assert float(found["gain"]) == pytest.approx(-10)
+    assert not bool(found["pays"])
+    sure = make_measured(comparison, [[0.5, 0.5, 0.5, 0.5], [0.6, 0.61, 0.6, 0.6], [0.1] * 4])
+    found = judge_steering(sure, comparison).sel(deadline=20.0)
+    assert float(found["gain"]) == pytest.approx(10.5)
+    assert bool(found["pays"]) == (10.5 - float(found["half"]) > 0)
+
+
+def test_a_budget_leaves_out_what_costs_more(comparison):
+    measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
+    rows = {row[0]: row for row in judge_energy(measured, comparison)}
+    assert rows[0.5][1:] == ["none", pytest.approx(np.nan, nan_ok=True), comparison.steered[1], pytest.approx(60)]
+    assert rows[4.0][3] == comparison.steered[0]
+
+
+def test_the_command_makes_its_page(tmp_path):
+    mine = tmp_path / "mine.py"
+    mine.write_text("def policy(known):\n    return 1.2 if known.time < 10 else 0.3\n")
+    asked = ["active", "--out", str(tmp_path / "out"), "--sets", "1", "--copies", "1", "--no-movie"]
+    result = CliRunner().invoke(app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"])
+    assert result.exit_code == 0, result.output
+    assert "How to move" in (tmp_path / "out" / "active.html").read_text()
+    found = json.loads((tmp_path / "out" / "active.json").read_text())
+    assert found["coords"]["policy"]["data"] == ["fixed:1.2", f"{mine}:policy"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"sets": 0}, "at least one set"),
+        ({"deadlines": (500.0,)}, "multiples of 5 ms up to"),
+        ({"deadlines": (12.0,)}, "multiples of 5 ms"),
+    ],
+)
+def test_what_cannot_be_compared_is_named(changes, said):
+    with pytest.raises(InvalidInput, match=said):
+        load_contest(**changes)
+
+
+def test_one_set_cannot_be_judged(comparison):
+    measured = make_measured(comparison, [[0.5], [0.6], [0.6]])
+    with pytest.raises(InvalidInput, match="at least two sets"):
+        judge_steering(measured, comparison)

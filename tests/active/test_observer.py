@@ -1,0 +1,148 @@
+"""The ideal observer is Bayes, knows what its body did, and learns nothing without contact."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+import feeler
+from feeler.active import Observer, TouchTask, compute_posterior, film_policy, parse_policy
+from feeler.errors import InvalidInput
+
+OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
+
+
+def make_observer(**changes):
+    return Observer(
+        TouchTask(**{"features": OBJECTS, "pool": 8, "gap": (2.0, 4.0), "duration": 20.0, "seed": 5} | changes)
+    )
+
+
+@pytest.fixture(scope="module")
+def observer():
+    return make_observer()
+
+
+def test_a_posterior_equals_bayes_on_two_objects():
+    rng = np.random.default_rng(0)
+    known, noise = rng.normal(size=(2, 4, 3)), 0.7
+    felt = known[1] + noise * rng.normal(size=(4, 3))
+    found = compute_posterior(felt, known, noise)
+    assert found[0] == pytest.approx([0.5, 0.5])
+    for sample in range(1, 5):
+        likely = [multivariate_normal(k[:sample].ravel(), noise**2).pdf(felt[:sample].ravel()) for k in known]
+        assert found[sample] == pytest.approx(np.array(likely) / sum(likely))
+
+
+def test_the_observer_is_bayes_for_a_touch_of_one_speed():
+    """What the observer believes after each period is the posterior of what ``feeler.touch`` gives."""
+    one = make_observer(pool=4, noise=0.05)
+    members = np.eye(2)[one.label]
+    assert np.all(members.sum(axis=0) > 0)
+    seen = one.run(parse_policy("fixed:0.3"), copies=2)
+    touches = [
+        feeler.Trial(feature=t.feature, location=t.location, speed=0.3, lead=t.lead / 0.3, approach=t.approach,
+                     friction=t.friction)
+        for t in one.task.trials
+    ]  # fmt: skip
+    angle = feeler.touch(one.task.antenna, touches, duration=21.0, timestep=0.1)["angle"].values
+    known = angle[:, :, 1:].transpose(0, 2, 1)
+    rng = np.random.default_rng([0, 1])
+    noise = np.concatenate([rng.standard_normal((8, 5, 56)) for _ in range(4)], axis=1)
+    for episode in range(8):
+        expected = compute_posterior(known[episode // 2] + 0.05 * noise[episode], known, 0.05)[::5] @ members
+        np.testing.assert_allclose(seen.belief[:, episode], expected, atol=1e-6)
+
+
+def test_without_contact_nothing_is_learnt(observer):
+    seen = observer.run(parse_policy("fixed:0"), copies=1)
+    np.testing.assert_allclose(seen.belief, np.broadcast_to(seen.belief[0], seen.belief.shape), atol=1e-9)
+    assert seen.work.max() == 0
+    assert seen.accuracy[0] == pytest.approx(max(np.bincount(observer.label)) / 8)
+
+
+def test_what_a_body_expects_to_be_right_is_how_often_it_is(observer):
+    seen = observer.run(parse_policy("fixed:1.2"), copies=40)
+    assert seen.accuracy[-1] > 0.75
+    assert seen.hits == pytest.approx(seen.accuracy, abs=0.05)
+
+
+def test_bodies_that_have_felt_other_things_move_by_themselves(observer):
+    """A steered body believes what an observer believes of that very motion: a policy of time alone is the check."""
+    steered = observer.run(lambda known: np.where(known.touching < 0.5, 0.6, 0.12), copies=3)
+    assert len(np.unique(steered.speed[1:], axis=1).T) > 1
+    way = observer.period * steered.speed[1:].sum(axis=0)
+    assert steered.work.min() >= 0
+    assert way.max() > way.min()
+    twin = int(np.flatnonzero((steered.speed == steered.speed[:, :1]).all(axis=0))[-1])
+    told = iter([*steered.speed[1:, twin]])
+    again = observer.run(lambda known: next(told), copies=3)
+    np.testing.assert_allclose(again.belief[:, twin], steered.belief[:, twin], atol=1e-9)
+
+
+def test_to_look_ahead_changes_nothing_and_standing_still_tells_nothing(observer):
+    gains = []
+
+    def watch(known):
+        gains.append(known.look([0.0, 1.2], 10.0))
+        return 1.2
+
+    seen, plain = observer.run(watch, copies=2), observer.run(parse_policy("fixed:1.2"), copies=2)
+    np.testing.assert_array_equal(seen.belief, plain.belief)
+    assert np.abs(gains[0][:, 0]).max() < 1e-9
+    assert np.all(gains[0][:, 1] > 0.1)
+    assert np.all(gains[0] <= 1.0)
+
+
+def test_a_greedy_body_learns_more_than_a_random_one(observer):
+    greedy, chance = (observer.run(parse_policy(name), copies=4) for name in ("greedy:10", "random:3,5"))
+    assert greedy.accuracy[2] > chance.accuracy[2]
+
+
+def test_a_film_shows_what_the_observer_believed(observer):
+    film = film_policy(observer, parse_policy("fixed:0.6"), touch=3)
+    seen = observer.run(parse_policy("fixed:0.6"), copies=1)
+    assert film.points.shape == (20, 141, 2)
+    np.testing.assert_array_equal(film.belief[-1], seen.belief[-1, 3])
+    assert np.all(film.speed == 0.6)
+
+
+@pytest.mark.parametrize(
+    ("policy", "said"),
+    [
+        (lambda known: "fast", "gives one speed"),
+        (lambda known: np.nan, "all finite"),
+        (lambda known: np.zeros(3), "each of the 8"),
+    ],
+)
+def test_a_policy_that_gives_no_speeds_is_named(observer, policy, said):
+    with pytest.raises(InvalidInput, match=said):
+        observer.run(policy, copies=1)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("hover", "unknown policy 'hover'; valid: fixed"),
+        ("fixed:fast", "takes numbers, One speed"),
+        ("fixed:1,2", "takes numbers"),
+        ("nowhere.py:policy", "there is no file nowhere.py"),
+    ],
+)
+def test_what_is_no_policy_is_named(text, said):
+    with pytest.raises(InvalidInput, match=said):
+        parse_policy(text)
+
+
+def test_a_policy_of_ones_own_comes_from_a_file(tmp_path, observer):
+    path = tmp_path / "mine.py"
+    path.write_text("def policy(known):\n    return 0.6\n")
+    seen = observer.run(parse_policy(f"{path}:policy"), copies=1)
+    np.testing.assert_array_equal(seen.belief, observer.run(parse_policy("fixed:0.6"), copies=1).belief)
+    with pytest.raises(InvalidInput, match="has no function 'other'"):
+        parse_policy(f"{path}:other")
+
+
+@pytest.mark.parametrize("noise", [0.0])
+def test_without_noise_there_is_nothing_to_observe(noise):
+    with pytest.raises(InvalidInput, match="noise > 0"):
+        make_observer(noise=noise)

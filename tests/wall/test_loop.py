@@ -1,0 +1,44 @@
+"""The closed loop: with the true distance its limit is the closed form's, and an antenna only takes away from it."""
+
+import numpy as np
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.presets import cockroach
+from feeler.wall import map_stability
+from feeler.wall.loop import LIMIT, _compare_swings
+
+
+def test_the_limit_of_the_delayed_loop_is_a_root_of_its_equation():
+    """s² + (2ω s + ω²) e^(−sτ) = 0 has a root on the imaginary axis at ωτ = LIMIT."""
+    r = np.sqrt(2 + np.sqrt(5))
+    s, tau = 1j * r, LIMIT
+    assert abs(s**2 + (2 * s + 1) * np.exp(-s * tau)) < 1e-12
+
+
+def test_a_body_that_is_told_the_distance_is_stable_below_the_limit_and_not_above():
+    """Of the rod, whose long steps make it quick; low-pass and period add some 7 ms to the delay."""
+    frequency, more = 0.03, 7.0
+    assert frequency * (10.0 + more) < LIMIT < frequency * 40.0
+    found = map_stability(cockroach(), [10.0, 40.0], [frequency], oracle=True, engine="rod-inertia", timestep=1.0)
+    assert found.stable.tolist() == [[True], [False]]
+
+
+def test_a_delayed_and_weakened_swing_has_its_gain_and_phase():
+    time = np.arange(0.0, 400.0)
+    omega = 2 * np.pi * 0.01
+    ratio = _compare_swings(omega, time, 3 + np.sin(omega * time), 5 + 0.5 * np.sin(omega * (time - 10)))
+    assert abs(ratio) == pytest.approx(0.5, rel=1e-3)
+    assert np.angle(ratio) == pytest.approx(-0.1 * 2 * np.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"delays": [-1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
+        ({"delays": [0.0], "frequencies": [0.1]}, "give known="),
+    ],
+)
+def test_a_loop_that_cannot_be_closed_is_named(fields, said):
+    with pytest.raises(InvalidInput, match=said):
+        map_stability(cockroach(), **fields)
