@@ -110,6 +110,8 @@ def _find_hidden(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
             hidden.append(node.annotation)
         elif isinstance(node, ast.JoinedStr):
             hidden.append(node)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+            hidden += [size for size in node.args if isinstance(size, ast.UnaryOp)]  # NumPy takes any −n for −1
         elif isinstance(node, ast.keyword) and node.arg in SOLVER:
             hidden.append(node.value)
     return [((n.lineno, n.col_offset), (n.end_lineno, n.end_col_offset)) for n in hidden]  # type: ignore[attr-defined]

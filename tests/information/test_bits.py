@@ -150,11 +150,33 @@ def test_many_draws_are_taken_piece_by_piece(monkeypatch):
     assert parts.accuracy == pytest.approx(whole.accuracy, rel=1e-5)
 
 
+@pytest.mark.parametrize("ends", [(1.0, 2.0), (0.7, 0.7 * 1.5)])
+def test_two_levels_of_noise_in_a_plane(ends):
+    """Two tensors of two entries under different noise: the ideal accuracy is ½ ∫ max(p₁, p₂), on a grid."""
+    tensors, sd = np.array([[0.0, 0.0], [1.0, 0.5]]), np.array(ends)
+    axis = np.linspace(-14, 15, 1201)
+    x, y = np.meshgrid(axis, axis)
+    p = [norm.pdf(x, a, s) * norm.pdf(y, b, s) for (a, b), s in zip(tensors, sd, strict=True)]
+    accuracy = np.maximum(*p).sum() * (axis[1] - axis[0]) ** 2 / 2
+    found = compute_information(tensors, sd, n_draws=DRAWS)
+    assert agree(found.accuracy, found.accuracy_error, accuracy)
+    assert found.accuracy_error < 0.003
+
+
+def test_the_error_of_a_noise_is_that_of_the_accuracy_over_its_slope():
+    """Accuracy Φ(d / 2 s): dΦ/ds = −φ(d / 2 s) d / 2 s²."""
+    distance = 2.0
+    sd, error = find_noise(make_pair(distance), 0.75, n_draws=4000, random_state=3)
+    there = compute_information(make_pair(distance), sd, n_draws=4000, random_state=3)
+    slope = norm.pdf(distance / 2 / sd) * distance / 2 / sd**2
+    assert error == pytest.approx(there.accuracy_error / slope, rel=0.03)
+
+
 def test_windows_that_do_not_rise_are_refused():
     tensors = np.random.default_rng(6).standard_normal((5, 3, 12))
     assert compute_energies(tensors, [0, 12])[0] == pytest.approx(np.zeros((5, 5)))
     assert compute_energies(tensors, [3, 3])[1] == pytest.approx(compute_energy(tensors[:, :, :3]))
-    for ends, start in (([13], 0), ([5, 4], 0), ([3], 4), ([3], -1)):
+    for ends, start in (([13], 0), ([5, 13], 0), ([5, 4], 0), ([3], 4), ([3], -1)):
         with pytest.raises(InvalidInput, match="ends must rise"):
             compute_energies(tensors, ends, start=start)
 
@@ -164,6 +186,7 @@ def test_windows_that_do_not_rise_are_refused():
     [
         (np.ones((1, 3)), 1.0, "at least two"),
         (np.array([[1.0], [np.nan]]), 1.0, "finite"),
+        (np.array([[1.0, 2.0], [3.0, np.inf]]), 1.0, "finite"),
         (np.ones((2, 3)), 0.0, "sd must be one number > 0"),
         (np.ones((2, 3)), np.ones(3), "one for each of the 2"),
         (np.ones((3, 2)), np.array([1.0, 1.0, 2.0]), "entries= must be the size of a tensor"),
@@ -172,3 +195,11 @@ def test_windows_that_do_not_rise_are_refused():
 def test_wrong_arguments_are_named(tensors, sd, message):
     with pytest.raises(InvalidInput, match=message):
         compute_information(tensors, sd)
+
+
+@pytest.mark.parametrize(
+    "energy", [np.ones((2, 3)), np.ones((3, 2)), np.ones((1, 1)), np.array([[1.0, 0.0], [0.0, np.nan]])]
+)
+def test_what_is_no_square_of_inner_products_is_refused(energy):
+    with pytest.raises(InvalidInput, match="inner products must be a finite square matrix"):
+        measure_information(energy, 1.0)

@@ -95,3 +95,5 @@ def test_derivatives_of_scaled_tensors():
         assert derivative == pytest.approx(difference, abs=1e-7)
     with pytest.raises(InvalidInput, match="with a peak"):
         scale_derivatives(moves, np.zeros((3, 4, 5)))
+    with pytest.raises(InvalidInput, match="with a peak"):
+        scale_derivatives(moves, tensors * np.array([1.0, 0.0, 1.0])[:, None, None])

@@ -163,6 +163,14 @@ def test_extrema_of_parabolas_are_exact(step):
         assert len(find_extrema(time, signal, floor=3.0)[0]) == 0
 
 
+def test_a_trace_that_touches_zero_is_no_opposite_peak():
+    """Two bumps on one side with a sample at rest between them: nothing swings through."""
+    time = np.arange(0.0, 60.0)
+    signal = np.clip(1 - time / 20, 0, None) + 0.3 * np.exp(-(((time - 35) / 4) ** 2))
+    free = measure_free_response(time, signal)
+    assert free.overdamped and free.peak is None
+
+
 def test_settling_is_counted_from_the_release_and_is_between_samples():
     """A straight line from 1 at 10 ms to 0 at 30 ms passes 10 % at 28 ms and 5 % at 29 ms; it never crosses."""
     time = np.arange(0.0, 60.0, 1.5)

@@ -1,11 +1,13 @@
 """The one door: every breach of the data contract is found, and nothing else is one."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
 from feeler.tensors import find_breaches, rectify, scale_common, validate
-from feeler.tensors.quantities import QUANTITIES
+from feeler.tensors.quantities import QUANTITIES, Quantity
 
 from ._sets import make_set
 
@@ -84,6 +86,26 @@ def test_a_missing_coordinate_is_named_but_not_of_a_part(name):
 def test_labels_may_be_unknown_and_sources_are_three(source):
     tensors = change("source", [source] * 8)(make_set())
     assert find_breaches(change("speed", np.full(8, np.nan))(tensors)) == []
+
+
+def test_what_each_dataset_must_have_and_what_is_recorded_only_when_asked_for():
+    assert {*REQUIRED} == {
+        *("time", "position", "segment"),
+        *("feature", "size", "location", "speed", "antenna", "source", "seed"),
+    }
+    optional = {name for name, quantity in QUANTITIES.items() if quantity.optional}
+    assert optional == {"velocity", "base_pose", "work", "timestep", "error"}
+    assert {name for name, quantity in QUANTITIES.items() if quantity.required} == {*REQUIRED, "angle"}
+    assert not Quantity(dims=("trial",)).required and not Quantity(dims=("trial",)).optional
+
+
+def test_angles_and_velocities_are_those_of_the_hinges_that_carry_sensors():
+    antenna = SimpleNamespace(sensors=np.array([1, 3, 4]))
+    motion = SimpleNamespace(angle=np.arange(8.0).reshape(2, 4), velocity=10 * np.arange(8.0).reshape(2, 4))
+    for name, factor in (("angle", 1), ("velocity", 10)):
+        np.testing.assert_array_equal(
+            QUANTITIES[name].make(antenna, motion), factor * np.array([[0, 4], [2, 6], [3, 7]])
+        )
 
 
 def test_several_breaches_are_told_together():
