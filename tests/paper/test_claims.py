@@ -88,6 +88,10 @@ def spread(value, low, high):
         (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 0.9)}, "reproduced"),
         (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 1.1)}, "partly"),
         (make_claim(kind="below", target=1.0), {"a": spread(1.5, 0.1, 1.9)}, "not reproduced"),
+        (make_claim(kind="above", target=3.0), {"a": spread(2, 1, 4)}, "not reproduced"),
+        (make_claim(kind="above", target=0.2), {"a": spread(0.3, 0.1, 0.4)}, "partly"),
+        (make_claim(kind="below", target=3.0), {"a": spread(2.5, 1, 3.5)}, "partly"),
+        (make_claim(kind="below", target=0.2), {"a": spread(0.3, 0.1, 0.4)}, "not reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 1}, "not reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.4), "b": spread(2, 1.5, 3)}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.6), "b": spread(2, 1.5, 3)}, "partly"),
@@ -167,9 +171,16 @@ def test_keys_are_told_apart_by_what_differs():
     assert ordered.values == (("a.slow", 1.0), ("a.fast", 2.0))
 
 
+def test_a_run_must_write_every_key_of_every_definition_and_what_stands_beside():
+    claim = make_claim(keys=("{definition}.a",), definitions=("x", "y"), null=("n",), shows=("s", "t"))
+    assert claim.list_keys() == {"x.a", "y.a", "n", "s", "t"}
+    assert make_claim(keys=("a", "b")).list_keys() == {"a", "b"}
+
+
 def test_the_nearest_definition_is_named():
     claim = make_claim(keys=("{definition}.a",), definitions=("x", "y", "z"), target=1.0, tolerance=0.1)
-    judged = judge(claim, {"x.a": 1.5, "y.a": 1.05, "z.a": {"undefined": "no"}}, CONTEXT)
+    values = {"x.a": spread(1.5, 1.0, 1.0), "y.a": spread(1.05, 0.2, 3.0), "z.a": {"undefined": "no"}}
+    judged = judge(claim, values, CONTEXT)
     assert judged.why.endswith("nearest: y") and judged.verdict == "depends on a definition"
     assert not judged.is_evidence
 
@@ -190,6 +201,7 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
         ({"kind": "none"}, "add a sentence as `why`"),
         ({"null": ("m", "n")}, "1 keys but 2 nulls"),
         ({"definitions": ("x",)}, "must hold {definition}"),
+        ({"definitions": ("x",), "keys": ("{definition}.a", "b")}, "must hold {definition}"),
     ],
 )
 def test_a_misspelt_rule_is_refused(fields, message):
