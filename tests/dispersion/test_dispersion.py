@@ -51,6 +51,13 @@ def test_search_in_blocks_equals_the_full_matrix(index):
         np.testing.assert_allclose(got.value, expected.value, atol=1e-13)
 
 
+def test_closest_is_the_greatest_unless_it_is_said_to_be_the_least():
+    matrix = np.array([[9.0, 1.0, 2.0], [1.0, 9.0, 3.0], [2.0, 3.0, 9.0]])
+    found, least = find_closest(matrix), find_closest(matrix, greatest=False)
+    np.testing.assert_array_equal([found.trial, found.value], [[2, 2, 1], [2, 3, 3]])
+    np.testing.assert_array_equal([least.trial, least.value], [[1, 0, 0], [1, 1, 2]])
+
+
 def test_first_of_equals_is_taken_in_any_block_size():
     tensors = np.repeat(np.random.default_rng(0).random((1, 12, 12)), 5, axis=0)
     for block in (1, 2, 5):

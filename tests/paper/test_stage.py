@@ -5,7 +5,7 @@ import pytest
 from feeler import provenance
 from feeler.errors import FeelerError
 from feeler.paper.context import Context
-from feeler.paper.stage import Stage, run_stage
+from feeler.paper.stage import Stage, hold, is_kept, run_stage
 
 
 def make_stage(make):
@@ -89,3 +89,18 @@ def test_a_fresh_run_uses_what_it_made_itself(tmp_path):
     run_stage(stage, context)
     assert run_stage(stage, context).cached
     assert len(calls) == 1
+
+
+def test_who_holds_a_path_makes_its_folder_and_another_may_hold_it_after(tmp_path):
+    path = tmp_path / "a" / "b" / "made"
+    for _ in range(2):
+        with hold(path):
+            assert path.parent.is_dir()
+
+
+def test_a_result_is_kept_unless_it_is_older_than_a_fresh_run(tmp_path):
+    path = tmp_path / "made"
+    path.write_text("x")
+    made = path.stat().st_mtime
+    assert is_kept(path, Context()) and not is_kept(tmp_path / "other", Context())
+    assert is_kept(path, Context(fresh=True, started=made)) and not is_kept(path, Context(fresh=True, started=made + 1))

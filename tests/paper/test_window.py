@@ -46,6 +46,11 @@ def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
     assert (shorter.cut, shorter.pairs, shorter.ceiling) == (1, 0, 1.0)
 
 
+def test_a_recording_that_begins_later_ends_later():
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(time=TIME + 5.0)
+    assert measure_window(tensors).end == 306.0
+
+
 def test_touches_without_any_contact_end_at_once():
     found = measure_window(make_touches([[], []]))
     assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (0, 0, 1.0, 1, 0.5)

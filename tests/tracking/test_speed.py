@@ -182,6 +182,16 @@ def test_the_error_is_of_the_mean_and_holds_the_noise():
     assert np.isnan(none.error) and np.isnan(none.mean_peak)
 
 
+def test_synthetic_animals_walk_and_are_as_large_as_they_say():
+    """10 mm/s, 28 mm of body and 42 mm of antenna at 8 px/mm; head and abdomen lie along the body."""
+    tracks = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, frame_rate=50.0, duration=2000.0)
+    abdomen, head, tip = (tracks.of(name) / 8.0 for name in ("abdomen", "head", "right_tip"))
+    assert tracks.n_frames == 100 and tracks.interval == 20.0
+    np.testing.assert_allclose(np.linalg.norm(np.diff(abdomen, axis=0), axis=1) / 20.0, 0.01)
+    np.testing.assert_allclose(np.linalg.norm(head - abdomen, axis=1), 28.0)
+    np.testing.assert_allclose(np.linalg.norm(tip - head, axis=1), 42.0)
+
+
 def test_the_mean_is_over_all_sides_that_swept():
     both = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(90 * DEGREES, 60 * DEGREES))
     still = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(30 * DEGREES, 0.0))
