@@ -186,6 +186,23 @@ def test_effect_is_the_mean_over_the_sample_sd():
     assert bootstrap_difference(b, a, np.random.default_rng(0)).effect == pytest.approx(-1.0, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("values", "level", "message"),
+    [([], 0.9, "finite values"), ([1.0, np.nan], 0.9, "finite values"), ([[1.0, 2.0]], 0.9, "finite values"),
+     ([1.0, 2.0], 0.0, "level must lie in"), ([1.0, 2.0], 1.0, "level must lie in")],
+)  # fmt: skip
+def test_what_has_no_mean_or_no_interval_is_refused(values, level, message):
+    with pytest.raises(InvalidInput, match=message):
+        bootstrap_mean(np.array(values), np.random.default_rng(0), level=level)
+
+
+def test_one_difference_has_no_effect_size():
+    one = bootstrap_difference(np.array([3.0]), np.array([1.0]), np.random.default_rng(0))
+    assert (one.estimate, one.effect) == (2.0, np.inf)
+    other = bootstrap_difference(np.array([1.0]), np.array([3.0]), np.random.default_rng(0))
+    assert other.effect == -np.inf
+
+
 def test_unpaired_values_are_refused():
     with pytest.raises(InvalidInput, match="one to one"):
         bootstrap_difference(np.ones(3), np.ones(4), np.random.default_rng(0))

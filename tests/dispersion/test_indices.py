@@ -156,6 +156,14 @@ def test_pearson_of_a_constant_tensor_is_refused_and_named():
         compute_pearson(tensors)
 
 
+def test_many_bad_trials_are_counted_after_the_first_eight():
+    tensors = np.ones((10, 12, 12))
+    with pytest.raises(InvalidInput, match=r"trial\(s\) 0, 1, 2, 3, 4, 5, 6, 7 and 2 more are constant"):
+        compute_pearson(tensors)
+    with pytest.raises(InvalidInput, match=r"trial\(s\) 0, 1, 2, 3, 4, 5, 6, 7 are constant"):
+        compute_pearson(tensors[:8])
+
+
 def test_the_other_indices_take_a_constant_tensor():
     tensors = make_noise()
     tensors[3] = 0.0
