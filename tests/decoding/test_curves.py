@@ -49,6 +49,14 @@ def test_every_group_has_every_curve(curves):
     assert set(curves.baselines) == {"strong", "weak"}
 
 
+def test_no_curve_is_made_that_nobody_asked_for(curves):
+    """Other numbers of copies for relative noise alone; noise before encoding for codes of fixed bases alone."""
+    after = [curve for curve in curves.sweeps if curve.when == "after"]
+    assert {(c.noise, c.n_copies) for c in after} == {("relative", 4), ("relative", 3), ("common", 4)}
+    assert {c.kind for c in after if c.n_copies == 3} <= set(PLAN.other_kinds)
+    assert len(set(curves.sweeps)) == len(curves.sweeps)
+
+
 def test_null_unmasks_a_code_that_depends_on_the_trials_place(curves):
     assert curves.find_null("joint").noisy[0].mean() > 0.8
     for kind in ("sparse", "ridge", "raw"):

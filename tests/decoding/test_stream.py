@@ -1,6 +1,9 @@
 """Streaming decoder: right posterior, honest states, tolerant of lost samples, intolerant of nonsense."""
 
 import builtins
+import sys
+from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -298,3 +301,26 @@ def test_a_model_that_gives_no_probabilities_is_refused(model, words):
 def test_a_decoder_with_a_model_is_not_fitted():
     with pytest.raises(InvalidInput, match="adopt"):
         StreamDecoder(model=lambda tensor: [1.0, 0.0]).fit([np.zeros((1, 5))], [("a",)])
+
+
+def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
+    asked = {}
+
+    class Port:
+        lines: ClassVar[list[bytes]] = [b"1,2\n", b"3,4\n", b""]
+
+        def __init__(self, port, baudrate, timeout):
+            asked.update(port=port, baudrate=baudrate, timeout=timeout)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            asked["closed"] = True
+
+        def readline(self, most):
+            return self.lines.pop(0)
+
+    monkeypatch.setitem(sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError))
+    assert list(open_serial("/dev/robot")) == [b"1,2\n", b"3,4\n"]
+    assert asked == {"port": "/dev/robot", "baudrate": 115_200, "timeout": 2.0, "closed": True}  # s

@@ -73,6 +73,24 @@ def test_no_sample_of_the_contact_is_in_a_slope(e, n_samples):
         assert measure_restitution(TIME, gap, touch=touch, n_samples=n_samples) == pytest.approx(e, abs=1e-12)
 
 
+def test_four_samples_are_taken_unless_another_number_is_given():
+    """A gap that curves has another slope over four samples, −0.5 − 0.02 · 2.5 at 2.5 ms before contact, than over five."""
+    before, after = TIME - 20, TIME - 24
+    gap = np.where(
+        before < 0, -0.5 * before + 0.01 * before**2, np.where(after > 0, 0.3 * after + 0.01 * after**2, 0.0)
+    )
+    assert measure_restitution(TIME, gap) == pytest.approx((0.3 + 0.02 * 2.5) / (0.5 + 0.02 * 2.5))
+    assert measure_restitution(TIME, gap, n_samples=5) == pytest.approx((0.3 + 0.02 * 3) / (0.5 + 0.02 * 3))
+
+
+def test_samples_before_and_after_contact_must_all_be_there():
+    gap = bounce(0.5)
+    assert measure_restitution(TIME[16:29], gap[16:29]) == pytest.approx(0.5)  # four before 20 ms, four after 24 ms
+    for cut in (slice(17, 29), slice(16, 28)):
+        with pytest.raises(InvalidInput, match="4 samples are needed before and after"):
+            measure_restitution(TIME[cut], gap[cut])
+
+
 def test_restitution_refuses_bodies_that_part():
     with pytest.raises(InvalidInput, match="do not approach"):
         measure_restitution(TIME, TIME + 1.0, touch=(20.0, 24.0))
