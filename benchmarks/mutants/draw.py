@@ -28,7 +28,20 @@ PAIRS = """
 SWAPS = {one: other for pair in PAIRS.split(",") for one, other in (pair.split(), pair.split()[::-1])}
 SWAPS["abs"] = "float"  # no more than what it was
 
-SOLVER = {"tol", "xtol", "ftol", "gtol", "rtol", "atol", "x_scale", "maxiter", "max_iter", "max_nfev", "stacklevel", "strict"}
+SOLVER = {
+    "tol",
+    "xtol",
+    "ftol",
+    "gtol",
+    "rtol",
+    "atol",
+    "x_scale",
+    "maxiter",
+    "max_iter",
+    "max_nfev",
+    "stacklevel",
+    "strict",
+}
 """Arguments that say how hard a solver tries, or check what always holds: they change no number."""
 
 

@@ -122,6 +122,11 @@ def test_wilson_interval_known_values(successes, total, low, high):
     assert compute_wilson(successes, total) == pytest.approx((low, high), abs=1e-4)
 
 
+@pytest.mark.parametrize("total", range(1, 40))
+def test_a_share_of_none_or_all_has_its_end_exactly(total):
+    assert compute_wilson(0, total)[0] == 0.0 and compute_wilson(total, total)[1] == 1.0
+
+
 def _fit(X, y=None, **options):
     tensors, labels = _set()
     return TransferClassifier(**options).fit(tensors if X is None else X, labels if y is None else y)
