@@ -140,6 +140,12 @@ def test_standard_errors_are_the_spread_over_repeated_draws():
     assert noise[:, 1].mean() == pytest.approx(noise[:, 0].std(ddof=1), rel=0.3)
 
 
+@pytest.mark.parametrize(("n_draws", "known"), [(1, False), (2, True)])
+def test_an_error_needs_two_pairs_of_draws(n_draws, known):
+    found = compute_information(make_pair(1.0), 0.7, n_draws=n_draws)
+    assert np.isfinite([found.bits_error, found.accuracy_error]).all() == known and np.isfinite(found.bits)
+
+
 def test_many_draws_are_taken_piece_by_piece(monkeypatch):
     """With room for a few likelihood ratios at a time the same noise gives the same numbers, but for rounding."""
     tensors = np.random.default_rng(7).standard_normal((6, 9))

@@ -70,6 +70,18 @@ def test_the_mirror_image_of_the_mirror_image_is_the_feature(feature):
     assert across[0].min() == pytest.approx(-across[1].max())
 
 
+def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle():
+    (part,) = Wall().parts
+    front = part[part[:, 0] > -1.0]
+    np.testing.assert_array_equal(front[:, 0], 0.0)
+    assert len(front) == 2 and front[0, 1] == -front[1, 1]
+    for approach in (0.5, 179.5):
+        assert Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach).approach == approach
+    for approach in (0.0, 180.0):
+        with pytest.raises(InvalidInput, match="approach"):
+            Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach)
+
+
 def test_size_is_half_the_outer_extent():
     assert Box(half_width=1.5, half_height=1.0, rounding=0.2).size == pytest.approx(1.7)
     assert Ball(radius=1.5).size == 1.5

@@ -18,6 +18,7 @@ from feeler.wall import (
     make_turn,
     slide,
 )
+from feeler.wall.sensitivity import FRICTIONS
 
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
@@ -141,10 +142,19 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
     run = follow(cockroach(), course, controller=controller, start=12.0 + offset, oracle=True)
     root = np.sqrt(complex(damping_ratio**2 - 1)) * omega + 1e-9  # of s² + 2 ζ ω s + ω², from their mean
     decay, t = damping_ratio * omega, run.time
+    assert t[-1] == pytest.approx((150.0 - 20.0) / 0.45, abs=1.0)  # it ends 20 mm before the wall does
     expected = np.real(np.exp(-decay * t) * (np.cosh(root * t) + decay / root * np.sinh(root * t)))
     error = (run.distance - 12.0) / offset
     np.testing.assert_allclose(error, expected, atol=0.02)
     assert (error.min() < -0.1) == (damping_ratio < 1)
+
+
+def test_choices_of_the_controller_and_of_the_declared_family():
+    """[C]: mm, rad/ms, 1, ms, rad/ms, ms; frictions of the walls that claims about walls are judged over."""
+    usual = Controller()
+    assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
+    assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
+    assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
 
 
 def test_the_controller_waits_filters_and_has_a_limit():
