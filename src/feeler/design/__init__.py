@@ -2,9 +2,9 @@
 
 from feeler.design.constraints import Constraints
 from feeler.design.making import make_strips, measure_tolerance
-from feeler.design.outcome import Outcome, carry_out
+from feeler.design.outcome import DesignOutcome, carry_out
 from feeler.design.page import write_design
-from feeler.design.plan import Plan, load_plan
+from feeler.design.plan import DesignPlan, load_plan
 from feeler.design.problem import Candidate, DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import METHODS, Optimum, optimise
@@ -16,10 +16,10 @@ __all__ = [
     "Candidate",
     "Constraints",
     "Design",
+    "DesignOutcome",
+    "DesignPlan",
     "DesignProblem",
     "Optimum",
-    "Outcome",
-    "Plan",
     "Score",
     "Space",
     "Task",

@@ -13,7 +13,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.file import save_antenna
 from feeler.antenna.parse import Source
 from feeler.checked import checked
-from feeler.design.plan import Plan
+from feeler.design.plan import DesignPlan
 from feeler.design.problem import DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
@@ -25,10 +25,10 @@ JOURNAL, FINALS = "journal.jsonl", "finals.json"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Outcome:
+class DesignOutcome:
     """What a plan came to."""
 
-    plan: Plan
+    plan: DesignPlan
     ends: tuple[Optimum, ...]
     """Where each start ended, the best on the test draws first."""
     tests: tuple[Score, ...]
@@ -63,8 +63,8 @@ class Outcome:
 
 @checked
 def carry_out(
-    plan: Plan, out: str | os.PathLike, *, watch: Callable[[DesignProblem], None] | None = None, **options: Any
-) -> Outcome:
+    plan: DesignPlan, out: str | os.PathLike, *, watch: Callable[[DesignProblem], None] | None = None, **options: Any
+) -> DesignOutcome:
     """Search as the plan says, choose among the ends by the test draws, judge the choice on the final ones.
 
     The folder receives the journal (the same call goes on from it), ``antenna.toml`` and ``design.json``.
@@ -82,7 +82,7 @@ def carry_out(
     tests = [score(end.design.antenna, task, "test", **options) for end, task in zip(ends, own, strict=True)]
     order = sorted(range(len(ends)), key=lambda k: -tests[k].bits)
     best, task = ends[order[0]].design.antenna, own[order[0]]
-    found = Outcome(
+    found = DesignOutcome(
         plan=plan,
         ends=tuple(ends[k] for k in order),
         tests=tuple(tests[k] for k in order),
@@ -113,7 +113,7 @@ def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
     return len(seen)
 
 
-def _keep(found: Outcome, out: Path) -> None:
+def _keep(found: DesignOutcome, out: Path) -> None:
     note = f"designed: {found.final.bits:.4g} bits on final draws, the reference {found.reference_final.bits:.4g}"
     sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
     save_antenna(found.best, out / "antenna.toml", sources)

@@ -11,7 +11,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
 from feeler.checked import checked
 from feeler.design.making import WIDEST, make_strips
-from feeler.design.outcome import Outcome
+from feeler.design.outcome import DesignOutcome
 from feeler.design.scoring import Score
 from feeler.errors import MissingExtra
 from feeler.plotting.look import PALETTE
@@ -27,7 +27,7 @@ LEAD = (
 
 @checked
 def write_design(
-    found: Outcome, out: Path, *, conditions: str = "", movie: bool = True, tolerance: list[Score] | None = None
+    found: DesignOutcome, out: Path, *, conditions: str = "", movie: bool = True, tolerance: list[Score] | None = None
 ) -> Path:
     """``design.html`` in the folder ``out``, with its pictures beside it; ``tolerance`` adds the robot's hinges."""
     section = Section(name="design", title="The best antennas", folder=out, vector=False)
@@ -36,7 +36,7 @@ def write_design(
         "profiles",
         "Stiffness and damping of the best antenna of each start (colours) and of the reference (black), the damping ratios of "
         "the first modes, and the fewest missing bits during each search.",
-        lambda figure: plot_profiles(found, figure),
+        lambda figure: plot_designs(found, figure),
         height=4.6,
     )
     section.figure(
@@ -55,7 +55,7 @@ def write_design(
     return path
 
 
-def _say_result(found: Outcome, section: Section) -> None:
+def _say_result(found: DesignOutcome, section: Section) -> None:
     fewer, error = found.compare()
     sure = (
         f"{100 * fewer:.0f} ± {100 * error:.0f} % (standard error)" if np.isfinite(fewer) else "undefined (no errors)"
@@ -87,7 +87,7 @@ def _list_cells(one: Score, antenna: Antenna) -> list[object]:
     return [one.bits, one.bits_error, 100 * one.errors, one.peak, float(least)]
 
 
-def plot_profiles(found: Outcome, figure: Figure) -> None:
+def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     """Four panels."""
     axes = figure.subplots(2, 2).flat
     shown = [(found.plan.reference, "black", "reference")]
@@ -116,7 +116,7 @@ def _name(ax: Axes, x: str, y: str, kind: str) -> None:
     ax.set(xlabel=x, ylabel=y, yscale=kind)
 
 
-def plot_confusion(found: Outcome, figure: Figure) -> None:
+def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
     """Reference and best side by side, on one scale."""
     axes = figure.subplots(1, 2, sharey=True)
     for ax, one, title in zip(axes, (found.reference_final, found.final), ("reference", "design 1"), strict=True):
@@ -131,7 +131,7 @@ def plot_confusion(found: Outcome, figure: Figure) -> None:
     figure.colorbar(image, ax=axes, label="share")
 
 
-def _add_movie(found: Outcome, section: Section, out: Path) -> None:
+def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
     """One touch of the best antenna, or a line that says how to get it."""
     from feeler.experiment.touch import touch
     from feeler.plotting import write_touch_movie
@@ -147,7 +147,7 @@ def _add_movie(found: Outcome, section: Section, out: Path) -> None:
     section.movie(path, f"The best antenna touched: {trial.label}.")
 
 
-def _say_making(found: Outcome, section: Section, tolerance: list[Score]) -> None:
+def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) -> None:
     section.heading("As flexures")
     strips = make_strips(found.best)
     rows = [[k + 1, float(found.best.stiffness[k]), float(strips.width[k]), float(strips.thickness[k])]

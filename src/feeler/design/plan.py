@@ -61,7 +61,7 @@ seed = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Plan:
+class DesignPlan:
     """What a design file holds."""
 
     task: Task
@@ -80,7 +80,7 @@ SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed":
 
 
 @checked
-def load_plan(path: str | os.PathLike) -> Plan:
+def load_plan(path: str | os.PathLike) -> DesignPlan:
     """The plan in a TOML file, as ``feeler design --new`` writes one.
 
     Raises
@@ -100,7 +100,7 @@ def load_plan(path: str | os.PathLike) -> Plan:
         raise InvalidInput(f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}.")
     antenna = _choose(str(content.get("antenna", "exponential")), path)
     made = {name: _make(path, name, kind, content.get(name, {}), antenna) for name, kind in tables.items()}
-    return Plan(**made)
+    return DesignPlan(**made)
 
 
 def _choose(name: str, path: Path) -> Antenna:

@@ -153,8 +153,8 @@ class ChainStepper(Stepper):
 def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Tables:
     n, width = scenes[0].antenna.n_segments, len(scenes)
     n_objects = max(len(m.obj) for m in models)
-    constants, wide_constants = _make_table(f.N_CONSTANTS, n, width)
-    work, wide_work = _make_table(f.N_WORK, n, width)
+    constants, wide_constants = make_table(f.N_CONSTANTS, n, width)
+    work, wide_work = make_table(f.N_WORK, n, width)
     size = max(_count_contacts(model) for model in models)
     tables = Tables(
         constants=constants,
@@ -203,7 +203,7 @@ def _fits(t: Tables, model: ChainModel) -> bool:
     return all(a <= b for a, b in zip(own, room, strict=True))
 
 
-def _make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+def make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Zeros (row, segment, lane) from the start of a cache line, and the same numbers f.LANES side by side.
 
     One lane: row after row, each an odd number of lines, so that equal places of different rows share no cache set.
