@@ -1,6 +1,7 @@
 """Which antenna should I build? A task, a score on touches never met, a space of antennas, constraints, and a search."""
 
 from feeler.design.constraints import Constraints
+from feeler.design.front import compute_settling, find_front
 from feeler.design.making import make_strips, measure_tolerance
 from feeler.design.outcome import DesignOutcome, carry_out
 from feeler.design.page import write_design
@@ -8,10 +9,12 @@ from feeler.design.plan import DesignPlan, load_plan
 from feeler.design.problem import Candidate, DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import METHODS, Optimum, optimise
+from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
 from feeler.design.space import Design, Space
 from feeler.design.task import Task
 
 __all__ = [
+    "CHOICES",
     "METHODS",
     "Candidate",
     "Constraints",
@@ -24,8 +27,12 @@ __all__ = [
     "Space",
     "Task",
     "carry_out",
+    "choose_sensors",
+    "compute_settling",
+    "find_front",
     "load_plan",
     "make_strips",
+    "measure_sensors",
     "measure_tolerance",
     "optimise",
     "score",

@@ -244,8 +244,8 @@ def _pull_contacts(t, adj, scratch, rows, lane):
 @compiled
 def _measure(t, adj, scratch, rows, own, k, count, o, i, lane):
     """S of the contacts of segment i with object o as it is now placed, rows active as they were."""
-    kinds, corners, starts, boxes, owner = t.shapes
-    shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane])
+    kinds, corners, starts, boxes, blocks, owner = t.shapes
+    shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane], blocks[lane])
     found = find_contacts(
         t.constants, t.work, t.obj, o, shapes, owner[lane, o], owner[lane, o + 1], t.place, scratch, np.int64(0), lane
     )
