@@ -39,7 +39,8 @@ def measure_sensors(
 ) -> np.ndarray:
     """Bits (count,) that sets of so many sensors tell; chosen on the optimiser's draws, asked on those of ``purpose``."""
     known, asked = (_scale(touch_classes(antenna, task, name, task.speeds[0]), task) for name in ("optimiser", purpose))
-    return np.array([_tell(asked[:, :, CHOICES[choice](known, task.level, n)[:n]], task) for n in counts])
+    chosen = [np.sort(CHOICES[choice](known, task.level, n)[:n]) for n in counts]  # in their order along the antenna
+    return np.array([_tell(asked[:, :, own], task) for own in chosen])
 
 
 def _tell(tensors: np.ndarray, task: Task) -> float:
