@@ -45,6 +45,7 @@ from feeler.experiment.touch import touch
 HERE = Path(__file__).parent
 PLAN = load_plan(HERE / "design.toml")
 RESULTS = HERE / "results" / "design.json"
+STORED = HERE.parent / "src" / "feeler" / "paper" / "open_design.json"  # what the report draws, with fewer digits
 SPEEDS = (0.6, 0.3, 0.06)
 SEEDS = range(5)
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 56)
@@ -209,6 +210,38 @@ def measure_force(antenna) -> float:
     return 1e3 * float(np.linalg.norm(force, axis=2).max(axis=1).mean())
 
 
+def list_values(known: dict) -> dict:
+    """The numbers that docs/guide/design.md quotes."""
+    found = {}
+    if final := known.get("final"):
+        mean = np.mean([one["errors"] for one in final["seeds"].values()], axis=0)
+        for k, speed in enumerate(SPEEDS):
+            row = {
+                "paper": final["paper"]["errors"][k],
+                "splines": mean[k],
+                "fewer": final["fewer"][k],
+                "half": final["half"][k],
+            }
+            found |= {f"{name}.{speed:g}": 100 * float(value) for name, value in row.items()}
+    for noise, family in known.get("family", {}).items():
+        found[f"family.{noise}.paper"] = family["paper"]["bits"]
+        found[f"family.{noise}.starts"] = len(family["starts"])
+        for name, pick in (("bits", lambda one: one["bits"]), ("rate", lambda one: one["p"][2])):
+            values = [pick(one) for one in family["starts"]]
+            found |= {f"family.{noise}.{name}.least": min(values), f"family.{noise}.{name}.most": max(values)}
+    for name in ("exponential", "linear", "constant", "matched", "spline"):
+        if "sensors" in known:
+            found |= {f"sensors.{name}.{choice}": known["sensors"][name][choice]["fewest"] for choice in CHOICES}
+    return found
+
+
+def keep(known: dict) -> None:
+    known = known | {"values": list_values(known)}
+    RESULTS.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n")
+    lean = json.loads(json.dumps(known), parse_float=lambda text: float(f"{float(text):.5g}"))
+    STORED.write_text(json.dumps(lean, sort_keys=True) + "\n")
+
+
 def load(name: str) -> dict:
     return json.loads(RESULTS.read_text())[name]
 
@@ -234,7 +267,7 @@ def main() -> None:
         made = PARTS[name](given.journals, which)
         if not which:  # parts of parts only fill the journals
             known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-            RESULTS.write_text(json.dumps(known | {name: made}, indent=1, sort_keys=True) + "\n")
+            keep(known | {name: made})
 
 
 if __name__ == "__main__":

@@ -17,12 +17,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "beyond.json"
+DESIGN = RESULTS.with_name("design.json")
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-PAGES = ("slow_and_graded.md",)
+PAGES = ("slow_and_graded.md", "searched.md")
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards" markdown>\n'
 
@@ -30,6 +31,7 @@ GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div c
 def insert_numbers(markdown: str) -> str:
     """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError, which ends the build."""
     values = json.loads(RESULTS.read_text())
+    values |= {f"design.{key}": value for key, value in json.loads(DESIGN.read_text())["values"].items()}
 
     def show(found: re.Match) -> str:
         value = values[found["key"]]

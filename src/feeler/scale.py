@@ -24,7 +24,7 @@ class Scale:
     """Whether figures are also drawn as PDF; without it a smoke run is a fifth faster."""
     queue: tuple[str, ...] = (
         "tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient", "bounds", "robot", "wall", "antenna",
-        "tracking",
+        "design", "tracking",
     )  # fmt: skip
     """Stages, longest first, so that no core waits at the end; but first tensors, for which most others wait."""
 
@@ -139,7 +139,7 @@ class Scale:
 
 HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
-REST = ("gradient", "bounds", "antenna", "tracking", "cnn")
+REST = ("gradient", "bounds", "design", "antenna", "tracking", "cnn")
 QUICK = Scale(
     name="quick",
     queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *REST),

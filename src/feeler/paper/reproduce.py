@@ -68,6 +68,12 @@ STAGES = (
         reads=("scale", "engine", "timestep", "antenna"),
     ),
     Stage(
+        name="design",
+        title="Beyond the paper: which antenna tells most",
+        figures=("open_design",),
+        reads=("antenna",),
+    ),
+    Stage(
         name="robot",
         title="The robotic antenna",
         figures=("fig6", "figS7"),
@@ -81,7 +87,7 @@ STAGES = (
     ),
 )
 
-COCKROACH_ONLY = ("calibration", "robot", "tracking")
+COCKROACH_ONLY = ("calibration", "design", "robot", "tracking")
 
 
 def reproduce(context: Context, report: Callable[[str, Section | None], None] = lambda *_: None) -> list[Section]:
