@@ -237,7 +237,7 @@ def list_values(known: dict) -> dict:
 
 def keep(known: dict) -> None:
     known = known | {"values": list_values(known)}
-    RESULTS.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n")
+    RESULTS.write_text(json.dumps(known, sort_keys=True) + "\n")
     lean = json.loads(json.dumps(known), parse_float=lambda text: float(f"{float(text):.5g}"))
     STORED.write_text(json.dumps(lean, sort_keys=True) + "\n")
 
