@@ -15,8 +15,8 @@ REST = 0.05  # of the deflection, at which an antenna is said to be at rest
 def find_front(costs: Annotated[np.ndarray, "design cost"]) -> np.ndarray:
     """Numbers (…,) of the designs that no other beats in one cost without being worse in another, by rising first cost."""
     costs = np.asarray(costs, dtype=float)
-    worse = (costs[:, None] >= costs).all(axis=2) & (costs[:, None] > costs).any(axis=2)
-    front = np.flatnonzero(~worse.any(axis=1))
+    worse = np.all(costs[:, None] >= costs, axis=2) & np.any(costs[:, None] > costs, axis=2)
+    front = np.flatnonzero(~np.any(worse, axis=1))
     return front[np.lexsort(costs[front].T[::-1])]
 
 
