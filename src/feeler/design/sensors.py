@@ -59,7 +59,8 @@ def _choose_greedily(tensors: np.ndarray, sd: float, count: int) -> np.ndarray:
     means = tensors.mean(axis=1)
     means = means - means.mean(axis=0)
     each = np.einsum("kst,jst->skj", means, means) / sd**2
-    total, order = np.eye(len(means)), []
+    order: list[int] = []
+    total = np.eye(len(means))
     for _ in range(count):
         gain = np.linalg.slogdet(total + each)[1]
         gain[order] = -np.inf
