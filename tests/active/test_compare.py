@@ -57,7 +57,7 @@ def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
 
 def test_a_budget_leaves_out_what_costs_more(comparison):
     measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
-    rows = {row[0]: row for row in judge_energy(measured, comparison)}
+    rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
     assert rows[0.5][1:] == ["none", pytest.approx(np.nan, nan_ok=True), comparison.steered[1], pytest.approx(60)]
     assert rows[4.0][3] == comparison.steered[0]
 

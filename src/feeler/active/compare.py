@@ -60,7 +60,9 @@ def compare_policies(
     rows: dict[tuple[str, int], dict[str, list[float]]] = {}
     observer, at = None, -1
     for done, (name, number) in enumerate(jobs, start=1):
-        key = json.dumps([compute_digest(antenna)[:16], name, number, _describe(comparison, name), code])
+        key = json.dumps(
+            [compute_digest(antenna)[:16], name, number, _describe(comparison, name), code, _digest_file(name)]
+        )
         if key not in kept:
             if at != number:
                 task = comparison.make_task(antenna, number)
@@ -94,6 +96,12 @@ def _describe(comparison: Contest, name: str) -> list[Any]:
     copies = comparison.ahead_copies if name in comparison.ahead else comparison.copies
     shared = ("known", "seed", "noise", "duration", "period", "deadlines")
     return [copies, *(getattr(comparison, field) for field in shared)]
+
+
+def _digest_file(name: str) -> str:
+    """What a policy of one's own says now: another text, another result."""
+    path = Path(name.partition(":")[0])
+    return compute_digest(path.read_text(encoding="utf-8"))[:16] if path.suffix == ".py" and path.is_file() else ""
 
 
 def _read(journal: Path | None) -> dict[str, dict[str, list[float]]]:
@@ -168,15 +176,15 @@ def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
 
 @checked
 def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
-    """For each budget of work [µJ] and the last deadline: the best fixed and the best steered policy that keep to it, in %."""
-    last = measured.isel(deadline=-1)
-    mean, work = 100 * last["accuracy"].mean("set"), last["work"].mean("set")
+    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy that keep to it, in %."""
     rows = []
-    for budget in comparison.budgets:
-        row: list[Any] = [budget]
+    for deadline, budget in product(measured["deadline"].values, comparison.budgets):
+        one = measured.sel(deadline=deadline)
+        mean, work = 100 * one["accuracy"].mean("set"), one["work"].mean("set")
+        row: list[Any] = [float(deadline), budget]
         for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
             fit = [n for n in measured["policy"].values if n in listed and float(work.sel(policy=n)) <= budget]
-            best = max(fit, key=lambda n: float(mean.sel(policy=n)), default="")
+            best = max(fit, key=lambda n, mean=mean: float(mean.sel(policy=n)), default="")
             row += [best or "none", float(mean.sel(policy=best)) if best else np.nan]
         rows.append(row)
     return rows

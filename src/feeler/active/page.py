@@ -49,8 +49,8 @@ def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest)
     """The figure, the verdict, and the tables."""
     section.figure(
         "active",
-        "What an ideal observer knows by when, for the best and the other policies; and accuracy at the last deadline against "
-        "the work on the antenna. Bars: 95 % over sets.",
+        "What an ideal observer knows by when, for the best and the other policies; and accuracy at the second deadline against "
+        "the work on the antenna until then. Bars: 95 % over sets.",
         lambda figure: plot_comparison(measured, comparison, figure),
         height=3.2,
     )
@@ -71,8 +71,8 @@ def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest)
     section.table(["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"], rows,
                   f"Chosen on sets of even number, judged on the others. Steering pays where it gains at least "
                   f"{comparison.gain:g} points and the interval excludes 0.")  # fmt: skip
-    section.table(["budget [µJ]", "best fixed", "%", "best steered", "%"], judge_energy(measured, comparison),
-                  f"At {comparison.deadlines[-1]:g} ms, among policies whose mean work keeps to the budget.")  # fmt: skip
+    section.table(["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"], judge_energy(measured, comparison),
+                  "Among policies whose mean work until then keeps to the budget.")  # fmt: skip
 
 
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:
@@ -82,8 +82,9 @@ def _say(found: xr.Dataset, name: str, deadline: float) -> str:
 
 
 def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -> None:
-    """Accuracy against deadline, and against work at the last one; needs about 7.2 × 3.2 inches."""
+    """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2 inches."""
     left, right = figure.subplots(1, 2)
+    at = min(1, measured.sizes["deadline"] - 1)
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
     groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
     listed = {name for names in groups.values() for name in names}
@@ -93,13 +94,13 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
             one = found.sel(policy=name)
             left.errorbar(measured["deadline"], one["mean"], one["half"], color=colour, lw=0.8, capsize=1.5,
                           alpha=0.75, label=label if k == 0 else None)  # fmt: skip
-            last = one.isel(deadline=-1)
-            right.errorbar(float(work.sel(policy=name)[-1]), last["mean"], last["half"], fmt="o", ms=3, color=colour)
-            right.annotate(name, (float(work.sel(policy=name)[-1]), float(last["mean"])), fontsize=4,
+            last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
+            right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
+            right.annotate(name, (spent, float(last["mean"])), fontsize=4,
                            xytext=(2, 2), textcoords="offset points")  # fmt: skip
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)
-    right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[-1]:g} ms [%]")
+    right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]")
 
 
 @checked
@@ -114,7 +115,7 @@ def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: fl
     episodes = observer.run(policy, 1, duration, watch=(touch, watch))
     points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
     row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(int)
-    labels = tuple(getattr(feature, "name", str(feature)) for feature in observer.task.features)
+    labels = tuple(f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features)
     return Film(
         scene=observer.starts[touch].scene,
         time=1.0 + np.arange(len(frames)),

@@ -27,4 +27,5 @@ def load_stored(comparison: Contest) -> dict[str, Any]:
                 f"the stored results were made with {name} {found['declared'][name]}, declared is {getattr(comparison, name)}. "
                 "Run: python benchmarks/active.py compare write"
             )
-    return found | {"measured": xr.Dataset.from_dict(found["measured"])}
+    measured = xr.Dataset.from_dict(found["measured"])
+    return found | {"measured": measured.map(lambda values: values.astype(float))}  # null is NaN

@@ -53,7 +53,7 @@ STAGES = (
     Stage(
         name="tradeoff",
         title="Beyond the paper: speed against accuracy against energy",
-        figures=("open_speed",),
+        figures=("open_speed", "open_active"),
     ),
     Stage(
         name="gradient",

@@ -1,0 +1,34 @@
+"""The report's section: what is stored comes out again, and other antennae are not shown it."""
+
+import pytest
+
+from feeler.active import load_contest
+from feeler.active.stored import load_stored
+from feeler.errors import InvalidInput
+from feeler.paper import open_active
+from feeler.paper.context import Context
+from feeler.presets import cockroach
+from feeler.report import Section
+
+
+def make_section(folder):
+    return Section(name="tradeoff", title="", folder=folder, vector=False)
+
+
+def test_what_is_stored_comes_out_again(tmp_path):
+    section = make_section(tmp_path)
+    open_active.show(Context(), section)
+    assert abs(section.values["active.again"]) < 1e-6
+    assert 0 <= section.values["active.pays"] <= len(load_contest().deadlines)
+    assert {"active", "active_wall"} <= {*section.list_figures()}
+
+
+def test_another_antenna_is_not_shown_what_is_stored_for_the_published_one(tmp_path):
+    section = make_section(tmp_path)
+    open_active.show(Context(antenna=cockroach("linear"), is_cockroach=False), section)
+    assert not section.blocks
+
+
+def test_results_of_other_choices_are_refused():
+    with pytest.raises(InvalidInput, match=r"made with noise 0\.03, declared is 0\.05"):
+        load_stored(load_contest(noise=0.05))
