@@ -86,6 +86,7 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
     left, right = figure.subplots(1, 2)
     at = min(1, measured.sizes["deadline"] - 1)
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
+    at_work, at_mean = work.isel(deadline=at).values, found["mean"].isel(deadline=at).values
     groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
     listed = {name for names in groups.values() for name in names}
     groups["own"] = tuple(str(name) for name in measured["policy"].values if name not in listed)
@@ -96,8 +97,10 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
                           alpha=0.75, label=label if k == 0 else None)  # fmt: skip
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
-            right.annotate(name, (spent, float(last["mean"])), fontsize=4,
-                           xytext=(2, 2), textcoords="offset points")  # fmt: skip
+            if not np.any((at_work <= spent) & (at_mean > float(last["mean"]))):  # none is better for less
+                right.annotate(
+                    name, (spent, float(last["mean"])), fontsize=5, xytext=(3, -6), textcoords="offset points"
+                )
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)
     right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]")

@@ -61,7 +61,7 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
         section.figure(
             "active_wall",
             "Wall following on the full dynamics: delays and gains at which a body that begins 2 mm off comes to rest (filled), "
-            "at three speeds; no marker: the antenna has no map to steer by.",
+            "at three speeds; a profile without markers has no map to steer by.",
             lambda figure: plot_walls(walls, figure),
             height=3.0,
         )
@@ -83,4 +83,4 @@ def plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
                        facecolors=np.where(stable, PALETTE[k], "none"), lw=0.7)  # fmt: skip
         ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
     axes[0].set_ylabel("gain: ω [rad/ms]")
-    axes[0].legend(fontsize=5)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6)
