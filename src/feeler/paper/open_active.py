@@ -40,8 +40,8 @@ def show(context: Context, section: Section) -> None:
     surely = int((verdict["gain"] - verdict["half"] >= comparison.gain).sum())
     section.text(
         f"Steering gains at least {comparison.gain:g} points over the best fixed speed at {paying} of "
-        f"{verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a smaller gain. What was changed after "
-        "first results were seen stands in active/declared.toml."
+        f"{verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a smaller gain. What was changed "
+        "after first results were seen stands in active/declared.toml."
     )
     for deadline in verdict["deadline"].values:
         one = verdict.sel(deadline=deadline)
