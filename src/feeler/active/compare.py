@@ -183,8 +183,9 @@ def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
         mean, work = 100 * one["accuracy"].mean("set"), one["work"].mean("set")
         row: list[Any] = [float(deadline), budget]
         for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
-            fit = [n for n in measured["policy"].values if n in listed and float(work.sel(policy=n)) <= budget]
-            best = max(fit, key=lambda n, mean=mean: float(mean.sel(policy=n)), default="")
-            row += [best or "none", float(mean.sel(policy=best)) if best else np.nan]
+            names = [str(name) for name in measured["policy"].values if name in listed]
+            right = {name: float(mean.sel(policy=name)) for name in names if float(work.sel(policy=name)) <= budget}
+            best = max(right, key=right.__getitem__, default="none")
+            row += [best, right.get(best, np.nan)]
         rows.append(row)
     return rows
