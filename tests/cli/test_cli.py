@@ -39,7 +39,7 @@ def test_touch_writes_tensor_picture_and_movie(tmp_path):
     result = run("touch", "--duration", "30", "--timestep", "0.05", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     names = {path.name for path in (tmp_path / "out/touch").iterdir()}
-    assert names == {"tensor.nc", "tensor.png", "tensor.svg", "tensor.pdf", "movie.mp4", "movie.jpg"}
+    assert names == {"touch.html", "tensor.nc", "tensor.png", "tensor.svg", "tensor.pdf", "movie.mp4", "movie.jpg"}
 
 
 def test_export_opens_in_mujoco(tmp_path):

@@ -1,9 +1,10 @@
 """``feeler calibrate``: find the mechanics that fit an animal, from targets or from recorded traces."""
 
+import json
 import math
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,7 +13,7 @@ EXAMPLES = """Examples:
 
   feeler calibrate --profile exponential --starts 4 --checkpoint fit.jsonl
 
-  feeler calibrate --data trace.csv --by trace
+  feeler calibrate --data trace.csv --by trace --out out/calibration
 
   feeler calibrate --data synthetic_step    (simulated example data that ship with feeler)
 """
@@ -36,15 +37,18 @@ def calibrate(
         Path | None, typer.Option(help="file that keeps every simulated antenna; an interrupted fit goes on from it")
     ] = None,
     engine: Annotated[str, typer.Option(help="chain-consistent, chain or mujoco")] = "chain-consistent",
+    out: Annotated[
+        Path | None, typer.Option(help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml")
+    ] = None,
 ) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own animals."""
     if data:
-        _fit_data(data, by, profile or "scale", engine)
+        _fit_data(data, by, profile or "scale", engine, out)
     else:
         _fit_targets(targets, profile or "exponential", method, starts, spread, seed, evaluations, checkpoint, engine)
 
 
-def _fit_data(data: str, by: str, profile: str, engine: str) -> None:
+def _fit_data(data: str, by: str, profile: str, engine: str, out: Path | None) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
     from feeler.presets import cockroach
 
@@ -64,6 +68,40 @@ def _fit_data(data: str, by: str, profile: str, engine: str) -> None:
             "its interval then says nothing",
             err=True,
         )
+    if out is not None:
+        _save(out, traces, hinges, result)
+
+
+def _save(out: Path, traces: Any, hinges: Any, result: Any) -> None:
+    """calibration.html, calibration.png, calibration.json and antenna.toml, the antenna of the mean parameters."""
+    from feeler.antenna.file import save_antenna
+    from feeler.report import Section, write_page
+    from feeler.report.section import to_json
+
+    out.mkdir(parents=True, exist_ok=True)
+    antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")
+    save_antenna(antenna, out / "antenna.toml")
+    section = Section(name="calibration", title="Traces and fits", folder=out, vector=False)
+    caption = "Dots: the tip as recorded, as a share of its first displacement; lines: the fitted antenna."
+    section.figure("calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2)
+    rows = zip(result.names, hinges.units, result.p, result.low, result.high, strict=True)
+    section.table(["parameter", "unit", "value", "from", "to"], list(rows), f"95 % intervals: {result.interval}.")
+    each = [[name, *p, r] for name, p, r in zip(result.animals, result.each, result.residual, strict=True)]
+    section.table(["trace", *result.names, "residual"], each)
+    write_page(
+        out / "calibration.html", "Mechanics that fit", f"{hinges.name} hinges, {traces.source} traces.", section
+    )
+    (out / "calibration.json").write_text(json.dumps(to_json(vars(result)), indent=1) + "\n", encoding="utf-8")
+    typer.echo(f"wrote {out}/calibration.html, calibration.png, calibration.json, antenna.toml", err=True)
+
+
+def _plot(figure: Any, traces: Any, result: Any) -> None:
+    ax = figure.subplots()
+    for name, recorded, simulated in zip(traces.names, traces.displacement, result.simulated, strict=True):
+        (line,) = ax.plot(traces.time, recorded / recorded[0], ".", ms=3, label=name)
+        ax.plot(traces.time, simulated, color=line.get_color())
+    ax.set(xlabel="time since release [ms]", ylabel="tip [share of the first displacement]")
+    ax.legend()
 
 
 def _unit(unit: str) -> str:

@@ -62,7 +62,7 @@ def touch(
     ] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")] = False,
 ) -> None:
-    """Touch an antenna once (tensor.nc, tensor.png/svg/pdf and movie.mp4), or many times into a store."""
+    """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many times into a store."""
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
@@ -141,6 +141,8 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
     from feeler.errors import MissingExtra
     from feeler.experiment.touch import touch as simulate
     from feeler.plotting import plot_touch, style, write_touch_movie
+    from feeler.plotting.movie import SLOWER
+    from feeler.report import Section, write_page
     from feeler.tensors.formats import save
 
     out.mkdir(parents=True, exist_ok=True)  # first of all: a wrong path is said before the work is done
@@ -150,17 +152,25 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
         plot_touch(tensors, figure)
-        for kind in ("png", "svg", "pdf"):
+        for kind in ("svg", "pdf"):
             figure.savefig(out / f"tensor.{kind}")
+    section = Section(name="touch", title=trial.label, folder=out, vector=False)
     if movie:
         try:
             write_touch_movie(antenna, trial, everything, out / "movie.mp4")
         except MissingExtra as missing:
             typer.echo(f"no movie: {missing}", err=True)
             movie = False
+        else:
+            section.movie(out / "movie.mp4", f"{trial.label}: {SLOWER:g} times slower than life; colours: curvature.")
+    section.figure("tensor", "Curvature of every sensor against time.", lambda figure: plot_touch(tensors, figure))
     peak, curvature = np.degrees(tensors["angle"].max().item()), tensors["curvature"].max().item()
+    force = 1e3 * np.linalg.norm(tensors["force"].values, axis=-1).max()
+    facts = [["peak hinge angle [°]", peak], ["peak curvature [1/mm]", curvature], ["peak force [mN]", force]]
+    section.table(["of this touch", ""], [*facts, ["timestep [ms]", tensors.attrs["timestep"]]])
+    write_page(out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section)
     typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {curvature:.3g} /mm")
-    typer.echo(f"wrote {out}/tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
+    typer.echo(f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
 
 
 def register(app: typer.Typer) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
 EXAMPLES = """Examples:
 
   feeler tracks trial1_xypts.csv trial2_xypts.csv --frame-rate 30
@@ -43,7 +44,7 @@ def tracks(
     max_gap: Annotated[int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")] = 0,
     length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0,
     out: Annotated[
-        Path | None, typer.Option(help="folder for table (CSV), figure (PNG, SVG) and numbers (JSON)")
+        Path | None, typer.Option(help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
@@ -134,11 +135,21 @@ def _write_words(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _list_cells(row: dict[str, Any]) -> list[object]:
+    """A trial's row of the page."""
+    speeds = [
+        "none" if mean is None else f"{mean:.1f} ± {error:.2g} ({count})"
+        for mean, error, count in zip(row["mean_peak"], row["error"], row["n_peaks"], strict=True)
+    ]
+    return [row["file"], *speeds, row["bridged"], row["missing"]]
+
+
 def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]) -> None:
-    """tracks.csv (trial, side, time, angle, speed), tracks.json, tracks.png and .svg."""
+    """tracks.html, tracks.csv (trial, side, time, angle, speed), tracks.json, tracks.png and .svg."""
     from matplotlib.figure import Figure
 
     from feeler.plotting import style
+    from feeler.report import Section, write_page
 
     out.mkdir(parents=True, exist_ok=True)
     with open(out / "tracks.csv", "w", encoding="utf-8", newline="\n") as table:
@@ -150,20 +161,34 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
                     f"{file.name},{side},{t:.6g},{a:.6g},{v:.6g}\n" for t, a, v in zip(*columns, strict=True)
                 )
     (out / "tracks.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    height = 1.2 + 1.5 * len(trials)
+
+    def draw(figure: Any) -> None:
+        _plot(figure, files, trials, result)
+
     with style():
-        figure = Figure(figsize=(6.0, 1.2 + 1.5 * len(trials)), layout="constrained")
-        axes = figure.subplots(len(trials), 2, squeeze=False, sharex="row")
-        for row, file, trial, pair in zip(axes, files, trials, result.sweeps, strict=True):
-            for side, sweeps in zip(("left", "right"), pair, strict=True):
-                row[0].plot(trial.time * 1e-3, np.rad2deg(sweeps.angle), lw=0.8, label=side)
-                row[1].plot(trial.time * 1e-3, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
-                row[1].plot(sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3)
-            row[0].set(title=file.name[:40], xlabel="time [s]", ylabel="angle [°]")
-            row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
-        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-        for kind in ("png", "svg"):
-            figure.savefig(out / f"tracks.{kind}")
-    typer.echo(f"wrote {out}/tracks.csv, tracks.json, tracks.png, tracks.svg", err=True)
+        draw(figure := Figure(figsize=(6.0, height), layout="constrained"))
+        figure.savefig(out / "tracks.svg")
+    section = Section(name="tracks", title="Angles and speeds", folder=out, vector=False)
+    section.figure(
+        "tracks", "Angle of each antenna to the body, its absolute speed, and the peaks.", draw, height=height
+    )
+    section.table(HEADER, [_list_cells(row) for row in found["trials"]])
+    section.text(_write_words(found).splitlines()[-1])
+    write_page(out / "tracks.html", "How fast the antennae move", ", ".join(file.name for file in files), section)
+    typer.echo(f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True)
+
+
+def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
+    axes = figure.subplots(len(trials), 2, squeeze=False, sharex="row")
+    for row, file, trial, pair in zip(axes, files, trials, result.sweeps, strict=True):
+        for side, sweeps in zip(("left", "right"), pair, strict=True):
+            row[0].plot(trial.time * 1e-3, np.rad2deg(sweeps.angle), lw=0.8, label=side)
+            row[1].plot(trial.time * 1e-3, np.rad2deg(np.abs(sweeps.speed)) * 1e3, lw=0.8)
+            row[1].plot(sweeps.peak_time * 1e-3, np.rad2deg(sweeps.peak_speed) * 1e3, "k.", ms=3)
+        row[0].set(title=file.name[:40], xlabel="time [s]", ylabel="angle [°]")
+        row[1].set(title="speed, peaks dotted", xlabel="time [s]", ylabel="|speed| [°/s]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
 def _measure_posture(files: list[Path], trials: list, points: str, out: Path | None) -> None:

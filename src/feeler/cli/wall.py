@@ -1,12 +1,13 @@
 """``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run along one."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
 EXAMPLES = """Examples:
 
-  feeler wall exponential linear constant
+  feeler wall exponential linear constant --out out/wall
 
   feeler wall exponential --reading total --friction 0 --prebend none --near 5 --far 16
 """
@@ -27,6 +28,7 @@ def wall(
     near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
+    out: Annotated[Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")] = None,
 ) -> None:
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
     import numpy as np
@@ -44,8 +46,8 @@ def wall(
     typer.echo(
         f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm  monotone  told apart mm"
     )
-    for name, sweep in sweeps.items():
-        found = map_distance(sweep)
+    maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
+    for (name, found), sweep in zip(maps.items(), sweeps.values(), strict=True):
         counts = f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d} {found.used.sum():7d}"
         if found.undefined:
             typer.echo(f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base hinge)")
@@ -54,6 +56,37 @@ def wall(
         apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
         line = f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f} {found.error:9.2f}"
         typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
+    if out is not None:
+        _save(out, sweeps, maps)
+
+
+def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
+    """wall.html with the antennae beside the wall and the maps, their pictures, and wall.json."""
+    from feeler.plotting.wall import Shapes, plot_maps, plot_shapes
+    from feeler.report import Section, write_page
+
+    out.mkdir(parents=True, exist_ok=True)
+    section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
+    shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
+    caption = "Black: an inverted J in contact; red: in contact, but no J; grey: no contact. Dots: greatest bend."
+    height = 0.8 + 1.2 * len(shapes)
+    section.figure("shapes", caption, lambda figure: plot_shapes(shapes, figure.subplots()), height=height)
+    caption = (
+        "Wall distance against the point of greatest curvature, with the straight line that reads one from the other."
+    )
+    section.figure("maps", caption, lambda figure: plot_maps(maps, figure.subplots()), height=3.2)
+    rows = [
+        [name, found.r2, found.slope, found.intercept, found.error, found.undefined or "defined"]
+        for name, found in maps.items()
+    ]
+    section.table(["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is"], rows)
+    values = {
+        name: {"distance": found.distance, "position": found.position, "r2": found.r2} for name, found in maps.items()
+    }
+    for name, arrays in values.items():
+        section.numbers(name, **arrays)
+    write_page(out / "wall.html", "How far is the wall?", "Read from where each antenna bends most.", section)
+    typer.echo(f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON", err=True)
 
 
 def follow(

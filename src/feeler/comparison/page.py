@@ -11,7 +11,7 @@ from feeler.dispersion import INDICES
 from feeler.encoding import LABELS
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
-from feeler.report import Section, render_page
+from feeler.report import Section, write_page
 
 
 def plot(data: Comparison, figure: Figure) -> None:
@@ -31,9 +31,9 @@ def plot(data: Comparison, figure: Figure) -> None:
 
 
 @checked
-def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
-    title, path = " against ".join(data.names), Path(path)
+    title = " against ".join(data.names)
     lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."
     with TemporaryDirectory() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
@@ -51,8 +51,4 @@ def write_page(data: Comparison, path: str | Path, conditions: str = "") -> Path
         for (measure, name), interval in data.differences.items():
             section.text(f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}")
         section.text(conditions)
-        page = render_page(title, lead, [section])
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.part")
-    partial.write_text(page, encoding="utf-8")
-    return partial.replace(path)
+        return write_page(path, title, lead, section)

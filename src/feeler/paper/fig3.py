@@ -12,10 +12,9 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.antenna.antenna import Antenna
 from feeler.paper.context import Context
 from feeler.paper.data import list_profiles
-from feeler.paper.fig3_shapes import Shapes, plot_shapes
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.plotting.tensor import plot_tensor
+from feeler.plotting.wall import Shapes, plot_maps, plot_shapes
 from feeler.report.section import Section
 from feeler.scale import Scale
 from feeler.wall.distance_map import DistanceMap, map_distance
@@ -92,24 +91,6 @@ def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
     left.set_title("B  pre-bent into an inverted J")
     right.set(title="not pre-bent", ylabel="")
     plot_tensors(data, figure, [figure.add_subplot(grid[2, k]) for k in (0, 1)])
-
-
-def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
-    """Distance against position of the peak, lines and R²; peaks at the base hinge as open marks."""
-    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
-        colour = PROFILE_COLOURS.get(name, PALETTE[0])
-        r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
-        ax.plot(found.position[found.used], found.distance[found.used], mark, ms=3, color=colour, label=f"{name}: {r2}")
-        rest = ~found.used & np.isfinite(found.position)
-        ax.plot(found.position[rest], found.distance[rest], mark, mfc="none", ms=3 + "os^D".index(mark), color=colour)
-        if not found.undefined:
-            ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
-            ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
-    ax.set(
-        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 36), xlim=(-1.5, 43)
-    )
-    ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
-    ax.legend(loc="upper center")
 
 
 def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> None:

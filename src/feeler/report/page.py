@@ -1,6 +1,7 @@
 """Sections as one self-contained page: pictures and movies stand inside the file, nothing comes from elsewhere."""
 
 import base64
+import os
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -64,6 +65,16 @@ def render_page(
         script=script,
         version=version("feeler"),
     )
+
+
+@checked
+def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Section) -> Path:
+    """Keep the page of these sections; the file appears under its name only when it is whole."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.part")
+    partial.write_text(render_page(title, lead, list(sections)), encoding="utf-8")
+    return partial.replace(path)
 
 
 def _fill(section: Section, beside: Mapping[str, str]) -> Part:

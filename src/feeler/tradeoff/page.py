@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
-from feeler.report import Section, render_page
+from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.tradeoff.best import average_sets, find_best
 from feeler.tradeoff.declared import Declared
@@ -43,9 +43,7 @@ def write_tradeoff(
     (out / "tradeoff.json").write_text(
         json.dumps({name: to_json(data.to_dict()) for name, data in measured.items()}), encoding="utf-8"
     )
-    path = out / "tradeoff.html"
-    path.write_text(render_page("Speed against accuracy against energy", LEAD, [section]), encoding="utf-8")
-    return path
+    return write_page(out / "tradeoff.html", "Speed against accuracy against energy", LEAD, section)
 
 
 def fill_section(section: Section, measured: Mapping[str, xr.Dataset], declared: Declared) -> None:

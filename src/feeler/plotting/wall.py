@@ -1,4 +1,4 @@
-"""Small multiples of Fig. 3A: every antenna at every distance of the wall, in one picture."""
+"""Antennae beside a wall at every distance, and the map from greatest curvature to distance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.wall.distance_map import DistanceMap
 from feeler.wall.peak import find_peak, find_sweep_peak
 from feeler.wall.sliding import WallTouch
 from feeler.wall.sweep import Approach
@@ -74,3 +75,21 @@ def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.
     ax.set(xlim=(-8, columns[-1] + cell[0]), ylim=(10.0 - cell[1] * (len(rows) - 0.5), 45.0))
     ax.tick_params(length=0)
     ax.spines[["left", "bottom"]].set_visible(False)
+
+
+def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
+    """Distance against position of the peak, lines and R²; peaks at the base hinge as open marks."""
+    for mark, (name, found) in zip("os^D", maps.items(), strict=False):
+        colour = PROFILE_COLOURS.get(name, PALETTE[0])
+        r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
+        ax.plot(found.position[found.used], found.distance[found.used], mark, ms=3, color=colour, label=f"{name}: {r2}")
+        rest = ~found.used & np.isfinite(found.position)
+        ax.plot(found.position[rest], found.distance[rest], mark, mfc="none", ms=3 + "os^D".index(mark), color=colour)
+        if not found.undefined:
+            ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
+            ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
+    ax.set(
+        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 36), xlim=(-1.5, 43)
+    )
+    ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
+    ax.legend(loc="upper center")
