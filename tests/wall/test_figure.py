@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from feeler.paper import fig3
 from feeler.paper.fig3_family import Family, compute, list_setups, plot
-from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.plotting.look import PALETTE
+from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.presets import cockroach
 from feeler.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach
