@@ -34,7 +34,7 @@ $(BIN)/.cnn: $(BIN)/.core
 	@touch $@
 
 $(BIN)/.docs: $(BIN)/.core
-	@$(PIP) -e '.[docs,cnn]'
+	@$(PIP) -e '.[docs,active,design]'
 	@touch $@
 
 reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=smoke|quick|paper)
