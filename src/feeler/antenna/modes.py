@@ -43,7 +43,12 @@ def compute_modes(antenna: Antenna, n_modes: Annotated[int, "> 0"]) -> Modes:
     """
     n_modes = min(n_modes, antenna.n_segments)
     mass = compute_mass_matrix(antenna)
-    squared, vectors = scipy.linalg.eigh(np.diag(antenna.stiffness), mass, subset_by_index=(0, n_modes - 1))
-    omega = np.sqrt(np.maximum(squared, 0.0))
+    soft = 1 / np.sqrt(antenna.stiffness)
+    # As ``K^-½ M K^-½ y = y / ω²`` the slow modes have the largest eigenvalues, which come out to the last digits; as
+    # ``K v = ω² M v`` they were off by 5e-6, and differently with another number of threads.
+    first = antenna.n_segments - n_modes
+    shares, vectors = scipy.linalg.eigh(soft[:, None] * mass * soft, subset_by_index=(first, first + n_modes - 1))
+    omega = 1 / np.sqrt(shares[::-1])
+    vectors = soft[:, None] * vectors[:, ::-1] * omega
     modal_damping = np.einsum("im,i,im->m", vectors, antenna.damping, vectors)
     return Modes(frequency=omega / (2 * np.pi), damping_ratio=modal_damping / (2 * omega), angle=vectors.T)

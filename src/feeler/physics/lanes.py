@@ -1,15 +1,17 @@
 """Simulations side by side: many scenes, each stepped, steered, saved and reset by itself."""
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import wait
 from dataclasses import dataclass, replace
 from threading import Event
 from typing import Annotated, Any
+from weakref import finalize
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.execute import ThreadExecutor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, explain_end
 from feeler.physics.scene import Scene
@@ -75,7 +77,9 @@ class Simulations:
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
         self._stop = Event()
-        self._pool = ThreadPoolExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
+        self._pool = ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
+        if self._pool is not None:
+            finalize(self, self._pool.kill)
 
     def __len__(self) -> int:
         return self._n
@@ -111,17 +115,27 @@ class Simulations:
 
     def _advance_all(self, n_steps: int) -> list[bool]:
         """Step every stepper; for each, whether some lane has come to an end."""
-        groups, futures = range(len(self._steppers)), []
+        groups = range(len(self._steppers))
+        if self._pool is None:
+            return self._advance_some(groups, n_steps)
+        shares = [groups[k :: self._pool.workers] for k in range(min(self._pool.workers, len(groups)))]
+        futures = [self._pool.submit(self._advance_some, share, n_steps) for share in shares]
         try:
-            if self._pool is None:
-                return [self._advance(group, n_steps) for group in groups]
-            futures = [self._pool.submit(self._advance, group, n_steps) for group in groups]
-            return [future.result() for future in futures]
+            found = {
+                g: e
+                for share, done in zip(shares, futures, strict=True)
+                for g, e in zip(share, done.result(), strict=True)
+            }
         except KeyboardInterrupt:
             self._stop.set()
             wait(futures)
             self._stop.clear()
             raise
+        return [found[group] for group in groups]
+
+    def _advance_some(self, groups: range, n_steps: int) -> list[bool]:
+        """Step these steppers, one after the other."""
+        return [self._advance(group, n_steps) for group in groups]
 
     def _advance(self, group: int, n_steps: int) -> bool:
         """Step the lanes of one stepper."""
