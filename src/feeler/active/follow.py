@@ -37,7 +37,7 @@ class FollowTask(ActiveTask):
 
     _: KW_ONLY
     distance: float = 12.0
-    """To keep, from the antenna's base [mm] [C]."""
+    """To keep, from the antenna's base [mm], [C]."""
     courses: Sequence[Course] = field(default_factory=make_courses)
     """Walls of which an episode draws one."""
     starts: Sequence[float] = STARTS

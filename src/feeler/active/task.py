@@ -57,7 +57,7 @@ class ActiveTask:
     window: int = 5
     """Samples of every sensor that an observation shows, the last one last [C]."""
     max_speed: float = 1.2
-    """Greatest speed of the body, ahead and back [mm/ms] [C]."""
+    """Greatest speed of the body, ahead and back [mm/ms], [C]."""
     acceleration: float = 0.2
     """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed of arrival [C]."""
     max_turn: float = 0.03
