@@ -25,6 +25,8 @@ LEAD = (
     "the way to the object included. Intervals are 95 % over sets of touches that were drawn anew."
 )
 
+NEAR = 0.5, 4.0  # µJ, %: of policies nearer than this only one is named in the picture
+
 
 @checked
 def write_comparison(
@@ -88,6 +90,7 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
     at_work, at_mean = work.isel(deadline=at).values, found["mean"].isel(deadline=at).values
     groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
+    named: list[tuple[float, float]] = []
     listed = {name for names in groups.values() for name in names}
     groups["own"] = tuple(str(name) for name in measured["policy"].values if name not in listed)
     for colour, (label, names) in zip(PALETTE, groups.items(), strict=False):
@@ -97,10 +100,11 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
                           alpha=0.75, label=label if k == 0 else None)  # fmt: skip
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
-            if not np.any((at_work <= spent) & (at_mean > float(last["mean"]))):  # none is better for less
-                right.annotate(
-                    name, (spent, float(last["mean"])), fontsize=5, xytext=(3, -6), textcoords="offset points"
-                )
+            place = spent, float(last["mean"])
+            best = not np.any((at_work <= spent) & (at_mean > place[1]))  # none is better for less
+            if best and all(abs(spent - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named):
+                named.append(place)
+                right.annotate(name, place, fontsize=6, xytext=(3, -6), textcoords="offset points")
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)
     right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]")
