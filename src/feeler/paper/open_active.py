@@ -67,6 +67,7 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
             lambda figure: plot_walls(walls, figure),
             height=3.0,
         )
+        section.numbers("active_wall", **walls)
 
 
 def plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
