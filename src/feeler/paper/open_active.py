@@ -35,6 +35,8 @@ def show(context: Context, section: Section) -> None:
         "and for policies of your own."
     )
     fill_comparison(section, stored["measured"], comparison)
+    drawn = {name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")}
+    section.numbers("active", **drawn)
     verdict = judge_steering(stored["measured"], comparison)
     paying = int(verdict["pays"].sum())
     surely = int((verdict["gain"] - verdict["half"] >= comparison.gain).sum())
