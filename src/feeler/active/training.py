@@ -95,7 +95,10 @@ def _make_vec_env(deciders: Deciders) -> Any:
         def _say_nothing(self, *_args: Any, **_kwargs: Any) -> list[Any]:
             return [None] * self.num_envs
 
-        get_attr = set_attr = env_method = env_is_wrapped = _say_nothing  # type: ignore[assignment]
+        get_attr: Any = _say_nothing
+        set_attr: Any = _say_nothing
+        env_method: Any = _say_nothing
+        env_is_wrapped: Any = _say_nothing
 
     return Lanes()
 
