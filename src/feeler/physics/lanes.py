@@ -115,22 +115,19 @@ class Simulations:
 
     def _advance_all(self, n_steps: int) -> list[bool]:
         """Step every stepper; for each, whether some lane has come to an end."""
-        groups = range(len(self._steppers))
-        if self._pool is None:
-            return self._advance_some(groups, n_steps)
-        shares = [groups[k :: self._pool.workers] for k in range(min(self._pool.workers, len(groups)))]
-        futures = [self._pool.submit(self._advance_some, share, n_steps) for share in shares]
+        groups, futures = range(len(self._steppers)), []
         try:
-            found = {
-                g: e
-                for share, done in zip(shares, futures, strict=True)
-                for g, e in zip(share, done.result(), strict=True)
-            }
+            if self._pool is None:
+                return self._advance_some(groups, n_steps)
+            shares = [groups[k :: self._pool.workers] for k in range(min(self._pool.workers, len(groups)))]
+            futures = [self._pool.submit(self._advance_some, share, n_steps) for share in shares]
+            ended = [future.result() for future in futures]
         except KeyboardInterrupt:
             self._stop.set()
             wait(futures)
             self._stop.clear()
             raise
+        found = {g: one for share, some in zip(shares, ended, strict=True) for g, one in zip(share, some, strict=True)}
         return [found[group] for group in groups]
 
     def _advance_some(self, groups: range, n_steps: int) -> list[bool]:
