@@ -1,7 +1,5 @@
 """The studio in a real Chromium: what is shown is exact, the mouse works, nothing is loaded from elsewhere."""
 
-import os
-import shutil
 import time
 
 import numpy as np
@@ -12,15 +10,6 @@ from feeler.studio import Studio
 from feeler.studio.leaving import make_file
 from feeler.studio.touching import hash_tensor
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-DRIVER = shutil.which("chromedriver")
-FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
-ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
-needed = pytest.mark.skipif(
-    not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"),
-    reason="no Chromium with chromedriver: apt-get install chromium chromium-driver",
-)
-pytestmark = needed
 APP = "const app = document.getElementById('studio').studio; "
 
 
@@ -32,22 +21,6 @@ def studio():
     running = Studio(port=0, token="the-same-after-a-restart")
     yield running
     running.close()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from selenium import webdriver
-    from selenium.webdriver.chrome.options import Options
-    from selenium.webdriver.chrome.service import Service
-
-    options = Options()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS.split(), ALONE, "--window-size=1440,900"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
-    yield driver
-    driver.quit()
 
 
 def ask(browser, words):
