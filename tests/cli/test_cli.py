@@ -2,6 +2,8 @@
 
 import pytest
 
+from feeler.cli.app import main
+
 from ._command import run
 
 
@@ -50,3 +52,15 @@ def test_export_opens_in_mujoco(tmp_path):
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
     assert model.nq == 140 + 3  # hinges; two directions and the turn of the object
     assert "g, mm, ms" in (tmp_path / "scene.xml").read_text()
+
+
+def test_ctrl_c_in_a_verb_that_keeps_nothing_is_answered_in_words(monkeypatch, capsys):
+    def interrupt(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("feeler.wall.approach", interrupt)
+    monkeypatch.setattr("feeler.cli.app._leave", lambda: None)  # which would end the tests too
+    monkeypatch.setattr("sys.argv", ["feeler", "wall", "exponential"])
+    with pytest.raises(SystemExit, match="130"):
+        main()
+    assert "feeler: interrupted; whatever was finished" in capsys.readouterr().err

@@ -29,10 +29,10 @@ def active(
     log_json: Annotated[bool, typer.Option("--log-json", help="progress as JSON on stderr")] = False,
 ) -> None:
     """Policies against each other: accuracy of an ideal observer by deadline, work, and what steering gains."""
-    from feeler.active import Observer, compare_policies, film_policy, load_contest, parse_policy, write_comparison
+    from feeler.active import Observer, compare_policies, film_policy, load_contest, parse_policy, write_active
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
-    from feeler.cli.progress import ProgressBar
+    from feeler.cli.progress import ProgressBar, say_what_stays
     from feeler.errors import MissingExtra
     from feeler.provenance import list_versions
 
@@ -40,8 +40,12 @@ def active(
     names = policy or [*comparison.fixed, *comparison.steered]
     chosen = choose_antenna(antenna)
     out.mkdir(parents=True, exist_ok=True)
-    with ProgressBar("policies and sets", log_json=log_json) as progress:
-        measured = compare_policies(chosen, comparison, names, journal=out / "journal.jsonl", progress=progress)
+    journal = out / "policies.jsonl"
+    with (
+        ProgressBar("policies and sets", log_json=log_json) as progress,
+        say_what_stays(f"finished sets are in {journal}"),
+    ):
+        measured = compare_policies(chosen, comparison, names, journal=journal, progress=progress)
     films: list[Path] = []
     if movie:
         observer = Observer(comparison.make_task(chosen, 0), period=comparison.period)
@@ -55,7 +59,7 @@ def active(
         f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise {comparison.noise:g} rad. "
     )
     conditions += ", ".join(f"{name} {version}" for name, version in list_versions().items())
-    typer.echo(f"page: {write_comparison(measured, comparison, out, tuple(films), conditions)}")
+    typer.echo(f"page: {write_active(measured, comparison, out, tuple(films), conditions)}")
 
 
 def register(app: typer.Typer) -> None:

@@ -3,9 +3,10 @@
 import os
 import sys
 from importlib import import_module
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from feeler.errors import FeelerError
 
@@ -30,7 +31,21 @@ VERBS = (
 
 INTERRUPTED = 130  # the shells' exit code after Ctrl-C
 
+
+class _Interrupted(Exception):
+    """Ctrl-C in a verb, under a name that Typer does not end the process for without a word."""
+
+
+class _Verbs(TyperGroup):
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise _Interrupted from None
+
+
 app = typer.Typer(
+    cls=_Verbs,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -70,8 +85,8 @@ def _run() -> None:
         app()
     except FeelerError as error:
         _fail(str(error), 2)
-    except KeyboardInterrupt:
-        _fail("interrupted; finished results are on disk, and the same command goes on where it stopped", INTERRUPTED)
+    except _Interrupted:
+        _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except OSError as error:
         _fail(f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions and free space)", 2)
 

@@ -1,6 +1,9 @@
-"""Options that several verbs share: which antenna, and single numbers set on the command line."""
+"""Options that several verbs share: which antenna, single numbers set on the command line, and who computes."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
@@ -44,3 +47,18 @@ def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
             **{field: getattr(antenna, field) * factor}, name=f"{antenna.name} {quantity}×{factor:g}"
         )
     return antenna
+
+
+@contextmanager
+def choose_executor(workers: int | None, cluster: str | None, *, processes: bool = False) -> Iterator[Any]:
+    """Threads, processes, or a cluster's workers, for as long as they are needed."""
+    from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
+
+    if cluster is not None and (processes or workers is not None):
+        raise InvalidInput("give either --cluster, or --workers and --processes.")
+    if cluster is None:
+        with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
+            yield executor
+        return
+    with open_cluster(cluster) as client:
+        yield ClusterExecutor(client)

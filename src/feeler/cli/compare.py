@@ -22,7 +22,7 @@ def compare(
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna
-    from feeler.comparison import compare_antennas, save_comparison
+    from feeler.comparison import compare_antennas, write_comparison
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
@@ -55,7 +55,7 @@ def compare(
         f"{len(touches)} touches at "
         f"{SPEEDS['slow']:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
-    typer.echo(f"page: {save_comparison(data, out, conditions)}")
+    typer.echo(f"page: {write_comparison(data, out, conditions)}")
 
 
 def register(app: typer.Typer) -> None:

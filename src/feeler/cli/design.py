@@ -30,7 +30,9 @@ def design(
     movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
 ) -> None:
     """Search the antennas that tell a task's touches apart best, and judge the best on touches nobody has looked at."""
-    from feeler.design.outcome import carry_out
+    from feeler.cli.choose import choose_executor
+    from feeler.cli.progress import say_what_stays
+    from feeler.design.outcome import JOURNAL, carry_out
     from feeler.design.plan import TEMPLATE, load_plan
     from feeler.errors import InvalidInput
 
@@ -43,17 +45,18 @@ def design(
     plan = load_plan(task)
     given = {"evaluations": evaluations, "starts": starts, "seed": seed}
     plan.search.update({name: value for name, value in given.items() if value is not None})
-    with _choose_executor(workers, cluster) as options, _Watcher(plan, out) as watch:
-        found = carry_out(plan, out, watch=watch, **options)
-        _report(found, out, robot, movie, options)
+    kept = say_what_stays(f"every simulated antenna is in {out / JOURNAL}")
+    with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
+        found = carry_out(plan, out, watch=watch, executor=executor)
+        _report(found, out, robot, movie, executor)
 
 
-def _report(found, out: Path, robot: bool, movie: bool, options) -> None:
+def _report(found, out: Path, robot: bool, movie: bool, executor) -> None:
     from feeler.design.making import measure_tolerance
     from feeler.design.page import write_design
     from feeler.provenance import list_versions
 
-    tolerance = measure_tolerance(found.best, found.task, **options) if robot else None
+    tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()
     task = found.plan.task
     conditions = (
@@ -109,22 +112,6 @@ class _Watcher:
 
     def __exit__(self, *_: object) -> None:
         self._bar.close()
-
-
-def _choose_executor(workers: int | None, cluster: str | None):
-    from contextlib import contextmanager
-
-    @contextmanager
-    def choose():
-        if cluster is None:
-            yield {"workers": workers}
-            return
-        from feeler.execute import ClusterExecutor, open_cluster
-
-        with open_cluster(cluster) as client:
-            yield {"executor": ClusterExecutor(client)}
-
-    return choose()
 
 
 def register(app: typer.Typer) -> None:

@@ -3,11 +3,24 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
+
+import typer
 
 if TYPE_CHECKING:
     from rich.progress import Progress
+
+
+@contextmanager
+def say_what_stays(words: str) -> Iterator[None]:
+    """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; {words}, and the same command goes on from there", err=True)
+        raise typer.Exit(130) from None
 
 
 class ProgressBar:

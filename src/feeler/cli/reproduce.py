@@ -46,6 +46,7 @@ def reproduce(
         prepare_workers([*USUAL, *PREPARED])  # while this process imports what it needs itself
 
     from feeler.cli.choose import change_antenna, choose_antenna
+    from feeler.cli.progress import say_what_stays
     from feeler.paper.context import Context
     from feeler.paper.reproduce import STAGES
     from feeler.paper.reproduce import reproduce as run
@@ -60,13 +61,8 @@ def reproduce(
         is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
     )  # fmt: skip
     start = time.perf_counter()
-    try:
+    with say_what_stays(f"finished stages are in {out / 'cache'}"):
         made = run(context, _make_reporter(log_json, len(STAGES), start))
-    except KeyboardInterrupt:
-        typer.echo(
-            f"interrupted; finished stages are in {out / 'cache'}, and the same command goes on from there", err=True
-        )
-        raise typer.Exit(130) from None
     _summarise(context, made, time.perf_counter() - start, log_json)
     if open_:
         webbrowser.open((out / "report.html").resolve().as_uri())

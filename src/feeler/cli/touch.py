@@ -2,10 +2,8 @@
 
 import itertools
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -98,39 +96,15 @@ def touch(
 def _fill(store, antenna, trials, options, workers, processes, cluster: str | None, log_json: bool) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     import feeler
-    from feeler.cli.progress import ProgressBar
+    from feeler.cli.choose import choose_executor
+    from feeler.cli.progress import ProgressBar, say_what_stays
 
-    with _choose_executor(workers, processes, cluster) as executor:
+    with choose_executor(workers, cluster, processes=processes) as executor:
         if sys.stderr.isatty():
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
-        with ProgressBar("touches", log_json=log_json) as progress, _say_what_stays(store):
+        with ProgressBar("touches", log_json=log_json) as progress, say_what_stays(f"finished touches are in {store}"):
             tensors = feeler.touch(antenna, trials, store=store, executor=executor, progress=progress, **options)
         typer.echo(f"{store}: {tensors.sizes['trial']} of {len(trials)} touches finished ({executor.describe()})")
-
-
-@contextmanager
-def _choose_executor(workers: int | None, processes: bool, cluster: str | None) -> Iterator[Any]:
-    from feeler.errors import InvalidInput
-    from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
-
-    if cluster is not None and (processes or workers is not None):
-        raise InvalidInput("give either --cluster, or --workers and --processes.")
-    if cluster is None:
-        with ProcessExecutor(workers) if processes else ThreadExecutor(workers) as executor:
-            yield executor
-        return
-    with open_cluster(cluster) as client:
-        yield ClusterExecutor(client)
-
-
-@contextmanager
-def _say_what_stays(store: Path) -> Iterator[None]:
-    """After Ctrl-C: what is kept and how to go on, and the shells' exit code for it."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        typer.echo(f"interrupted; finished touches are in {store}, and the same command goes on from there", err=True)
-        raise typer.Exit(130) from None
 
 
 def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> None:
