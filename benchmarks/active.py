@@ -23,7 +23,8 @@ from feeler.report.section import to_json
 
 HERE = Path(__file__).parent / "results"
 STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report
-JOURNAL, RESULTS = HERE / "active.journal.jsonl", HERE / "active.json"
+RESULTS = HERE / "active.json"
+JOURNAL = Path(__file__).parents[1] / "build" / "active.jsonl"  # of one state of the code, so not kept
 
 
 def keep(**values: object) -> None:
@@ -34,6 +35,7 @@ def keep(**values: object) -> None:
 
 def compare() -> None:
     """Fill the journal, the cheap policies first."""
+    JOURNAL.parent.mkdir(exist_ok=True)
     comparison = load_contest()
     for names in ((*comparison.fixed, *comparison.steered), comparison.ahead):
         began = time.process_time()

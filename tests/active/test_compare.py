@@ -29,8 +29,17 @@ def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
         file.write('{"key": "cut off')
     taken = compare_policies(cockroach(), comparison, NAMES, journal=journal)
     xr.testing.assert_identical(taken, whole)
+    assert len([json.loads(line) for line in journal.read_text().splitlines()]) == len(NAMES) * comparison.sets
     assert np.all((whole["accuracy"] >= 0) & (whole["accuracy"] <= 1))
     assert float(whole["work"].min()) >= 0
+
+
+@pytest.mark.parametrize("words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes'])
+def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
+    (tmp_path / "notes").write_text(words)
+    with pytest.raises(InvalidInput, match="notes is no journal of policies"):
+        compare_policies(cockroach(), comparison, NAMES, journal=tmp_path / "notes")
+    assert (tmp_path / "notes").read_text() == words
 
 
 def make_measured(comparison, accuracy):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from paper._page import FOREIGN
 from sklearn.base import BaseEstimator
 
-from feeler.comparison import compare_antennas, save_comparison
+from feeler.comparison import compare_antennas, write_comparison
 from feeler.decoding import list_groups
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
@@ -104,7 +104,7 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
 
 def test_comparison_page_is_whole(tensors, tmp_path):
     found = compare_antennas({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN)
-    page = save_comparison(found, tmp_path / "sub" / "page.html").read_text()
+    page = write_comparison(found, tmp_path / "sub" / "page.html").read_text()
     assert "&lt;a&gt; against b" in page and "data:image/png;base64," in page
     assert not re.search(FOREIGN, page)  # nothing comes from elsewhere
     assert all(title.split(" (")[0].split(",")[0] in page for title, *_ in found.list_rows())

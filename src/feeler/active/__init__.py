@@ -10,7 +10,7 @@ from feeler.active.declared import Contest, load_contest
 from feeler.active.follow import FollowTask
 from feeler.active.noticing import Noticer, make_noticer
 from feeler.active.observer import Episodes, Known, Observer, compute_posterior
-from feeler.active.page import film_policy, write_comparison
+from feeler.active.page import film_policy, write_active
 from feeler.active.places import Places, Search, search_places, simulate_places
 from feeler.active.policies import POLICIES, parse_policy
 from feeler.active.recorded import Recorded, record_episodes
@@ -50,5 +50,5 @@ __all__ = [
     "record_episodes",
     "search_places",
     "simulate_places",
-    "write_comparison",
+    "write_active",
 ]

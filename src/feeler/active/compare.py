@@ -1,6 +1,7 @@
 """Compare policies: what an ideal observer knows by each deadline, and what the way there costs, over sets of touches."""
 
 import json
+import os
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -19,6 +20,7 @@ from feeler.experiment.job import fingerprint_code
 from feeler.provenance import compute_digest
 from feeler.tradeoff import average_sets
 
+BEGINNING = b'{"key": "'
 CODE = ("feeler.active.observer", "feeler.active.policies")  # what a journal's numbers follow from
 
 
@@ -105,15 +107,21 @@ def _digest_file(name: str) -> str:
 
 
 def _read(journal: Path | None) -> dict[str, dict[str, list[float]]]:
+    """What a journal holds, by key; a last line that was cut while it was written is taken off."""
     if journal is None or not journal.exists():
         return {}
-    found = {}
-    for line in journal.read_text(encoding="utf-8").splitlines():
-        try:
-            entry = json.loads(line)
-            found[entry["key"]] = entry["value"]
-        except (ValueError, KeyError, TypeError):
-            continue  # the line at which a run was ended
+    raw = journal.read_bytes()
+    whole = raw.rfind(b"\n") + 1
+    try:
+        entries = [json.loads(line) for line in raw[:whole].splitlines()]
+        found = {entry["key"]: entry["value"] for entry in entries}
+        if not raw[whole:].startswith(BEGINNING[: len(raw) - whole]):
+            raise ValueError("its last line is none of a journal")
+    except (ValueError, KeyError, TypeError) as error:
+        raise InvalidInput(
+            f"{journal} is no journal of policies ({error}). Name another; this file is left as it is."
+        ) from error
+    os.truncate(journal, whole)
     return found
 
 

@@ -15,7 +15,7 @@ from feeler.active.observer import Observer, Policy
 from feeler.active.show import Film, look_at
 from feeler.checked import checked
 from feeler.plotting.look import PALETTE
-from feeler.report import Section, render_page
+from feeler.report import Section, write_page
 from feeler.report.section import to_json
 from feeler.tradeoff import average_sets
 
@@ -29,7 +29,7 @@ NEAR = 0.5, 4.0  # µJ, %: of policies nearer than this only one is named in the
 
 
 @checked
-def write_comparison(
+def write_active(
     measured: xr.Dataset, comparison: Contest, out: os.PathLike, movies: tuple[Path, ...] = (), conditions: str = ""
 ) -> Path:
     """``active.html`` in the folder ``out``, with ``active.png``, ``active.csv`` and ``active.json``."""
@@ -42,9 +42,7 @@ def write_comparison(
     section.text(conditions)
     measured.to_dataframe().reset_index().to_csv(out / "active.csv", index=False, float_format="%.6g")
     (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
-    path = out / "active.html"
-    path.write_text(render_page("How to move in order to know", LEAD, [section]), encoding="utf-8")
-    return path
+    return write_page(out / "active.html", "How to move in order to know", LEAD, section)
 
 
 def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest) -> None:

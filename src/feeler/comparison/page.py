@@ -31,7 +31,7 @@ def plot(data: Comparison, figure: Figure) -> None:
 
 
 @checked
-def save_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
     lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."

@@ -31,4 +31,4 @@ class Plan:
     null_iter: int = 300
     """Iterations of the joint fits of identical touches and of twins: enough for what they reach to stand still."""
     twins: str = "all"
-    """Groups whose touches are fitted twice: all, the fastest and the slowest, or none."""
+    """Groups whose touches are fitted twice: all, the ends of each comparison, or none."""

@@ -97,15 +97,11 @@ def carry_out(
 
 def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
     """Note that this antenna was judged on the final draws of this seed; how many have been."""
-    known: dict[str, list[str]] = {}
-    if path.exists():
-        try:
-            known = json.loads(path.read_text(encoding="utf-8"))
-            seen = known.setdefault(str(task.seeds[2]), [])
-        except (ValueError, AttributeError) as error:
-            raise InvalidInput(f"{path} is damaged; remove it, and take another final seed in the task.") from error
-    else:
+    try:
+        known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         seen = known.setdefault(str(task.seeds[2]), [])
+    except (ValueError, AttributeError) as error:
+        raise InvalidInput(f"{path} is damaged; remove it, and take another final seed in the task.") from error
     name = compute_digest(antenna)[:16]
     if name not in seen:
         seen.append(name)

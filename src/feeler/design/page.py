@@ -15,7 +15,7 @@ from feeler.design.outcome import DesignOutcome
 from feeler.design.scoring import Score
 from feeler.errors import MissingExtra
 from feeler.plotting.look import PALETTE
-from feeler.report import Section, render_page
+from feeler.report import Section, write_page
 from feeler.stimulus.trial import Trial
 
 LEAD = (
@@ -50,9 +50,7 @@ def write_design(
     if tolerance:
         _say_making(found, section, tolerance)
     section.text(conditions)
-    path = out / "design.html"
-    path.write_text(render_page("Which antenna should I build?", LEAD, [section]), encoding="utf-8")
-    return path
+    return write_page(out / "design.html", "Which antenna should I build?", LEAD, section)
 
 
 def _say_result(found: DesignOutcome, section: Section) -> None:

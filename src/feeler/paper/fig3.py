@@ -156,6 +156,7 @@ def _show_slides(section: Section, data: Fig3Data) -> None:
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     first = next(iter(data.far_slides.values()))
     section.values["wall.unique_share"] = compute_unique_share(first)
+    section.values["wall.unique_share.twentieth"] = compute_unique_share(first, APART / 2)
     section.text(f"The inverted J still stands after sliding, of the distances in contact: {', '.join(words)}.")
 
 
@@ -181,15 +182,15 @@ def _list_maps(section: Section, data: Fig3Data) -> None:
     )
 
 
-def compute_unique_share(touch: WallTouch) -> float | None:
-    """Share of the distances in contact whose sliding tensor differs from every other's by more than ``APART``."""
+def compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
+    """Share of the distances in contact whose sliding tensor differs from every other's by more than ``apart`` of itself."""
     data = touch.make_dataset()
     met = touch.contact.any(axis=1)
     tensors = data["curvature"].values[met].reshape(int(met.sum()), -1)
     if len(tensors) < 2:
         return None
-    apart = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(np.full(len(tensors), np.inf))
-    return float(np.mean(apart.min(axis=1) > APART * np.linalg.norm(tensors, axis=1)))
+    far = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(np.full(len(tensors), np.inf))
+    return float(np.mean(far.min(axis=1) > apart * np.linalg.norm(tensors, axis=1)))
 
 
 def _row(name: str, found: DistanceMap) -> list[object]:

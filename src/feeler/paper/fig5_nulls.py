@@ -10,6 +10,7 @@ from feeler.decoding.null import JointFit, Twins, compare_twins
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
+from feeler.paper.claims import PROFILES
 from feeler.paper.figS6 import FigS6Data
 from feeler.report.section import Section
 
@@ -69,7 +70,7 @@ def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[s
     """Speeds, then the other profiles: the first profile's touches are those of the slowest speed."""
     speeds, profiles = dict(groups.get("speed", {})), dict(groups.get("profile", {}))
     every = speeds | {name: g for k, (name, g) in enumerate(profiles.items()) if k or not speeds}
-    ends = {*list(speeds)[:1], *list(speeds)[-1:]}
+    ends = {*list(speeds)[:1], *list(speeds)[-1:], PROFILES[-1]}
     wanted = {"all": set(every), "ends": ends, "none": set()}[which]
     return {name: group for name, group in every.items() if name in wanted}
 

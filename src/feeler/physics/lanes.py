@@ -108,40 +108,32 @@ class Simulations:
         for group, stepper in enumerate(self._steppers):
             self._check_paths(stepper, self._steps[group * self._lanes :], n_steps)
         self._state = None
-        groups = range(len(self._steppers))
-        for group, ended in zip(groups, self._advance_all(n_steps), strict=True):
-            if ended:
-                self._note_broken(self._steppers[group], group)
-
-    def _advance_all(self, n_steps: int) -> list[bool]:
-        """Step every stepper; for each, whether some lane has come to an end."""
         groups, futures = range(len(self._steppers)), []
         try:
             if self._pool is None:
-                return self._advance_some(groups, n_steps)
-            shares = [groups[k :: self._pool.workers] for k in range(min(self._pool.workers, len(groups)))]
-            futures = [self._pool.submit(self._advance_some, share, n_steps) for share in shares]
-            ended = [future.result() for future in futures]
+                self._advance(groups, n_steps)
+            else:
+                count = self._pool.workers
+                futures = [self._pool.submit(self._advance, groups[k::count], n_steps) for k in range(count)]
+            for future in futures:
+                future.result()
         except KeyboardInterrupt:
             self._stop.set()
             wait(futures)
             self._stop.clear()
             raise
-        found = {g: one for share, some in zip(shares, ended, strict=True) for g, one in zip(share, some, strict=True)}
-        return [found[group] for group in groups]
 
-    def _advance_some(self, groups: range, n_steps: int) -> list[bool]:
-        """Step these steppers, one after the other."""
-        return [self._advance(group, n_steps) for group in groups]
-
-    def _advance(self, group: int, n_steps: int) -> bool:
-        """Step the lanes of one stepper."""
-        own = slice(group * self._lanes, (group + 1) * self._lanes)
-        now = self._steps[own]
-        try:
-            return advance(self._steppers[group], now, n_steps, self._stop)
-        finally:
-            self._steps[own] = now
+    def _advance(self, groups: range, n_steps: int) -> None:
+        """Step the lanes of these steppers, one after the other."""
+        for group in groups:
+            own = slice(group * self._lanes, (group + 1) * self._lanes)
+            now = self._steps[own]
+            try:
+                ended = advance(self._steppers[group], now, n_steps, self._stop)
+            finally:
+                self._steps[own] = now
+            if ended:
+                self._note_broken(self._steppers[group], group)
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep

@@ -58,7 +58,7 @@ def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     ax.set(xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]")
     mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.legend()
+    ax.legend(loc="center right")
 
 
 def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
