@@ -1,13 +1,20 @@
-"""Ready antennas: ``cockroach(profile)`` and ``robot()``; every number with its source in ``FACTS`` of its room."""
+"""Ready antennas: ``cockroach(profile)``, ``robot()`` and those of ``antenna/species``; every number with its source.
+
+The cockroach's numbers stand in ``FACTS``; the others' in their files, as :func:`read_preset` gives them.
+"""
 
 from collections.abc import Callable
 from functools import partial
+from importlib.resources import files
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach
+from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
+from feeler.antenna.parse import AntennaFile, parse_antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+
+SPECIES = ("cricket", "stick-insect", "lobster", "whisker", "multi-legged")
 
 
 @checked
@@ -18,10 +25,16 @@ def robot(**changes: Any) -> Antenna:
     return make_robot(**changes)
 
 
+def _read_species(name: str) -> AntennaFile:
+    file = f"{name}.toml"
+    return parse_antenna((files("feeler.antenna") / "species" / file).read_text(encoding="utf-8"), file)
+
+
 PRESETS: dict[str, Callable[[], Antenna]] = {
     **{name: partial(cockroach, name) for name in PROFILE_NAMES},
     "cockroach": cockroach,
     "robot": robot,
+    **{name: lambda name=name: _read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
 }
 
 
@@ -33,4 +46,11 @@ def make_preset(name: str) -> Antenna:
     return PRESETS[name]()
 
 
-__all__ = ["FACTS", "PRESETS", "cockroach", "make_preset", "robot"]
+@checked
+def read_preset(name: str) -> AntennaFile:
+    """A preset with the formulas and sources of its quantities, as ``save_antenna`` writes them."""
+    antenna = make_preset(name)
+    return _read_species(name) if name in SPECIES else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
+
+
+__all__ = ["FACTS", "PRESETS", "SPECIES", "cockroach", "make_preset", "read_preset", "robot"]

@@ -109,7 +109,11 @@ def test_every_unit_means_what_it_says(name, units):
         ("[1.0, 1.5, 2]", "[1.0, -1.5, 2]", r"line 5, segment_length: .*segment 2"),
         ('unit = "mg"', 'unit = "pound"', r"line 10, segment_mass.unit: must be one of g, kg, mg, µg, got 'pound'"),
         ('unit = "mg"\n', "", r"line 9, segment_mass.unit: must be one of"),
-        ("value = 0.5", "valeu = 0.5", r"line 9, segment_mass: needs exactly one of value, values, profile; got none"),
+        (
+            "value = 0.5",
+            "valeu = 0.5",
+            r"line 9, segment_mass: needs exactly one of value, values, profile, formula; got none",
+        ),
         ("value = 0.5", "value = 0.5\nvalues = [1]", r"line 9, segment_mass: needs exactly one"),
         ("value = 0.5", "value = 0.5\ncolour = 1", r"line 12, segment_mass.colour: unknown key; valid here: unit"),
         ("[radius]", "[raduis]", r"line 13, raduis: unknown key; valid here: schema, name"),

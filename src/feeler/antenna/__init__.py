@@ -1,7 +1,7 @@
 """What an antenna is: profiles, morphology, sensors, presets. No simulator in here."""
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
-from feeler.antenna.modes import compute_modes
+from feeler.antenna.modes import compute_base_response, compute_modes
 from feeler.antenna.profile import PROFILES, Constant, Exponential, Linear, Sigmoid, Tabulated
 from feeler.antenna.sample import SampledAntennas, sample_antennas
 
@@ -14,6 +14,7 @@ __all__ = [
     "SampledAntennas",
     "Sigmoid",
     "Tabulated",
+    "compute_base_response",
     "compute_modes",
     "make_even_sensors",
     "sample_antennas",

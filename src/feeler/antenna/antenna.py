@@ -6,12 +6,14 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna.beam import Along, compute_beam
+from feeler.antenna.profile import sample_quantity
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.svg import make_picture
 
 MAX_SEGMENTS = 1000
+QUANTITIES = ("segment_mass", "radius", "stiffness", "damping", "rest_angle")
 N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
@@ -80,15 +82,15 @@ class Antenna(Frozen):
         width: Along | None = None,
         thickness: Along | None = None,
         n_segments: int = 60,
-        damping_time: float = 0.0,
+        damping_time: Along = 0.0,
         **fields: Any,
     ) -> "Antenna":
         """An antenna by its making: k = E·I/ℓ in each hinge (twice that in hinge 1, which stands for half a segment), m = ρ·A·ℓ.
 
-        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa] and ``density`` [g/mm³] are numbers or functions of the
-        place x, 0 at the base and 1 at the tip: ``radius=lambda x: 0.2 - 0.15 * x``. The section is a full circle of
-        ``radius``, or a strip that bends across its ``thickness``. Damping is ``damping_time`` [ms] times stiffness. Other
-        ``fields`` (sensors, rest_angle, name) are the antenna's own.
+        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa], ``density`` [g/mm³] and ``damping_time`` [ms] are
+        numbers, or functions or formulas of the place x, 0 at the base and 1 at the tip: ``lambda x: 0.2 - 0.15 * x`` or
+        ``"0.2 - 0.15 * x"``. The section is a full circle of ``radius``, or a strip that bends across its ``thickness``.
+        Damping is ``damping_time`` times stiffness. Other ``fields`` (sensors, rest_angle, name) are the antenna's own.
 
         Raises
         ------
@@ -97,6 +99,24 @@ class Antenna(Frozen):
         """
         beam = compute_beam(length, n_segments, radius, width, thickness, modulus, density, damping_time)
         return cls(**{**beam, **fields})
+
+    @classmethod
+    def from_profile(cls, n_segments: int, *, length: float | None = None, **fields: Any) -> "Antenna":
+        """An antenna by its profiles: each quantity a number, an array, a profile, or a formula.
+
+        ``stiffness="37.78 * exp(-0.0827 * (n - 1))"`` is ``Exponential(base=37.78, rate=-0.0827)``; what a formula may use
+        is in :mod:`feeler.antenna.formula`. Without ``segment_length`` all segments share ``length`` [mm] evenly.
+
+        Raises
+        ------
+        InvalidInput
+            Both or none of ``length`` and ``segment_length``, or a formula that is not understood.
+        """
+        if (length is None) == ("segment_length" not in fields):
+            raise InvalidInput("give either length [mm], for even segments, or segment_length.")
+        lengths = sample_quantity(fields.pop("segment_length", f"{length!r} / N"), n_segments)
+        quantities = {k: sample_quantity(v, n_segments, lengths) for k, v in fields.items() if k in QUANTITIES}
+        return cls(segment_length=lengths, **{**fields, **quantities})
 
     def __repr__(self) -> str:
         mass, sensors = 1e3 * self.segment_mass.sum(), self.sensors.size

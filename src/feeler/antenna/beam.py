@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from feeler.antenna.formula import evaluate
 from feeler.errors import InvalidInput
 
-Along = float | Callable[[np.ndarray], Any]
-"""One number, or a function of the place x along the length (0 base, 1 tip)."""
+Along = float | str | Callable[[np.ndarray], Any]
+"""One number, or a formula or function of the place x along the length (0 base, 1 tip)."""
 
 
 def compute_beam(
@@ -19,7 +20,7 @@ def compute_beam(
     thickness: Along | None,
     modulus: Along,
     density: Along,
-    damping_time: float,
+    damping_time: Along,
 ) -> dict[str, np.ndarray]:
     """Fields of an antenna for a beam; see :meth:`feeler.Antenna.from_beam`."""
     if (radius is None) == (width is None or thickness is None) or (width is None) != (thickness is None):
@@ -27,8 +28,6 @@ def compute_beam(
     for name, value in (("length", length), ("n_segments", n_segments)):
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
-    if not (np.isfinite(damping_time) and damping_time >= 0):
-        raise InvalidInput(f"damping_time must be finite and ≥ 0 ms, got {damping_time}.")
     size = length / n_segments
     hinge = np.arange(n_segments) / n_segments
     middle = hinge + 0.5 / n_segments
@@ -46,15 +45,17 @@ def compute_beam(
         "segment_mass": _at("density", density, middle) * area * size,
         "radius": half,
         "stiffness": stiffness,
-        "damping": damping_time * stiffness,
+        "damping": _at("damping_time", damping_time, hinge, least=0.0) * stiffness,
     }
 
 
-def _at(name: str, value: Along | None, x: np.ndarray) -> np.ndarray:
+def _at(name: str, value: Along | None, x: np.ndarray, least: float = np.nextafter(0, 1)) -> np.ndarray:
     """A quantity at places along the beam."""
-    values = np.broadcast_to(np.asarray(value(x) if callable(value) else value, dtype=float), x.shape).copy()
-    if not np.all(np.isfinite(values) & (values > 0)):
+    found = evaluate(value, {"x": x}) if isinstance(value, str) else value(x) if callable(value) else value
+    values = np.broadcast_to(np.asarray(found, dtype=float), x.shape).copy()
+    if not np.all(np.isfinite(values) & (values >= least)):
         raise InvalidInput(
-            f"{name} must be finite and > 0 all along the beam, got {values.min():.4g} to {values.max():.4g}."
+            f"{name} must be finite and {'>' if least else '≥'} 0 all along the beam, got {values.min():.4g} to "
+            f"{values.max():.4g}."
         )
     return values

@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
-from feeler.antenna.fact import Fact
+from feeler.antenna.fact import PAPER, Fact
 from feeler.antenna.modes import compute_modes
+from feeler.antenna.parse import Source
 from feeler.antenna.profile import Constant, Exponential, Linear, Sigmoid
 from feeler.checked import checked
 from feeler.errors import InvalidInput
@@ -73,6 +74,35 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     if profile not in PROFILE_NAMES:
         raise InvalidInput(f"unknown profile {profile!r}; valid: {', '.join(PROFILE_NAMES)}.")
     return _make(profile, sensors)
+
+
+def list_sources(profile: str) -> dict[str, Source]:
+    """Formulas and sources of the quantities of :func:`cockroach`, in few words; none for other antennas."""
+    if profile not in PROFILE_NAMES:
+        return {}
+    low, rise, slope, centre = (_v(f"segment_length_{part}") for part in ("low", "rise", "slope", "centre"))
+    share = f"{low!r} + {rise!r} / (1 + exp(-{slope!r} * (x - {centre!r})))"
+    base, tip = _v("radius_base"), _v("radius_tip")
+    sources = {
+        "segment_length": ("D", "length and its sigmoid share; the form is [P]", f"spread({_v('length')!r}, {share})"),
+        "segment_mass": (
+            "D",
+            "constant density [P], radius falling exponentially",
+            f"{_v('density')!r} * pi * ({base!r} * ({tip!r} / {base!r}) ** s) ** 2 * l",
+        ),
+        "radius": ("D", "collision radius; constant [P]", ""),
+        "sensors": ("C", "56 sensors are [P], their places are not published", ""),
+    }
+    for name in ("stiffness", "damping"):
+        if profile == "exponential":
+            base, rate = _v(f"{name}_base"), _v(f"{name}_rate")
+            sources[name] = ("P", "exponential fit; its unit is [D]", f"{base!r} * exp({rate!r} * (n - 1))")
+        else:
+            sources[name] = ("C", f"control profile {profile!r}, matched to the exponential antenna", "")
+    return {
+        name: Source(tag=tag, reference=PAPER, note=note, formula=formula)
+        for name, (tag, note, formula) in sources.items()
+    }
 
 
 @cache  # an antenna cannot be changed, so one may serve all who ask

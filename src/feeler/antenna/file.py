@@ -12,7 +12,10 @@
     rate = -0.0827
 
 and likewise [segment_length], [segment_mass], [radius], [damping] and, if need be, [rest_angle]; [sensors] has
-``hinges = [1, 4, …]``.
+``hinges = [1, 4, …]``. In the place of a profile, ``formula = "37.78 * exp(-0.0827 * (n - 1))"`` may use the segment's number
+n of N, x = (n − ½) / N, its length l and the place s of its middle (0 base, 1 tip). An antenna by its making has, in the place
+of these, [beam.length], [beam.radius] (or width and thickness), [beam.modulus], [beam.density] and [beam.damping_time], each
+with ``unit`` and ``value`` or a ``formula`` of the place x; see :meth:`feeler.Antenna.from_beam`.
 """
 
 import json
@@ -23,7 +26,18 @@ from pathlib import Path
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.parse import SCHEMA, SOURCE_KEYS, UNITS, AntennaFile, Source, parse_antenna
+from feeler.antenna.parse import (
+    BEAM_UNITS,
+    OF_BEAM,
+    SCHEMA,
+    SOURCE_KEYS,
+    UNITS,
+    AntennaFile,
+    Source,
+    make_beam,
+    parse_antenna,
+)
+from feeler.antenna.profile import sample_quantity
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
@@ -51,6 +65,8 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
 def save_antenna(antenna: Antenna, path: str | os.PathLike, sources: dict[str, Source] | None = None) -> None:
     """Write an antenna as TOML; :func:`load_antenna` gives back each number to the last bit.
 
+    Where a source holds a formula, and the formula gives the antenna's numbers to the last bit, it is written in their place.
+
     Raises
     ------
     InvalidInput
@@ -70,15 +86,37 @@ def save_antenna(antenna: Antenna, path: str | os.PathLike, sources: dict[str, S
 def write_antenna(antenna: Antenna, sources: dict[str, Source] | None = None) -> str:
     """The TOML text of an antenna."""
     sources = sources or {}
-    unknown = sources.keys() - UNITS.keys() - {"sensors"}
+    unknown = sources.keys() - UNITS.keys() - {"sensors", *(f"beam.{key}" for key in BEAM_UNITS)}
     if unknown:
         raise InvalidInput(f"no quantity {min(unknown)!r}; sources may name {', '.join(UNITS)}, sensors.")
     lines = [f"schema = {_quote(SCHEMA)}", f"name = {_quote(antenna.name)}", f"n_segments = {antenna.n_segments}"]
-    for name, units in UNITS.items():
+    beam = _find_beam(antenna, sources)
+    tables = {name: BEAM_UNITS[name.removeprefix("beam.")] for name in beam}
+    tables |= {name: units for name, units in UNITS.items() if not (beam and name in OF_BEAM)}
+    for name, units in tables.items():
         lines += ["", f"[{name}]", f"unit = {_quote(next(iter(units)))}", *_write_source(sources.get(name))]
-        lines += _write_values(getattr(antenna, name))
+        formula = beam[name].formula if name in beam else _find_formula(antenna, name, sources.get(name))
+        lines += [f"formula = {_quote(formula)}"] if formula else _write_values(getattr(antenna, name))
     lines += ["", "[sensors]", *_write_source(sources.get("sensors")), f"hinges = {antenna.sensors.tolist()}"]
     return "\n".join(lines) + "\n"
+
+
+def _find_beam(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Source]:
+    """The beam's sources if they make this antenna to the last bit."""
+    beam = {name: source for name, source in sources.items() if name.startswith("beam.")}
+    if not beam:
+        return {}
+    made = make_beam(beam, antenna.n_segments)
+    return beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in OF_BEAM) else {}
+
+
+def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
+    """The source's formula if it gives the antenna's numbers to the last bit."""
+    if source is None or not source.formula:
+        return ""
+    lengths = None if name == "segment_length" else antenna.segment_length
+    found = sample_quantity(source.formula, antenna.n_segments, lengths)
+    return source.formula if np.array_equal(found, getattr(antenna, name)) else ""
 
 
 def _write_source(source: Source | None) -> list[str]:
@@ -90,6 +128,8 @@ def _write_values(values: np.ndarray) -> list[str]:
     texts = [repr(float(value)) for value in values]
     if len(set(texts)) == 1:
         return [f"value = {texts[0]}"]
+    if np.array_equal(values, np.linspace(values[0], values[-1], values.size)):
+        return ['profile = "linear"', f"base = {texts[0]}", f"tip = {texts[-1]}"]
     rows = [", ".join(texts[start : start + 5]) for start in range(0, len(texts), 5)]
     return ["values = [", *(f"  {row}," for row in rows), "]"]
 

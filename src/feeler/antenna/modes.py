@@ -52,3 +52,19 @@ def compute_modes(antenna: Antenna, n_modes: Annotated[int, "> 0"]) -> Modes:
     vectors = soft[:, None] * vectors[:, ::-1] * omega
     modal_damping = np.einsum("im,i,im->m", vectors, antenna.damping, vectors)
     return Modes(frequency=omega / (2 * np.pi), damping_ratio=modal_damping / (2 * omega), angle=vectors.T)
+
+
+@checked
+def compute_base_response(antenna: Antenna, frequency: np.ndarray) -> np.ndarray:
+    """How far base, hinges and tip swing when the base is shaken sideways by one: complex (frequency, segment + 1).
+
+    Small motions of the straight antenna at steady state, ``(K + iωC − ω²M) θ = ω² b`` with ``b_j = Σ_n m_n (c_n − s_j)₊``;
+    the argument is the phase against the base. ``frequency`` in kHz, 0 or more.
+    """
+    omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
+    s, mass = antenna.hinge_position, compute_mass_matrix(antenna)
+    pull = antenna.segment_mass @ np.maximum((s + antenna.segment_length / 2)[:, None] - s, 0.0)
+    spring, arm = np.diag(antenna.stiffness), np.maximum(np.append(s, antenna.length)[:, None] - s, 0.0)
+    damping = np.diag(antenna.damping)
+    angles = [np.linalg.solve(spring + 1j * w * damping - w**2 * mass, w**2 * pull) for w in omega]
+    return 1 + np.array(angles) @ arm.T

@@ -11,22 +11,35 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import MAX_SEGMENTS, Antenna
+from feeler.antenna.beam import compute_beam
 from feeler.antenna.fact import SOURCE_TAGS
-from feeler.antenna.profile import PROFILES
+from feeler.antenna.formula import evaluate
+from feeler.antenna.profile import PROFILES, sample_quantity
 from feeler.errors import InvalidInput
 from feeler.toml import parse_toml
 
 SCHEMA = "feeler.antenna/1"
 MAX_NAME = 200  # [C]
 UNITS: dict[str, dict[str, float]] = {
-    "segment_length": {"mm": 1.0, "m": 1e3, "µm": 1e-3},
+    "segment_length": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
     "segment_mass": {"g": 1.0, "kg": 1e3, "mg": 1e-3, "µg": 1e-6},
-    "radius": {"mm": 1.0, "m": 1e3, "µm": 1e-3},
+    "radius": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
     "stiffness": {"N·mm/rad": 1.0, "mN·m/rad": 1.0, "N·m/rad": 1e3, "µN·m/rad": 1e-3},
     "damping": {"N·mm·ms/rad": 1.0, "µN·m·s/rad": 1.0, "mN·m·s/rad": 1e3, "N·m·s/rad": 1e6},
     "rest_angle": {"rad": 1.0, "deg": math.pi / 180},
 }
 """Units that a file may use, with the factor to feeler's own, which comes first."""
+BEAM_UNITS: dict[str, dict[str, float]] = {
+    "length": UNITS["radius"],
+    "radius": UNITS["radius"],
+    "width": UNITS["radius"],
+    "thickness": UNITS["radius"],
+    "modulus": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
+    "density": {"g/mm³": 1.0, "mg/mm³": 1e-3, "kg/m³": 1e-6, "g/cm³": 1e-3},
+    "damping_time": {"ms": 1.0, "s": 1e3, "µs": 1e-3},
+}
+"""The same for the tables of a beam, [beam.radius] and so on."""
+OF_BEAM = ("segment_length", "segment_mass", "radius", "stiffness", "damping")
 _OPTIONAL = ("rest_angle",)
 SOURCE_KEYS = ("tag", "reference", "note")
 
@@ -39,6 +52,8 @@ class Source:
     """One of P, A, D, B, C, joined by + where several apply; empty where unknown."""
     reference: str = ""
     note: str = ""
+    formula: str = ""
+    """The formula that gives the numbers, in feeler's own unit; empty where a file lists them."""
 
     def __post_init__(self) -> None:
         if self.tag and not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
@@ -51,6 +66,24 @@ class AntennaFile:
 
     antenna: Antenna
     sources: dict[str, Source] = field(default_factory=dict)
+
+
+def make_beam(sources: dict[str, Source], n_segments: int) -> dict[str, np.ndarray]:
+    """The quantities that the formulas of a beam's tables give.
+
+    Raises
+    ------
+    InvalidInput
+        A length, modulus or density is missing, or a formula is not understood.
+    """
+    given = {name.removeprefix("beam."): source.formula for name, source in sources.items() if name.startswith("beam.")}
+    missing = [key for key in ("length", "modulus", "density") if key not in given]
+    if missing:
+        raise InvalidInput(f"a beam needs length, modulus and density; missing: {', '.join(missing)}")
+    optional: dict[str, Any] = {"radius": None, "width": None, "thickness": None, "damping_time": 0.0}
+    return compute_beam(
+        **{**optional, **given, "length": float(evaluate(given["length"], {})), "n_segments": n_segments}
+    )
 
 
 def parse_antenna(text: str, source: str = "text") -> AntennaFile:
@@ -81,15 +114,20 @@ class _Reader:
     def read(self, content: dict[str, Any]) -> AntennaFile:
         if content.get("schema") != SCHEMA:
             self.fail("", "schema", f"must be {SCHEMA!r}, got {str(content.get('schema'))[:60]!r}")
-        self.check_keys("", content, ("schema", "name", "n_segments", *UNITS, "sensors"))
+        self.check_keys("", content, ("schema", "name", "n_segments", "beam", *UNITS, "sensors"))
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
         values: dict[str, Any] = {}
         sources: dict[str, Source] = {}
+        if "beam" in content:
+            values, sources = self.beam(self.table("beam", content["beam"]), content, n)
         for quantity in UNITS:
             if quantity in content:
                 table = self.table(quantity, content[quantity])
-                values[quantity], sources[quantity] = self.quantity(quantity, table, n), self.source(quantity, table)
+                values[quantity], formula = self.quantity(quantity, table, n, values.get("segment_length"))
+                sources[quantity] = self.source(quantity, table, formula)
+            elif quantity in values:
+                continue
             elif quantity not in _OPTIONAL:
                 self.fail("", quantity, f"is missing; a file has the tables {', '.join(UNITS)} and sensors")
         sensors = self.table("sensors", content.get("sensors", {}))
@@ -161,15 +199,46 @@ class _Reader:
             self.fail(table, key, f"must be a list of at most {most} numbers, got {str(value)[:40]}")
         return [self.number(table, key, item) for item in value]
 
-    def source(self, table: str, content: dict[str, Any]) -> Source:
+    def source(self, table: str, content: dict[str, Any], formula: str = "") -> Source:
         texts = {key: self.text(table, key, content.get(key, "")) for key in SOURCE_KEYS}
-        return self.attempt(table, "tag", lambda: Source(**texts))
+        return self.attempt(table, "tag", lambda: Source(**texts, formula=formula))
 
-    def quantity(self, name: str, table: dict[str, Any], n: int) -> np.ndarray:
-        factor = self.unit(name, table)
-        forms = [key for key in ("value", "values", "profile") if key in table]
+    def beam(self, tables: dict[str, Any], content: dict[str, Any], n: int) -> tuple[dict[str, Any], dict[str, Source]]:
+        """What [beam.length], [beam.radius] … make, and their sources."""
+        self.check_keys("beam", tables, tuple(BEAM_UNITS))
+        for quantity in OF_BEAM:
+            if quantity in content:
+                self.fail("", quantity, "is given twice, by [beam] and by its own table; leave one out")
+        sources = {}
+        for key, raw in tables.items():
+            name = f"beam.{key}"
+            table = self.table(name, raw)
+            form = "value" if "value" in table else "formula"
+            self.check_keys(name, table, ("unit", form, *SOURCE_KEYS))
+            factor = self.unit(name, table, BEAM_UNITS[key])
+            if form == "value":
+                formula = repr(self.number(name, form, table[form]) * factor)
+            else:
+                formula = self.scale(self.text(name, form, table.get(form)), factor)
+            sources[name] = self.source(name, table, formula)
+        return self.attempt("beam", "", lambda: make_beam(sources, n)), sources
+
+    @staticmethod
+    def scale(formula: str, factor: float) -> str:
+        return formula if factor == 1.0 else f"({formula}) * {factor!r}"
+
+    def quantity(self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None) -> tuple[np.ndarray, str]:
+        """The values, and the formula that gave them."""
+        factor = self.unit(name, table, UNITS[name])
+        forms = [key for key in ("value", "values", "profile", "formula") if key in table]
         if len(forms) != 1:
-            self.fail(name, "", f"needs exactly one of value, values, profile; got {', '.join(forms) or 'none'}")
+            self.fail(
+                name, "", f"needs exactly one of value, values, profile, formula; got {', '.join(forms) or 'none'}"
+            )
+        if forms == ["formula"]:
+            self.check_keys(name, table, ("unit", "formula", *SOURCE_KEYS))
+            formula = self.scale(self.text(name, "formula", table["formula"]), factor)
+            return self.attempt(name, "formula", lambda: sample_quantity(formula, n, lengths)), formula
         if forms == ["profile"]:
             values = self.profile(name, table, n)
         else:
@@ -182,14 +251,14 @@ class _Reader:
         if values.shape != (n,):
             self.fail(name, "values", f"must be {n} numbers, one per segment (n_segments), got {values.size}")
         with np.errstate(over="ignore"):
-            return values if factor == 1.0 else values * factor
+            return (values if factor == 1.0 else values * factor), ""
 
-    def unit(self, name: str, table: dict[str, Any]) -> float:
-        unit = self.text(name, "unit", table.get("unit", "")).replace("*", "·").replace("μ", "µ")
+    def unit(self, name: str, table: dict[str, Any], valid: dict[str, float]) -> float:
+        unit = self.text(name, "unit", table.get("unit", "")).replace("*", "·").replace("μ", "µ").replace("m3", "m³")
         unit = re.sub(r"^u(?=[mNg])", "µ", unit)
-        if unit not in UNITS[name]:
-            self.fail(name, "unit", f"must be one of {', '.join(UNITS[name])}, got {unit[:40]!r}")
-        return UNITS[name][unit]
+        if unit not in valid:
+            self.fail(name, "unit", f"must be one of {', '.join(valid)}, got {unit[:40]!r}")
+        return valid[unit]
 
     def profile(self, name: str, table: dict[str, Any], n: int) -> np.ndarray:
         kind = self.text(name, "profile", table["profile"])

@@ -1,10 +1,11 @@
 """Profiles: one quantity along the antenna as a function of segment number, described by a few numbers."""
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from feeler.antenna.formula import evaluate, list_names
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
@@ -133,3 +134,14 @@ class Tabulated:
 
 
 PROFILES = {cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid, Tabulated)}
+
+
+def sample_quantity(value: Any, n_segments: int, segment_length: np.ndarray | None = None) -> np.ndarray:
+    """Values (segment,) of a number, an array, a profile or a formula."""
+    _check_count(n_segments)
+    if isinstance(value, Profile):
+        return value.sample(n_segments)
+    found = (
+        evaluate(value, list_names(n_segments, segment_length)) if isinstance(value, str) else np.asarray(value, float)
+    )
+    return np.full(n_segments, found) if found.ndim == 0 else found

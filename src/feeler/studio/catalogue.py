@@ -16,7 +16,6 @@ from feeler.studio.touching import describe_antenna
 from feeler.studio.wish import KINDS, AntennaWish, compute_compliance
 
 HANDLES = 5  # [C] of a profile that is not changed yet
-FIRST = ("exponential", "linear", "constant", "matched", "robot")
 
 
 def make_catalogue(first: AntennaWish) -> dict[str, Any]:
@@ -32,7 +31,7 @@ def _make_fixed() -> dict[str, Any]:
         "speeds": SPEEDS,
         "locations": LOCATIONS,
         "sizes": HALF_SIZES,
-        "presets": {name: describe_original(make_preset(name)) for name in FIRST if name in PRESETS},
+        "presets": {name: describe_original(make_preset(name)) for name in PRESETS if name != "cockroach"},
         "tags": SOURCE_TAGS,
         "facts": {
             name: {"value": fact.value, "unit": fact.unit, "tag": fact.tag, "note": fact.note}
