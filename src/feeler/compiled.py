@@ -36,6 +36,10 @@ def compiled(function: Callable | None = None, **options: Any) -> Any:
     return dispatcher
 
 
+inlined = partial(compiled, forceinline=True)
+"""``@compiled`` for a small function that is called very often: handing over a dozen arrays costs more than its work."""
+
+
 def _load_index(load: Callable[[], dict]) -> dict:
     """What numba has kept; nothing where it was kept for a class that has gone or has another name since."""
     try:

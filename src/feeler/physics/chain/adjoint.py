@@ -19,7 +19,7 @@ from feeler.physics.chain.contact import clear, make_rows
 from feeler.physics.chain.lanes import fma, get, put, spread
 from feeler.physics.chain.narrow import find_contacts
 from feeler.physics.chain.step import _find
-from feeler.physics.chain.sweep import move, solve
+from feeler.physics.chain.sweep import fold, move, unfold
 
 NUDGE = 1e-6  # mm, rad; of the contact's central differences, whose error is then some 1e-9
 
@@ -73,7 +73,8 @@ def go_back(handle, adj, tape, place, weights, first, every, timestep, scratch, 
         if touched:
             _load(t, adj)
         _ask(t.work, adj, timestep, t.width)
-        solve(t.constants, t.work, t.base, t.loaded, timestep, n - 1, t.width)
+        fold(t.constants, t.work, t.base, t.loaded, timestep, t.width)
+        unfold(t.work, t.base, t.loaded, n - 1, t.width)
         if touched:
             t.loaded[:] = False
             for lane in range(t.number.shape[0]):
@@ -93,11 +94,7 @@ def _set_state(t, adj, tape, place, weights, step, sample, timestep):
     for lane in range(t.number.shape[0]):
         for i in range(n):
             rate = tape[lane, step, n + i]
-            t.work[f.W_ANGLE, i, lane], t.work[f.W_RATE, i, lane], t.work[f.W_QDD, i, lane] = (
-                tape[lane, step, i],
-                rate,
-                0.0,
-            )
+            t.work[f.W_ANGLE, i, lane], t.work[f.W_RATE, i, lane] = tape[lane, step, i], rate
             adj[L_QDD, i, lane] = (tape[lane, step + 1, n + i] - rate) / timestep
             if sample >= 0:
                 adj[L_ANGLE, i, lane] += weights[lane, sample, i]

@@ -183,7 +183,7 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
     t.constants[:, :, lane], t.base[0, :, lane] = model.constants, model.base
     t.work[f.W_ANGLE, :, lane], t.work[f.W_RATE, :, lane] = scene.initial_angle, scene.initial_velocity
     t.place[:, :, lane], n_objects = 0.0, len(model.obj)
-    t.obj[:, [f.O_HALF_X, f.O_HALF_Y], lane] = -np.inf  # nothing is near no object
+    t.obj[:, f.O_PLANES + 2, lane] = -np.inf  # nothing is near no object
     t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
     t.memory[lane], t.number[lane] = 0, 0
     for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):

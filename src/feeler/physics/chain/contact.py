@@ -8,16 +8,16 @@ weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, 
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.sweep import solve
+from feeler.physics.chain.sweep import fold, unfold
 
 MAX_NEWTON = 50
 MAX_SEARCH = 60
 MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
-@compiled
+@inlined
 def compute_impedance(distance, obj, o, lane):
     """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
     low, high, width = obj[o, f.O_MIN_IMPEDANCE, lane], obj[o, f.O_MAX_IMPEDANCE, lane], obj[o, f.O_WIDTH, lane]
@@ -36,7 +36,7 @@ def compute_impedance(distance, obj, o, lane):
     return min(max(low + y * (high - low), MIN_IMPEDANCE), MAX_IMPEDANCE)
 
 
-@compiled
+@inlined
 def make_rows(constants, work, base, obj, table, count, place, rows, lane):
     """The rows of one lane's ``count`` contacts; each contact is told its share of the segment's length."""
     for k in range(count):
@@ -68,7 +68,7 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             rows[row, f.R_AIM] = pull - obj[o, f.O_B, lane] * (lever * omega + dx * wx + dy * wy)
 
 
-@compiled
+@inlined
 def _weigh(mu, ease):
     """Weights of the normal row and of each edge row; without friction only the normal row acts (``condim`` 1)."""
     if mu == 0.0:
@@ -77,9 +77,9 @@ def _weigh(mu, ease):
     return 2.0 * weight, weight
 
 
-@compiled
+@inlined
 def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, timestep, last, width):
-    """Forces of each lane's rows in ``f.R_FORCE`` at its minimum and accelerations as ``solve`` leaves them.
+    """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves them.
 
     ``memory`` (lane, object, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
     A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
@@ -94,7 +94,8 @@ def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, ti
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], f.ROWS * count[lane], loaded, lane)
-        solve(constants, work, base, loaded, timestep, last, width)
+        fold(constants, work, base, loaded, timestep, width)
+        unfold(work, base, loaded, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False
@@ -104,7 +105,7 @@ def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, ti
             break
 
 
-@compiled
+@inlined
 def _improve(work, rows, n_rows, first, lane):
     """Move one lane's iterate along the Newton step; whether it is the minimum."""
     same = _evaluate(work, rows, n_rows, lane)
@@ -119,14 +120,14 @@ def _improve(work, rows, n_rows, first, lane):
     return same
 
 
-@compiled
+@inlined
 def _recall(rows, n_rows, memory):
     for r in range(n_rows):
         bits = memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])]
         rows[r, f.R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % f.ROWS)) & 1 else 0.0
 
 
-@compiled
+@inlined
 def _remember(rows, n_rows, memory):
     memory[:, :] = 0
     for r in range(n_rows):
@@ -134,37 +135,38 @@ def _remember(rows, n_rows, memory):
             memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])] |= 1 << (r % f.ROWS)
 
 
-@compiled
+@inlined
 def _load(work, rows, n_rows, loaded, lane):
     """Put Σ D w wᵀ and −Σ D a_ref w of the active rows into their segments' columns."""
     clear(work, rows, n_rows, lane)
-    for r in range(n_rows):
-        i = int(rows[r, f.R_SEGMENT])
+    for first in range(0, n_rows, f.ROWS):  # a contact's rows touch one segment
+        i = int(rows[first, f.R_SEGMENT])
         loaded[i] = True
-        if rows[r, f.R_ACTIVE] > 0.0:
-            w0, w1, w2, weight = rows[r, f.R_W0], rows[r, f.R_W1], rows[r, f.R_W2], rows[r, f.R_WEIGHT]
-            work[f.W_K00, i, lane] += weight * w0 * w0
-            work[f.W_K01, i, lane] += weight * w0 * w1
-            work[f.W_K02, i, lane] += weight * w0 * w2
-            work[f.W_K11, i, lane] += weight * w1 * w1
-            work[f.W_K12, i, lane] += weight * w1 * w2
-            work[f.W_K22, i, lane] += weight * w2 * w2
-            pull = weight * rows[r, f.R_AIM]
-            work[f.W_B0, i, lane] -= pull * w0
-            work[f.W_B1, i, lane] -= pull * w1
-            work[f.W_B2, i, lane] -= pull * w2
+        k00, k01, k02 = work[f.W_K00, i, lane], work[f.W_K01, i, lane], work[f.W_K02, i, lane]
+        k11, k12, k22 = work[f.W_K11, i, lane], work[f.W_K12, i, lane], work[f.W_K22, i, lane]
+        b0, b1, b2 = work[f.W_B0, i, lane], work[f.W_B1, i, lane], work[f.W_B2, i, lane]
+        for r in range(first, first + f.ROWS):
+            if rows[r, f.R_ACTIVE] > 0.0:
+                w0, w1, w2, weight = rows[r, f.R_W0], rows[r, f.R_W1], rows[r, f.R_W2], rows[r, f.R_WEIGHT]
+                k00, k01, k02 = k00 + weight * w0 * w0, k01 + weight * w0 * w1, k02 + weight * w0 * w2
+                k11, k12, k22 = k11 + weight * w1 * w1, k12 + weight * w1 * w2, k22 + weight * w2 * w2
+                pull = weight * rows[r, f.R_AIM]
+                b0, b1, b2 = b0 - pull * w0, b1 - pull * w1, b2 - pull * w2
+        work[f.W_K00, i, lane], work[f.W_K01, i, lane], work[f.W_K02, i, lane] = k00, k01, k02
+        work[f.W_K11, i, lane], work[f.W_K12, i, lane], work[f.W_K22, i, lane] = k11, k12, k22
+        work[f.W_B0, i, lane], work[f.W_B1, i, lane], work[f.W_B2, i, lane] = b0, b1, b2
 
 
-@compiled
+@inlined
 def clear(work, rows, n_rows, lane):
     """Empty the contact columns of the touched segments."""
-    for r in range(n_rows):
-        i = int(rows[r, f.R_SEGMENT])
+    for first in range(0, n_rows, f.ROWS):
+        i = int(rows[first, f.R_SEGMENT])
         for column in range(f.W_K00, f.W_B2 + 1):
             work[column, i, lane] = 0.0
 
 
-@compiled
+@inlined
 def _evaluate(work, rows, n_rows, lane):
     """J q̈ and λ of the full Newton step; whether its active rows are those it was computed with."""
     same = True
@@ -183,7 +185,7 @@ def _evaluate(work, rows, n_rows, lane):
     return same
 
 
-@compiled
+@inlined
 def _search(rows, n_rows):
     """Exact minimiser along the Newton direction: root of a rising, piecewise linear slope, by safeguarded Newton."""
     low, high, t = 0.0, np.inf, 1.0
@@ -212,7 +214,7 @@ def _search(rows, n_rows):
     return t
 
 
-@compiled
+@inlined
 def press(constants, work, base, place, table, rows, n_rows, loaded, timestep, lane):
     """Put minus the rows' wrenches into the bias columns; each object's force, the work it does in the step, and where
     along the antenna all press."""

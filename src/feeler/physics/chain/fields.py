@@ -11,12 +11,11 @@ LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per 
     C_DAMPING,
     C_REST,
     C_RADIUS,
-    C_REACH,  # length plus radius
     C_INVWEIGHT,
     C_START,  # arc length of its hinge, and its own length, over the antenna's length
     C_PORTION,
-) = range(11)
-N_CONSTANTS = 11
+) = range(10)
+N_CONSTANTS = 10
 
 # what the whole antenna feels, and its base: a point that moves as it is told to
 (
@@ -44,10 +43,6 @@ N_BASE = 19
 
 # constants of an object and of its contact
 (
-    O_MIDDLE_X,  # middle and half size of its bounding box in its own frame [mm]
-    O_MIDDLE_Y,
-    O_HALF_X,
-    O_HALF_Y,
     O_ROUNDING,
     O_FRICTION,
     O_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
@@ -57,8 +52,10 @@ N_BASE = 19
     O_WIDTH,
     O_MIDPOINT,
     O_POWER,
-) = range(13)
-N_OBJECT = 13
+) = range(9)
+O_PLANES = 9  # first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
+N_PLANES = 4
+N_OBJECT = O_PLANES + 3 * N_PLANES
 
 # where an object is, seen from the base; how it moves in the world; what is near it; what it does
 (

@@ -14,6 +14,7 @@ from feeler.stimulus.object import Object
 
 MIN_FRICTION = 1e-5  # MuJoCo's smallest friction, but for none at all
 MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
+MARGIN = 1e-5  # mm; [C] what the search for near segments allows for rounding
 
 Part = tuple[int, np.ndarray]
 """Kind and corners (corner, 2) of a convex part."""
@@ -72,7 +73,6 @@ def _make_constants(antenna: Antenna) -> np.ndarray:
     table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = antenna.segment_length, antenna.segment_mass, antenna.radius
     table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = antenna.stiffness, antenna.damping, antenna.rest_angle
     table[f.C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
-    table[f.C_REACH] = antenna.segment_length + antenna.radius
     table[f.C_START] = antenna.hinge_position / antenna.length
     table[f.C_PORTION] = antenna.segment_length / antenna.length
     table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
@@ -118,11 +118,22 @@ def _make_object(item: Object, contact: Contact) -> np.ndarray:
     table[f.O_MIN_IMPEDANCE], table[f.O_MAX_IMPEDANCE], table[f.O_WIDTH] = low, high, width
     table[f.O_MIDPOINT], table[f.O_POWER] = midpoint, power
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
-    grow = table[f.O_ROUNDING] = item.feature.rounding
-    corners = np.concatenate(item.feature.parts)
-    table[[f.O_MIDDLE_X, f.O_MIDDLE_Y]] = corners.min(axis=0) / 2 + corners.max(axis=0) / 2
-    table[[f.O_HALF_X, f.O_HALF_Y]] = np.ptp(corners, axis=0) / 2 + grow
+    table[f.O_ROUNDING] = item.feature.rounding
+    table[f.O_PLANES :] = _make_planes(item).ravel()
     return table
+
+
+def _make_planes(item: Object) -> np.ndarray:
+    """Half planes (plane, 3) that hold the grown object: the sides of a triangle or quadrangle, else of the bounding box."""
+    parts = item.feature.parts
+    corners = parts[0] if len(parts) == 1 and len(parts[0]) in (3, 4) else order_box(np.concatenate(parts))
+    along = np.roll(corners, -1, axis=0) - corners
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    if not normal.any(axis=1).all():  # a box without width or height
+        normal = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
+    normal /= np.hypot(*normal.T)[:, None]
+    distance = (normal * corners).sum(axis=1) + item.feature.rounding + MARGIN
+    return np.concatenate([normal, distance[:, None]], axis=1)[[0, 1, 2, -1]]
 
 
 def _make_place(item: Object, scene: Scene) -> np.ndarray:

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
 
 MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 
 
-@compiled
+@inlined
 def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, count, lane):
     """Append one lane's contacts with object ``o``, base to tip; their number, or −1 if the table is too short.
 
@@ -49,7 +49,7 @@ def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, co
     return count
 
 
-@compiled
+@inlined
 def _clear(boxes, k, low_x, high_x, low_y, high_y, radius):
     """Whether a segment with this box stays clear of box number ``k``."""
     return (
@@ -60,7 +60,7 @@ def _clear(boxes, k, low_x, high_x, low_y, high_y, radius):
     )
 
 
-@compiled
+@inlined
 def _to_world(table, k, i, cx, cy, x, y):
     table[k, f.T_SEGMENT] = i
     px, py, nx, ny = table[k, f.T_X], table[k, f.T_Y], table[k, f.T_NX], table[k, f.T_NY]
@@ -68,7 +68,7 @@ def _to_world(table, k, i, cx, cy, x, y):
     table[k, f.T_NX], table[k, f.T_NY] = cx * nx - cy * ny, cy * nx + cx * ny
 
 
-@compiled
+@inlined
 def _put(table, count, x, y, nx, ny, distance):
     table[count, f.T_X], table[count, f.T_Y] = x, y
     table[count, f.T_NX], table[count, f.T_NY] = nx, ny
@@ -76,7 +76,7 @@ def _put(table, count, x, y, nx, ny, distance):
     return count + 1
 
 
-@compiled
+@inlined
 def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
     """Closest point of the segment to the ball's centre."""
     t = ((bx - px) * ex + (by - py) * ey) / (ex * ex + ey * ey)
@@ -91,7 +91,7 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
     return _put(table, count, bx + reach * nx, by + reach * ny, nx, ny, distance)
 
 
-@compiled
+@inlined
 def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
     """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
 
@@ -112,7 +112,7 @@ def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
     return count
 
 
-@compiled
+@inlined
 def _box_points(x, y, hx, hy, sx, sy):
     """Position of the closest point of the core, and how much further along the core the second lies (−4: none)."""
     best, first, face, corner, at_end = np.inf, 0.0, np.int64(-1), np.int64(-1), np.int64(0)
@@ -141,7 +141,7 @@ def _box_points(x, y, hx, hy, sx, sy):
     return first, _second_from_face(x, y, hx, hy, sx, sy, at_end, face)
 
 
-@compiled
+@inlined
 def _second_from_corner(first, corner, hx, hy, sx, sy):
     across = ((hx > 0.0) ^ ((corner & 1) != 0)) + 2 * ((hy > 0.0) ^ ((corner & 2) != 0))
     if across != 1 and across != 2:
@@ -154,7 +154,7 @@ def _second_from_corner(first, corner, hx, hy, sx, sy):
     return second if forward else -second
 
 
-@compiled
+@inlined
 def _second_from_face(x, y, hx, hy, sx, sy, at_end, face):
     sign = -float(at_end)
     ex, ey = x - sign * hx, y - sign * hy
@@ -167,7 +167,7 @@ def _second_from_face(x, y, hx, hy, sx, sy, at_end, face):
     return second * sign
 
 
-@compiled
+@inlined
 def _touch_box_sphere(table, count, x, y, radius, grown, sx, sy, mx, my):
     kx, ky = min(max(x, -sx), sx), min(max(y, -sy), sy)
     dx, dy = x - kx, y - ky
@@ -191,7 +191,7 @@ def _touch_box_sphere(table, count, x, y, radius, grown, sx, sy, mx, my):
     return _put(table, count, mx + x + back * nx, my + y + back * ny, nx, ny, -best - radius)
 
 
-@compiled
+@inlined
 def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, stop):
     """Closest points of the core and one convex part; where the core is inside, the shallowest way out."""
     depth, ax, ay, nx, ny = _separate(px, py, ex, ey, radius + grown, corners, start, stop)
@@ -206,7 +206,7 @@ def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, 
     return _put(table, count, ax + reach * nx, ay + reach * ny, nx, ny, distance)
 
 
-@compiled
+@inlined
 def _separate(px, py, ex, ey, clear, corners, start, stop):
     """Greatest separation along a normal of either shape (negative: penetration), its point on the part, the normal.
 
@@ -240,7 +240,7 @@ def _separate(px, py, ex, ey, clear, corners, start, stop):
     return best, bx, by, bnx, bny
 
 
-@compiled
+@inlined
 def _closest(px, py, ex, ey, corners, start, stop):
     """Distance of two separate shapes, the closest point on the part, and the normal towards the core."""
     best, bx, by, cx, cy = np.inf, 0.0, 0.0, 0.0, 0.0

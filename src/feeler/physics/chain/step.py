@@ -6,11 +6,11 @@ import numpy as np
 from numba import types
 from numba.experimental.structref import StructRefProxy, define_proxy, register
 
-from feeler.compiled import compiled
+from feeler.compiled import compiled, inlined
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.contact import clear, make_rows, press, solve_contacts
 from feeler.physics.chain.narrow import find_contacts
-from feeler.physics.chain.sweep import locate, move, seek, solve
+from feeler.physics.chain.sweep import fold, locate, move, seek
 
 
 class Tables(NamedTuple):
@@ -70,8 +70,8 @@ def step_many(handle, first, n_steps, timestep, drive, damped):
         touched = _find(t)
         if touched:
             _push(t, timestep, damped)
-        if not (touched and damped):  # else the contact's last sweep has found the accelerations
-            solve(t.constants, t.work, t.base, t.loaded, timestep, n - 1, t.width)
+        if not (touched and damped):  # else the contact's last sweep has left what the hinges need
+            fold(t.constants, t.work, t.base, t.loaded, timestep, t.width)
         if touched:
             t.loaded[:] = False
             for lane in range(t.number.shape[0]):
@@ -84,7 +84,7 @@ def step_many(handle, first, n_steps, timestep, drive, damped):
     return False
 
 
-@compiled
+@inlined
 def _accelerate(base, drive, timestep):
     """The base's acceleration in this step, which brings it to the driven velocity."""
     for lane in range(base.shape[2]):
@@ -93,7 +93,7 @@ def _accelerate(base, drive, timestep):
         base[0, f.B_ALPHA, lane] = (drive[2, lane] - base[0, f.B_TURN, lane]) / timestep
 
 
-@compiled
+@inlined
 def _carry(base, place, drive, timestep):
     """Move the base, and the objects as seen from it; add up the base's work."""
     for lane in range(base.shape[2]):
@@ -119,7 +119,7 @@ def _carry(base, place, drive, timestep):
                 place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane] = x / size, y / size
 
 
-@compiled
+@inlined
 def _find(t):
     """Each lane's contacts, and whether there are any; a crowded lane gets the count −1 for good."""
     kinds, corners, starts, boxes, blocks, owner = t.shapes
@@ -149,10 +149,10 @@ def _find(t):
     return touched
 
 
-@compiled
+@inlined
 def _push(t, timestep, damped):
     """Solve the contacts and leave their wrenches in the bias columns."""
-    last = t.work.shape[1] - 1 if damped else np.int64(-1)
+    last = np.int64(-1)
     for lane in range(t.number.shape[0]):
         count = t.number[lane]
         if count > 0:
@@ -197,7 +197,7 @@ def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
     return stop, False
 
 
-@compiled
+@inlined
 def _write(t, row, lane):
     n = t.work.shape[1]
     for i in range(n):

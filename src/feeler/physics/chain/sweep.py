@@ -11,26 +11,31 @@ segment before; what waits for none (sines, torques) runs at full SIMD width eve
 
 from feeler.compiled import compiled
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.lanes import choose, distance, fma, get, put, smaller, spread
+from feeler.physics.chain.lanes import choose, fma, get, put, smaller, spread
 from feeler.physics.chain.turn import sincos
 
 
 @compiled
 def move(constants, work, wides, base, timestep, width):
-    """One Euler step of every hinge, v += h q̈, q += h v, and all that follows from where the chain then is.
+    """The outward sweep and one Euler step of every hinge, v += h q̈, q += h v, and all that follows from where it then is.
 
     Headings, turn rates, segment vectors, passive torques, velocity-product forces. Block by block: what no segment
-    needs another for is done on eight numbers at once.
+    needs another for is done on eight numbers at once, while the recurrences of the next block wait for each other.
+    A ``timestep`` of 0 moves nothing and computes what follows.
     """
     n = work.shape[1]
     wide_constants, wide_work, wide = wides
     heading, omega = get(base, 0, f.B_HEADING, width), get(base, 0, f.B_TURN, width)
+    alpha, push_x, push_y = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
     ax, ay = -get(base, 0, f.B_GRAVITY_X, width), -get(base, 0, f.B_GRAVITY_Y, width)
     size = len(wide) // len(width)
     # the first part runs a block ahead: what was just written one by one cannot be read eight at a time without a wait
     for k in range(-1, (n + size - 1) // size):
         for i in range((k + 1) * size, min((k + 2) * size, n)):
-            rate = fma(timestep, get(work, f.W_QDD, i, width), get(work, f.W_RATE, i, width))
+            before, alpha = alpha, _turn(work, i, alpha, push_x, push_y, width)
+            push_x = fma(alpha, get(work, f.W_EY, i, width), push_x)
+            push_y = fma(-alpha, get(work, f.W_EX, i, width), push_y)
+            rate = fma(timestep, alpha - before, get(work, f.W_RATE, i, width))
             angle = fma(timestep, rate, get(work, f.W_ANGLE, i, width))
             heading, omega = heading + angle, omega + rate
             put(work, f.W_RATE, i, rate, width)
@@ -57,21 +62,32 @@ def move(constants, work, wides, base, timestep, width):
 
 @compiled
 def seek(constants, work, obj, place, o, width):
-    """Note the first and the last segment whose hinge is within reach of object ``o``'s bounding box, in its frame."""
-    cx, cy = get(place, o, f.P_FORWARD_X, width), get(place, o, f.P_FORWARD_Y, width)
-    half_x, half_y = get(obj, o, f.O_HALF_X, width), get(obj, o, f.O_HALF_Y, width)
-    px, py = get(place, o, f.P_X, width), get(place, o, f.P_Y, width)
-    at_x = -fma(cx, px, fma(cy, py, get(obj, o, f.O_MIDDLE_X, width)))
-    at_y = -fma(cx, py, fma(-cy, px, get(obj, o, f.O_MIDDLE_Y, width)))
+    """Note the first and the last segment that none of object ``o``'s half planes keeps clear of it."""
+    ax, ay, a = _face(obj, place, o, 0, width)
+    bx, by, b = _face(obj, place, o, 1, width)
+    cx, cy, c = _face(obj, place, o, 2, width)
+    dx, dy, d = _face(obj, place, o, 3, width)
     first, last = spread(1e9, width), spread(-1.0, width)
     for i in range(work.shape[1]):
         ex, ey = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width)
-        reach, number = get(constants, f.C_REACH, i, width), float(i)
-        near = (distance(at_x) <= half_x + reach) & (distance(at_y) <= half_y + reach)
+        radius, number = get(constants, f.C_RADIUS, i, width), float(i)
+        at_a, at_b, at_c, at_d = a, b, c, d  # how far its hinge is outside each plane, and then the next one's
+        a, b, c, d = a + fma(ax, ex, ay * ey), b + fma(bx, ex, by * ey), c + fma(cx, ex, cy * ey), d + fma(dx, ex, dy * ey)
+        near = (smaller(at_a, a) <= radius) & (smaller(at_b, b) <= radius)
+        near = near & (smaller(at_c, c) <= radius) & (smaller(at_d, d) <= radius)
         first, last = smaller(first, choose(near, number, 1e9)), choose(near, number, last)
-        at_x, at_y = at_x + fma(cx, ex, cy * ey), at_y + fma(cx, ey, -(cy * ex))
     put(place, o, f.P_FIRST, first, width)
     put(place, o, f.P_LAST, last, width)
+
+
+@compiled
+def _face(obj, place, o, k, width):
+    """Outward normal of half plane ``k`` as it now lies, and how far outside it the base is."""
+    x, y = get(obj, o, f.O_PLANES + 3 * k, width), get(obj, o, f.O_PLANES + 3 * k + 1, width)
+    forward_x, forward_y = get(place, o, f.P_FORWARD_X, width), get(place, o, f.P_FORWARD_Y, width)
+    nx, ny = fma(forward_x, x, -(forward_y * y)), fma(forward_y, x, forward_x * y)
+    outside = -fma(nx, get(place, o, f.P_X, width), ny * get(place, o, f.P_Y, width))
+    return nx, ny, outside - get(obj, o, f.O_PLANES + 3 * k + 2, width)
 
 
 @compiled
@@ -88,12 +104,12 @@ def locate(work, last, width):
 
 
 @compiled
-def solve(constants, work, base, loaded, timestep, last, width):
-    """Accelerations of segments 0…``last`` under (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref.
+def fold(constants, work, base, loaded, timestep, width):
+    """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what is left for each hinge.
 
     ``loaded`` marks the segments that are touched in some lane: their rows K.. and B.. hold Σ D w wᵀ and −Σ D a_ref w
-    of their active contacts, or nothing and minus the contacts' wrench; they are told their accelerations. A
-    ``timestep`` of 0 leaves the implicit damping hC out. What the antenna then shows at its base gives the reaction.
+    of their active contacts, or nothing and minus the contacts' wrench. A ``timestep`` of 0 leaves the implicit damping
+    hC out. What the antenna then shows at its base gives the reaction.
     """
     zero = spread(0.0, width)
     d = ux = uy = a = b = c = torque = zero  # what the distal part shows at its own hinge
@@ -130,13 +146,24 @@ def solve(constants, work, base, loaded, timestep, last, width):
     put(base, 0, f.B_FX, fx + fma(a, ax, fma(b, ay, ux * alpha)), width)
     put(base, 0, f.B_FY, fy + fma(b, ax, fma(c, ay, uy * alpha)), width)
     put(base, 0, f.B_MOMENT, torque + fma(d, alpha, fma(ux, ax, uy * ay)), width)
+
+
+@compiled
+def unfold(work, base, loaded, last, width):
+    """The outward sweep: accelerations of hinges 0…``last``; the segments that are ``loaded`` are told theirs."""
+    alpha, ax, ay = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
     for i in range(last + 1):
-        gx, gy, u = get(work, f.W_UX, i, width), get(work, f.W_UY, i, width), get(work, f.W_U, i, width)
-        before = alpha
-        alpha = fma(-gy, ay, fma(-gx, ax, fma(get(work, f.W_SHARE, i, width), before, u)))
+        before, alpha = alpha, _turn(work, i, alpha, ax, ay, width)
         put(work, f.W_QDD, i, alpha - before, width)
         if loaded[i]:
             put(work, f.W_ALPHA, i, alpha, width)
             put(work, f.W_AX, i, ax, width)
             put(work, f.W_AY, i, ay, width)
         ax, ay = fma(alpha, get(work, f.W_EY, i, width), ax), fma(-alpha, get(work, f.W_EX, i, width), ay)
+
+
+@compiled
+def _turn(work, i, alpha, ax, ay, width):
+    """A segment's turning acceleration, of that of the segment before and its hinge's acceleration."""
+    gx, gy, share = get(work, f.W_UX, i, width), get(work, f.W_UY, i, width), get(work, f.W_SHARE, i, width)
+    return fma(-gy, ay, fma(-gx, ax, fma(share, alpha, get(work, f.W_U, i, width))))
