@@ -67,23 +67,23 @@ def go_back(handle, adj, tape, place, weights, first, every, timestep, scratch, 
     for step in range(tape.shape[1] - 2, -1, -1):
         now = first + step + 1
         _set_state(t, adj, tape, place, weights, step, now // every if now % every == 0 else -1, timestep)
-        move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
+        move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
         touched = _find(t)
         _accelerate(adj, t.work, t.width)
         if touched:
             _load(t, adj)
         _ask(t.work, adj, timestep, t.width)
-        fold(t.constants, t.work, t.base, t.loaded, timestep, t.width)
+        fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
         unfold(t.work, t.base, t.loaded, n - 1, t.width)
         if touched:
             t.loaded[:] = False
             for lane in range(t.number.shape[0]):
                 clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
-        _turn(t.constants, t.work, t.base, adj, t.width)
+        _turn(t.segments, t.work, t.base, adj, t.width)
         if touched:
             for lane in range(t.number.shape[0]):
                 _pull_contacts(t, adj, scratch, rows, lane)
-        _gather(t.constants, t.work, adj, timestep, t.width)
+        _gather(t.segments, t.work, adj, timestep, t.width)
         if touched:
             _forget(t, adj)
 

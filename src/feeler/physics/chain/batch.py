@@ -35,7 +35,7 @@ class ChainStepper(Stepper):
         step_many(
             self.handle, 0, 0, self.timestep, self.drive, self.damped
         )  # compiles, or loads what was compiled before
-        move(t.constants, t.work, t.wides, t.base, 0.0, t.width)
+        move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
@@ -141,7 +141,7 @@ class ChainStepper(Stepper):
         self.scenes[lane] = scene
         if _fits(self.tables, model):
             _fill(self.tables, lane, scene, model)
-        else:  # longer tables, with the other lanes as they are
+        else:  # other tables, with the other lanes as they are
             kept = [self.save(k) for k in others]
             self.tables = _make_tables(self.scenes, [make_model(s) for s in self.scenes])
             for k, saved in zip(others, kept, strict=True):
@@ -156,10 +156,13 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
     constants, wide_constants = make_table(f.N_CONSTANTS, n, width)
     work, wide_work = make_table(f.N_WORK, n, width)
     size = max(_count_contacts(model) for model in models)
+    shared = width > 1 and all(np.array_equal(m.constants, models[0].constants) for m in models)
+    segments = models[0].constants if shared else constants
     tables = Tables(
         constants=constants,
+        segments=segments,
         work=work,
-        wides=(wide_constants, wide_work, (0,) * (f.LANES if width == 1 else width)),
+        wides=(segments if shared else wide_constants, wide_work, (0,) * (f.LANES if width == 1 else width)),
         base=np.zeros((1, f.N_BASE, width)),
         obj=np.zeros((n_objects, f.N_OBJECT, width)),
         place=np.zeros((n_objects, f.N_PLACE, width)),
@@ -200,7 +203,8 @@ def _count_contacts(model: ChainModel) -> int:
 def _fits(t: Tables, model: ChainModel) -> bool:
     own = (len(model.obj), _count_contacts(model), *(array.shape[1] for array in stack_shapes([model])))
     room = (t.place.shape[0], t.contacts.shape[1], *(array.shape[1] for array in t.shapes))
-    return all(a <= b for a, b in zip(own, room, strict=True))
+    same = t.segments.ndim == 3 or np.array_equal(t.segments, model.constants)
+    return same and all(a <= b for a, b in zip(own, room, strict=True))
 
 
 def make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:

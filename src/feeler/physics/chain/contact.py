@@ -78,7 +78,7 @@ def _weigh(mu, ease):
 
 
 @inlined
-def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, timestep, last, width):
+def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, timestep, last, width):
     """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves them.
 
     ``memory`` (lane, object, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
@@ -94,7 +94,7 @@ def solve_contacts(constants, work, base, rows, count, loaded, memory, open_, ti
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], f.ROWS * count[lane], loaded, lane)
-        fold(constants, work, base, loaded, timestep, width)
+        fold(segments, work, base, loaded, timestep, width)
         unfold(work, base, loaded, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):

@@ -17,6 +17,8 @@ class Tables(NamedTuple):
     """All that the compiled step reads and writes; each array's last axis is the lane unless said otherwise."""
 
     constants: np.ndarray
+    segments: np.ndarray
+    """Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one antenna."""
     work: np.ndarray
     wides: tuple
     """Constants and work once more, for eight numbers at once, and the width of that."""
@@ -71,13 +73,13 @@ def step_many(handle, first, n_steps, timestep, drive, damped):
         if touched:
             _push(t, timestep, damped)
         if not (touched and damped):  # else the contact's last sweep has left what the hinges need
-            fold(t.constants, t.work, t.base, t.loaded, timestep, t.width)
+            fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
         if touched:
             t.loaded[:] = False
             for lane in range(t.number.shape[0]):
                 clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
         _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
-        move(t.constants, t.work, t.wides, t.base, timestep, t.width)
+        move(t.segments, t.work, t.wides, t.base, timestep, t.width)
     for lane in range(t.number.shape[0]):  # the tip's heading is the sum of all angles: one that is lost shows there
         if t.number[lane] < 0 or not np.isfinite(t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]):
             return True
@@ -125,7 +127,7 @@ def _find(t):
     kinds, corners, starts, boxes, blocks, owner = t.shapes
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
-        seek(t.constants, t.work, t.obj, t.place, o, t.width)
+        seek(t.segments, t.work, t.obj, t.place, o, t.width)
         for lane in range(t.number.shape[0]):
             if t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
                 last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
@@ -160,7 +162,7 @@ def _push(t, timestep, damped):
             for k in range(count):
                 last = max(last, np.int64(t.contacts[lane, k, f.T_SEGMENT]))
     solve_contacts(
-        t.constants,
+        t.segments,
         t.work,
         t.base,
         t.rows,

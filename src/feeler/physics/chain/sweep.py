@@ -16,7 +16,7 @@ from feeler.physics.chain.turn import sincos
 
 
 @compiled
-def move(constants, work, wides, base, timestep, width):
+def move(segments, work, wides, base, timestep, width):
     """The outward sweep and one Euler step of every hinge, v += h q̈, q += h v, and all that follows from where it then is.
 
     Headings, turn rates, segment vectors, passive torques, velocity-product forces. Block by block: what no segment
@@ -24,7 +24,7 @@ def move(constants, work, wides, base, timestep, width):
     A ``timestep`` of 0 moves nothing and computes what follows.
     """
     n = work.shape[1]
-    wide_constants, wide_work, wide = wides
+    wide_segments, wide_work, wide = wides
     heading, omega = get(base, 0, f.B_HEADING, width), get(base, 0, f.B_TURN, width)
     alpha, push_x, push_y = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
     ax, ay = -get(base, 0, f.B_GRAVITY_X, width), -get(base, 0, f.B_GRAVITY_Y, width)
@@ -45,15 +45,15 @@ def move(constants, work, wides, base, timestep, width):
         if k < 0:
             continue
         s, c = sincos(get(wide_work, f.W_HEADING, k, wide))
-        length = get(wide_constants, f.C_LENGTH, k, wide)
+        length = get(wide_segments, f.C_LENGTH, k, wide)
         put(wide_work, f.W_EX, k, length * s, wide)
         put(wide_work, f.W_EY, k, length * c, wide)
-        drag = get(wide_constants, f.C_DAMPING, k, wide) * get(wide_work, f.W_RATE, k, wide)
-        stretch = get(wide_constants, f.C_REST, k, wide) - get(wide_work, f.W_ANGLE, k, wide)
-        put(wide_work, f.W_TORQUE, k, fma(get(wide_constants, f.C_STIFFNESS, k, wide), stretch, -drag), wide)
+        drag = get(wide_segments, f.C_DAMPING, k, wide) * get(wide_work, f.W_RATE, k, wide)
+        stretch = get(wide_segments, f.C_REST, k, wide) - get(wide_work, f.W_ANGLE, k, wide)
+        put(wide_work, f.W_TORQUE, k, fma(get(wide_segments, f.C_STIFFNESS, k, wide), stretch, -drag), wide)
         for i in range(k * size, min(k * size + size, n)):
             ex, ey, turning = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width), get(work, f.W_OMEGA, i, width)
-            square, mass = turning * turning, get(constants, f.C_MASS, i, width)
+            square, mass = turning * turning, get(segments, f.C_MASS, i, width)
             turn_x, turn_y = square * ex, square * ey
             put(work, f.W_FX, i, mass * fma(turn_x, 0.5, -ax), width)
             put(work, f.W_FY, i, mass * fma(turn_y, 0.5, -ay), width)
@@ -61,7 +61,7 @@ def move(constants, work, wides, base, timestep, width):
 
 
 @compiled
-def seek(constants, work, obj, place, o, width):
+def seek(segments, work, obj, place, o, width):
     """Note the first and the last segment that none of object ``o``'s half planes keeps clear of it."""
     ax, ay, a = _face(obj, place, o, 0, width)
     bx, by, b = _face(obj, place, o, 1, width)
@@ -70,9 +70,14 @@ def seek(constants, work, obj, place, o, width):
     first, last = spread(1e9, width), spread(-1.0, width)
     for i in range(work.shape[1]):
         ex, ey = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width)
-        radius, number = get(constants, f.C_RADIUS, i, width), float(i)
+        radius, number = get(segments, f.C_RADIUS, i, width), float(i)
         at_a, at_b, at_c, at_d = a, b, c, d  # how far its hinge is outside each plane, and then the next one's
-        a, b, c, d = a + fma(ax, ex, ay * ey), b + fma(bx, ex, by * ey), c + fma(cx, ex, cy * ey), d + fma(dx, ex, dy * ey)
+        a, b, c, d = (
+            a + fma(ax, ex, ay * ey),
+            b + fma(bx, ex, by * ey),
+            c + fma(cx, ex, cy * ey),
+            d + fma(dx, ex, dy * ey),
+        )
         near = (smaller(at_a, a) <= radius) & (smaller(at_b, b) <= radius)
         near = near & (smaller(at_c, c) <= radius) & (smaller(at_d, d) <= radius)
         first, last = smaller(first, choose(near, number, 1e9)), choose(near, number, last)
@@ -104,7 +109,7 @@ def locate(work, last, width):
 
 
 @compiled
-def fold(constants, work, base, loaded, timestep, width):
+def fold(segments, work, base, loaded, timestep, width):
     """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what is left for each hinge.
 
     ``loaded`` marks the segments that are touched in some lane: their rows K.. and B.. hold Σ D w wᵀ and −Σ D a_ref w
@@ -117,11 +122,11 @@ def fold(constants, work, base, loaded, timestep, width):
     for i in range(work.shape[1] - 1, -1, -1):
         ex, ey = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width)
         own_x, own_y = get(work, f.W_FX, i, width), get(work, f.W_FY, i, width)
-        mass = get(constants, f.C_MASS, i, width)
+        mass = get(segments, f.C_MASS, i, width)
         half, twice_x, twice_y = 0.5 * mass, ex + ex, ey + ey
         wx, wy = fma(a, ey, fma(-b, ex, ux)), fma(b, ey, fma(-c, ex, uy))
         far = fma(c, ex * ex, ux * twice_y) - fma(b, twice_x * ey, uy * twice_x)
-        drag, own = timestep * get(constants, f.C_DAMPING, i, width), get(constants, f.C_INERTIA, i, width)
+        drag, own = timestep * get(segments, f.C_DAMPING, i, width), get(segments, f.C_INERTIA, i, width)
         near, damped = fma(a, ey * ey, own + d), fma(a, ey * ey, (own + drag) + d)
         ux, uy = fma(half, ey, wx), fma(-half, ex, wy)
         bias = fma(ey, fma(-0.5, own_x, fx), fma(-ex, fma(-0.5, own_y, fy), torque))
