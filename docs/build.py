@@ -17,13 +17,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "beyond.json"
-DESIGN = RESULTS.with_name("design.json")
+OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-PAGES = ("slow_and_graded.md", "searched.md")
+PAGES = ("slow_and_graded.md", "searched.md", "presets.md")
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards" markdown>\n'
 
@@ -31,7 +31,8 @@ GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div c
 def insert_numbers(markdown: str) -> str:
     """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError, which ends the build."""
     values = json.loads(RESULTS.read_text())
-    values |= {f"design.{key}": value for key, value in json.loads(DESIGN.read_text())["values"].items()}
+    for room, path in OTHERS.items():
+        values |= {f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()}
 
     def show(found: re.Match) -> str:
         value = values[found["key"]]

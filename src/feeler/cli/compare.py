@@ -10,7 +10,9 @@ EXAMPLES = """Examples:
 
   feeler compare exponential constant
 
-  feeler compare exponential mine.toml --out mine.html --scale quick
+  feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
+
+  feeler compare exponential cricket --scale smoke --json
 """
 
 
@@ -19,8 +21,15 @@ def compare(
     out: Annotated[Path, typer.Option(help="page to write")] = Path("out/compare.html"),
     scale: Annotated[str, typer.Option(help="smoke, quick or paper")] = "quick",
     seed: Annotated[int, typer.Option(min=0, help="seed of noise and encoder")] = 0,
+    objects: Annotated[
+        Path | None, typer.Option(help="TOML with a table [[object]] each; default: the paper's six")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="m/s")] = 0.06,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
+    import json
+
     from feeler.cli.choose import choose_antenna
     from feeler.comparison import compare_antennas, write_comparison
     from feeler.errors import InvalidInput
@@ -28,7 +37,8 @@ def compare(
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import list_versions
     from feeler.scale import SCALES
-    from feeler.stimulus.ninety import SPEEDS, trials
+    from feeler.stimulus import load_objects
+    from feeler.stimulus.ninety import trials
 
     effort = SCALES[scale]
     if len(set(antennas)) < 2:
@@ -41,21 +51,24 @@ def compare(
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=out.parent):
         pass  # refused now, before anything is simulated, where nothing can be written
-    touches = trials((SPEEDS["slow"],))
+    touches = trials((speed,), features=None if objects is None else load_objects(objects))
     tensors = {}
     for name, antenna in chosen.items():
         tensors[name] = touch(antenna, touches, seed=seed)
-        typer.echo(f"{name}: touched {len(touches)} times")
+        typer.echo(f"{name}: touched {len(touches)} times", err=as_json)
     encoder = effort.make_encoder(random_state=seed)
-    data = compare_antennas(tensors, encoder, plan=effort.plan, random_state=seed, report=typer.echo)
-    for title, *cells in data.list_rows():
+    data = compare_antennas(
+        tensors, encoder, plan=effort.plan, random_state=seed, report=lambda line: typer.echo(line, err=as_json)
+    )
+    for title, *cells in [] if as_json else data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, "
         f"{len(touches)} touches at "
-        f"{SPEEDS['slow']:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+        f"{speed:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
-    typer.echo(f"page: {write_comparison(data, out, conditions)}")
+    page = write_comparison(data, out, conditions)
+    typer.echo(json.dumps({**data.to_plain(), "page": str(page)}) if as_json else f"page: {page}")
 
 
 def register(app: typer.Typer) -> None:

@@ -34,6 +34,20 @@ class Comparison:
     peak: dict[str, float]
     """Greatest angle [rad]."""
 
+    def to_plain(self) -> dict[str, Any]:
+        """As JSON: each measure by antenna; intervals as [value, low, high]."""
+        found: dict[str, Any] = {"antennas": list(self.names), "entropy": self.entropy, "sparseness": self.sparseness}
+        found |= {"peak": self.peak, "units": {"entropy": "bit", "peak": "rad"}}
+        for index, average in self.dispersion["raw"].average.items():
+            found[f"{index} with the closest match"] = {
+                name: [interval.estimate, interval.low, interval.high] for name, interval in average.items()
+            }
+        for kind in KINDS:
+            for noise in self.curves.noises:
+                curves = self.curves.find(kind, noise)
+                found[f"accuracy, {kind}, {noise} noise"] = {n: float(curves[n].noisy.mean()) for n in self.names}
+        return found
+
     def list_rows(self) -> list[tuple[str, ...]]:
         """The table: a row per measure, a column per antenna."""
         rows = [("greatest angle (°)", *(f"{np.degrees(self.peak[n]):.2f}" for n in self.names))]
@@ -66,7 +80,7 @@ def compare_antennas(
     Parameters
     ----------
     tensors
-        Datasets by antenna name, each with the same stimuli; only the slowest speed is compared.
+        Datasets by antenna name, each with the same stimuli; only the slowest of their speeds is compared.
     encoder
         An unfitted ``ConvolutiveNMF``; each antenna gets its own bases.
     """

@@ -34,14 +34,14 @@ def plot(data: Comparison, figure: Figure) -> None:
 def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
-    lead = "The same touches at the slowest speed: how far apart their tensors lie, and how well they are told apart."
+    lead = "The same touches, at one speed: how far apart their tensors lie, and how well they are told apart."
     with TemporaryDirectory() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
         section.figure(
             "comparison",
             "Above: closest matches of every tensor, and their average with its 95 % bootstrap interval over stimuli; low "
-            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy of 30 classes against noise; dashed: "
-            "the null, one tensor repeated.",
+            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy over all classes (object and "
+            "place) against noise; dashed: the null, one tensor repeated.",
             lambda figure: plot(data, figure),
             width=10.0,
             height=6.5,

@@ -78,12 +78,15 @@ def compute_dispersion(
             raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
         sets = {name: array / largest for name, array in sets.items()}
         least, greatest = least / largest, greatest / largest
-    rng, closest = np.random.default_rng(random_state), {}
+    closest: dict[str, dict[Hashable, Closest]] = {}
     for index in INDICES if indices is None else indices:
         given = {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
         given |= (options or {}).get(index, {})
         closest[index] = {name: search_closest(array, index, block=block, **given) for name, array in sets.items()}
-    average = {i: {n: bootstrap_mean(c.value, rng) for n, c in by_group.items()} for i, by_group in closest.items()}
+    average = {  # the same draws for every group, so that equal groups have equal intervals
+        i: {n: bootstrap_mean(c.value, np.random.default_rng(random_state)) for n, c in by_group.items()}
+        for i, by_group in closest.items()
+    }
     return Dispersion(groups=tuple(sets), closest=closest, average=average)
 
 
