@@ -1,6 +1,7 @@
 """How fast the studio answers in a real Chromium: slider to first drawn samples, whole touch, drags, closing, memory.
 
     python benchmarks/studio.py [changes] [seconds of dragging]
+    python benchmarks/studio.py 2 600          # memory of the server and of the page over ten minutes of dragging
 
 Needs chromium and chromedriver, and selenium. Prints medians with the machine's load, which decides
 much: two idle cores are meant.
@@ -24,7 +25,8 @@ APP = "const app = document.getElementById('studio').studio; "
 REST = 0.5  # s between changes; the touch and its reading end within
 CHANGE = "app.store.change(s => { s.A.stiffness = [[0, 37 + 0.1 * %d], [1, 3.85e-4]]; })"
 DRAG = """let k = 0; const before = app.frames; const began = performance.now();
-    const move = s => { s.touch.location = 0.6 + 0.2 * Math.abs(Math.sin(++k / 30)); };
+    const move = s => { s.touch.location = 0.6 + 0.2 * Math.abs(Math.sin(++k / 30));
+      if (k % 50 === 0) s.A.stiffness = [[0, 30 + 10 * Math.random()], [1, 3.85e-4 * (1 + Math.random())]]; };
     const timer = setInterval(() => app.store.change(move, false), 16);
     setTimeout(() => { clearInterval(timer); app.store.change(() => {});
       window.drag = 1000 * (app.frames - before) / (performance.now() - began); }, %d);"""
@@ -64,11 +66,7 @@ def main() -> None:
         time.sleep(REST)
     found = browser.execute_script(APP + "return app.latency")
     say("change of place to code and verdict [ms]", [one["read"] for one in found if "read" in one])
-    memory = psutil.Process().memory_info().rss
-    browser.execute_script(APP + DRAG % (1000 * seconds))
-    time.sleep(seconds + 2)
-    say("pictures a second while dragging", [browser.execute_script("return window.drag")])
-    say(f"memory grown in {seconds} s of dragging [MiB]", [(psutil.Process().memory_info().rss - memory) / 2**20])
+    drag(browser, seconds)
     browser.execute_script(APP + "app.store.change(s => { s.touch.duration = 2000; })")
     time.sleep(0.2)
     browser.get("about:blank")
@@ -78,6 +76,22 @@ def main() -> None:
     say("closed tab to idle server [ms]", [1e3 * (time.perf_counter() - began)])
     browser.quit()
     studio.close()
+
+
+def drag(browser: webdriver.Chrome, seconds: int) -> None:
+    """Drag the object, and now and then the stiffness too; memory is looked at ten times."""
+    browser.execute_script(APP + DRAG % (1000 * seconds))
+    print("dragging: s, MiB of the server's process (the driver's few among them), MiB of the page's heap")
+    seen = []
+    for part in range(11):
+        browser.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        heap = browser.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]
+        seen.append((psutil.Process().memory_info().rss / 2**20, heap / 2**20))
+        print(f"  {part * seconds / 10:5.0f}  {seen[-1][0]:6.0f}  {seen[-1][1]:6.1f}", flush=True)
+        time.sleep(seconds / 10 if part < 10 else 2)
+    say("pictures a second while dragging", [browser.execute_script("return window.drag")])
+    for name, first, last in zip(("server", "page"), seen[1], seen[-1], strict=True):
+        say(f"memory of the {name} grown after the first tenth [MiB]", [last - first])
 
 
 def open_browser() -> webdriver.Chrome:

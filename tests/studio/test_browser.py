@@ -1,12 +1,16 @@
 """The studio in a real Chromium: what is shown is exact, the mouse works, nothing is loaded from elsewhere."""
 
+import itertools
+import os
+import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import feeler
-from feeler.studio import Studio
+from feeler.studio import Boards, Studio
 from feeler.studio.leaving import make_file
 from feeler.studio.touching import hash_tensor
 
@@ -129,6 +133,140 @@ def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(stud
         browser.get("about:blank")
         open_page(browser, studio.address + "#" + hash_part)
         assert (ask(browser, "app.records.A.hash") == shown) == (hash_part in address)
+
+
+def read_axe():
+    module = pytest.importorskip("axe_core_python")
+    return (Path(module.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+
+
+def find_barriers(browser):
+    """What axe finds wrong with the page as it is."""
+    done = "const tell = arguments[0]; axe.run(document, { resultTypes: ['violations'] }).then(found => tell(found.violations));"
+    found = browser.execute_async_script(done)
+    return [(item["id"], node["html"][:120], node["failureSummary"]) for item in found for node in item["nodes"]]
+
+
+def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser):
+    open_page(browser, studio.address)
+    browser.set_script_timeout(60)
+    browser.execute_script(read_axe())
+    for mode, theme, menu in (
+        ("touch", "light", True),
+        ("touch", "dark", False),
+        ("hand", "light", False),
+        ("board", "dark", True),
+    ):
+        browser.execute_script(
+            APP + f"app.root.dataset.theme = '{theme}'; app.store.change(s => {{ s.mode = '{mode}'; }})"
+        )
+        browser.execute_script(APP + f"app.root.querySelector('.share .menu').hidden = {str(not menu).lower()}")
+        wait_for(browser, f"app.root.dataset.mode == '{mode}'")
+        assert find_barriers(browser) == [], (mode, theme)
+
+
+DROP = """const data = new DataTransfer(); data.items.add(new File([arguments[1]], arguments[0]));
+    app.root.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));"""
+
+
+def drop(browser, name, text):
+    browser.execute_script(APP + DROP, name, text)
+
+
+def read_note(browser):
+    return ask(browser, "document.querySelector('.note.bad:not([hidden])')?.textContent || ''")
+
+
+def write_recording(n_channels, n_samples=120):
+    rows = ",".join(["{time}", *("{turn:.4f}" for _ in range(n_channels))]) + "\n"
+    head = ",".join(["time_ms", *(f"hinge{n + 1}_rad" for n in range(n_channels))]) + "\n"
+    return head + "".join(rows.format(time=k, turn=0.2 * np.sin(0.1 * k)) for k in range(n_samples))
+
+
+def test_damaged_and_foreign_files_get_one_clear_message_and_the_page_goes_on(studio, browser):
+    open_page(browser, studio.address)
+    before = ask(browser, "app.records.A.hash")
+    good = feeler.antenna.file.write_antenna(feeler.presets.make_preset("linear"))
+    for name, text, words in (
+        ("mine.toml", good.replace("stiffness", "softness"), "softness"),
+        ("mine.toml", good[:200] + "= = [", "not valid TOML"),
+        (
+            "touch.csv",
+            write_recording(7),
+            "has 7 channels, but the antenna 'exponential' has 56 sensors (and the robot 8)",
+        ),
+        ("touch.csv", "time_ms,hinge1_rad\n0,x\n", "touch.csv"),
+        ("touch.doc", "?", "neither an antenna"),
+    ):
+        browser.execute_script(APP + "document.querySelector('.note').hidden = true")
+        drop(browser, name, text)
+        wait_for(browser, "document.querySelector('.note.bad:not([hidden])')")
+        assert words in read_note(browser)
+        assert ask(browser, "[app.records.A.hash, app.store.state.mode]") == [before, "touch"]
+    drop(browser, "mine.toml", good)
+    wait_for(browser, "app.store.state.A.toml && app.status == 'exact' && app.records.A.ended")
+    assert find_problems(browser) == []
+
+
+def test_a_recording_is_played_back_and_leaves_as_it_came(studio, browser):
+    open_page(browser, studio.address)
+    text = write_recording(8)
+    drop(browser, "touch.csv", text)
+    wait_for(browser, "app.status == 'recorded' && app.playing && app.time > 1")
+    first = read_shown(browser)
+    assert first == pytest.approx(np.tile(0.2 * np.sin(0.1 * np.arange(120)), (8, 1)), abs=6e-5)
+    assert ask(browser, "app.store.state.A.preset") == "robot"
+    browser.execute_script(
+        APP + "URL.createObjectURL = blob => { blob.text().then(t => { window.left = t; }); return 'data:,left'; };"
+    )
+    ask(browser, "app.views.share.save('csv')")
+    wait_for(browser, "window.left")
+    drop(browser, "again.csv", browser.execute_script("return window.left"))
+    wait_for(browser, "app.records.A.name == 'again.csv' && app.records.A.ended")
+    assert read_shown(browser) == pytest.approx(first, abs=1e-6)
+    ask(browser, "app.store.change(s => { s.mode = 'touch'; })")
+    wait_for(browser, "app.status == 'exact' && app.records.A.ended && !app.records.A.name")
+
+
+def test_a_board_is_heard_live_until_it_is_unplugged(browser):
+    pty, tty = pytest.importorskip("pty"), pytest.importorskip("tty")
+    pytest.importorskip("serial")
+    board, port = pty.openpty()
+    tty.setraw(port)
+    name = os.ttyname(port)
+    studio, unplug = Studio(port=0, boards=Boards(name)), threading.Event()
+
+    def run():
+        for first in itertools.count(step=50):
+            if unplug.is_set():
+                return os.close(board)
+            lines = (f"{2 * k},{','.join([f'{0.3 * np.sin(k / 50):.4f}'] * 8)}\n" for k in range(first, first + 50))
+            os.write(board, "".join(lines).encode())
+            time.sleep(0.02)
+
+    thread = threading.Thread(target=run)
+    try:
+        open_page(browser, studio.address)
+        browser.find_element("xpath", "//button[text()='Own antenna']").click()
+        wait_for(browser, f"'{name}' in app.ports")
+        thread.start()
+        browser.find_element("xpath", "//button[text()='Listen']").click()
+        wait_for(browser, "app.records.A.live && app.records.A.dropped > 0")  # more than the page keeps
+        assert ask(browser, "[app.status, app.records.A.interval, app.store.state.A.preset]") == ["live", 2, "robot"]
+        shown = read_shown(browser)[0]
+        assert np.abs(shown).max() == pytest.approx(0.3, abs=1e-3)
+        assert np.abs(np.diff(shown)).max() < 0.02  # one curve, though its oldest part was dropped
+        unplug.set()
+        wait_for(browser, "app.status == 'error' && !app.listening")
+        assert f"the board at {name} is gone" in read_note(browser)
+        assert find_problems(browser) == []
+    finally:
+        unplug.set()
+        if thread.ident:
+            thread.join()
+        browser.get("about:blank")
+        studio.close()
+        os.close(port)
 
 
 def test_two_tabs_and_a_server_that_comes_back(studio, browser):

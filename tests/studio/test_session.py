@@ -23,8 +23,8 @@ CHANGED = {"stiffness": [[0.0, 20.0], [0.5, 0.3], [1.0, 2e-3]], "matched": True,
 class Page:
     """What a page hears."""
 
-    def __init__(self):
-        self.heard, self.session = [], Session(lambda data: self.heard.append(unpack(data)))
+    def __init__(self, **options):
+        self.heard, self.session = [], Session(lambda data: self.heard.append(unpack(data)), **options)
 
     def ask(self, message):
         self.session.take(json.dumps(message))

@@ -1,5 +1,6 @@
 """Samples as lines of text: from a file, standard input or a serial port."""
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
@@ -15,12 +16,10 @@ def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.nd
 
     ``n_sensors`` numbers are a sample, one more in front is its time. ``nan`` marks a missing channel.
     """
-    if isinstance(line, bytes):
-        line = line[: MAX_LINE + 1].decode("utf-8", errors="replace")
+    line = _decode(line)
     if len(line) > MAX_LINE:
         raise InvalidInput(f"a line of more than {MAX_LINE} characters is no sample.")
-    cells = line.strip().replace(";", ",").replace("\t", ",").replace(" ", ",").split(",")
-    cells = [cell for cell in cells if cell]
+    cells = split_sample(line)
     if len(cells) not in (n_sensors, n_sensors + 1):
         raise InvalidInput(
             f"a sample is {n_sensors} numbers, or a time and {n_sensors} numbers; got {len(cells)} in {line[:80]!r}."
@@ -36,11 +35,20 @@ def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.nd
     return numbers[0], np.array(numbers[1:])
 
 
+def split_sample(line: str | bytes) -> list[str]:
+    """The cells of a line, whatever they hold."""
+    return [cell for cell in re.split(r"[,;\s]+", _decode(line)) if cell]
+
+
+def _decode(line: str | bytes) -> str:
+    return line if isinstance(line, str) else line[: MAX_LINE + 1].decode("utf-8", errors="replace")
+
+
 def read_samples(lines: Iterable[str | bytes], n_sensors: int) -> Iterator[tuple[float | None, np.ndarray]]:
     """Samples from lines; blank lines, ``#`` notes and one header line are passed over."""
     first = True
     for line in lines:
-        text = line.decode("utf-8", errors="replace") if isinstance(line, bytes) else line
+        text = _decode(line)
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         is_header, first = first and any(c.isalpha() for c in text.lower().replace("nan", "").replace("e", "")), False
@@ -55,7 +63,15 @@ def read_lines(stream: BinaryIO) -> Iterator[bytes]:
 
 
 def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:
-    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra ``robot``."""
+    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra ``robot``.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such port, it is in use, or its board was unplugged.
+    MissingExtra
+        pyserial is not installed.
+    """
     try:
         import serial
     except ImportError as error:
@@ -64,6 +80,9 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
         connection = serial.Serial(port, baudrate, timeout=timeout)
     except (serial.SerialException, ValueError, OSError) as error:
         raise InvalidInput(f"cannot open serial port {port!r}: {error}.") from error
-    with connection:
-        while line := connection.readline(MAX_LINE):
-            yield line
+    try:
+        with connection:
+            while line := connection.readline(MAX_LINE):
+                yield line
+    except (serial.SerialException, OSError) as error:
+        raise InvalidInput(f"the board at {port} is gone ({error}). Plug it in and begin again.") from error

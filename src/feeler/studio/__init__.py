@@ -1,9 +1,10 @@
 """The studio: an antenna in your browser. A local server, a notebook widget and exported pages share one front end."""
 
+from feeler.studio.board import Boards
 from feeler.studio.exporting import write_player
 from feeler.studio.server import Studio
 from feeler.studio.session import Session
 from feeler.studio.widget import show_studio
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
-__all__ = ["AntennaWish", "ObjectWish", "Session", "Studio", "TouchWish", "show_studio", "write_player"]
+__all__ = ["AntennaWish", "Boards", "ObjectWish", "Session", "Studio", "TouchWish", "show_studio", "write_player"]

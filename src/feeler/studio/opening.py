@@ -1,6 +1,9 @@
-"""Files dropped on the page: an antenna file, or a recording of one's own."""
+"""Files dropped on the page: an antenna file, a recording of one's own, or the calibration of its sensors."""
 
+import re
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,39 +13,66 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.parse import parse_antenna
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
-from feeler.robot import load_recording, make_dataset, repair
+from feeler.robot import SensorCalibration, load_calibration, load_recording, repair
 from feeler.studio.catalogue import describe_original
+from feeler.studio.listener import Judge
+from feeler.studio.study import Study
 from feeler.studio.touching import describe_antenna, find_sensed
 from feeler.studio.wish import AntennaWish
-from feeler.tensors.posture import reconstruct_posture
+from feeler.tensors.posture import spread_angles
 
 MAX_TEXT = 6 * 2**20  # [C] characters
+NAME = re.compile(r"\w[\w .()+-]{0,80}")  # what messages may call a file
+MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is shown
 
 
-def open_text(message: dict[str, Any]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """What a dropped file holds: header and arrays of the answer."""
-    name, text = message.get("name"), message.get("text")
-    if not isinstance(name, str) or not isinstance(text, str) or len(name) > 200 or len(text) > MAX_TEXT:
-        raise InvalidInput(f"a file needs a name and a text of at most {MAX_TEXT:,} characters.")
+def open_text(
+    message: dict[str, Any], calibration: SensorCalibration | None, find: Callable[[Antenna], Study | None]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """What a dropped antenna or recording holds: header and arrays of the answer."""
+    name, text = read_file(message)
     if name.lower().endswith(".toml"):
         antenna = parse_antenna(text, name).antenna
         wish = AntennaWish(toml=text, name=antenna.name)
         return {"what": "antenna", "antenna": wish.to_plain(), "original": describe_original(antenna)}, {}
     if name.lower().endswith(".csv"):
-        return open_recording(name, text, AntennaWish.read(message.get("antenna", {})).make())
-    raise InvalidInput(f"{name[-40:]!r} is neither an antenna (.toml) nor a recording (.csv).")
+        return open_recording(name, text, AntennaWish.read(message.get("antenna", {})).make(), calibration, find)
+    raise InvalidInput(f"{name[-40:]!r} is neither an antenna (.toml), a recording (.csv) nor a calibration (.json).")
 
 
-def open_recording(name: str, text: str, antenna: Antenna) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """A recording (time and hinge angles) as readings; postures between sensors are interpolated."""
-    with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
-        path = Path(folder) / "recording.csv"
-        path.write_text(text, encoding="utf-8", errors="replace")
+def read_file(message: dict[str, Any]) -> tuple[str, str]:
+    """Name and text of a file in a message."""
+    name, text = message.get("name"), message.get("text")
+    if not isinstance(name, str) or not isinstance(text, str) or len(name) > 200 or len(text) > MAX_TEXT:
+        raise InvalidInput(f"a file needs a name and a text of at most {MAX_TEXT:,} characters.")
+    return name, text
+
+
+def open_calibration(name: str, text: str) -> SensorCalibration:
+    """The calibration of a robot's sensors."""
+    with _as_file(name, text) as path:
+        return load_calibration(path)
+
+
+def open_recording(
+    name: str,
+    text: str,
+    antenna: Antenna,
+    calibration: SensorCalibration | None,
+    find: Callable[[Antenna], Study | None],
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """A recording (time and hinge angles) as readings; angles between sensors are interpolated.
+
+    ``find`` gives the study of an antenna, if there is one; its decoder then judges the recording.
+    """
+    with _as_file(name, text) as path:
         recording = load_recording(path, n_channels=None)
     if recording.quantity != "angle":
-        raise InvalidInput(
-            f"{name} holds capacitance; convert it first: feeler robot calibrate, then feeler robot convert."
-        )
+        if calibration is None:
+            raise InvalidInput(
+                f"{name} holds capacitance. Open the sensors' calibration first (.json, made by feeler robot calibrate)."
+            )
+        recording = recording.to_angles(calibration, outside="extend")
     robot = make_preset("robot")
     fitting = next((a for a in (antenna, robot) if find_sensed(a).size == recording.n_sensors), None)
     if fitting is None:
@@ -50,11 +80,26 @@ def open_recording(name: str, text: str, antenna: Antenna) -> tuple[dict[str, An
             f"{name} has {recording.n_sensors} channels, but the antenna {antenna.name!r} has {find_sensed(antenna).size} "
             f"sensors (and the robot {find_sensed(robot).size}). Set the number of sensors, or open the antenna's own file first."
         )
-    tensors = make_dataset([repair(recording, gaps="bridge")], fitting)
-    points = reconstruct_posture(tensors, fitting).values[0]
-    step = np.diff(points, axis=1)
-    heading = np.unwrap(np.arctan2(step[..., 0], step[..., 1]), axis=1)
+    recording = repair(recording, gaps="bridge")
+    angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
+    every = -(-len(angle) // MAX_SHOWN)
+    shown = angle[::every]
     header = {"what": "recording", "name": name, "antenna": describe_antenna(fitting), "rims": [], "preview": False,
-              "interval": float(tensors["time"][1] - tensors["time"][0]), "source": recording.source,
-              "total": len(heading), "history": list(recording.history)}  # fmt: skip
-    return header, {"angle": np.diff(heading, axis=1, prepend=0.0), "base": np.zeros((len(heading), 3))}
+              "interval": interval * every, "source": recording.source, "total": len(shown),
+              "robot": fitting is not antenna}  # fmt: skip
+    arrays = {"angle": spread_angles(shown, fitting, find_sensed(fitting)), "base": np.zeros((len(shown), 3))}
+    if (known := find(fitting)) is not None:
+        judge = Judge(known, interval)
+        beliefs, noticed = zip(*map(judge.update, angle, recording.time), strict=True)
+        header["contact"] = int(np.argmax(noticed)) // every if any(noticed) else -1
+        arrays["posterior"] = np.array(beliefs[::every])
+    return header, arrays
+
+
+@contextmanager
+def _as_file(name: str, text: str) -> Iterator[Path]:
+    """A text as a file, which is how recordings and calibrations are read."""
+    with tempfile.TemporaryDirectory(prefix="feeler-studio-") as folder:
+        path = Path(folder) / (name if NAME.fullmatch(name) else f"dropped{Path(name).suffix}")
+        path.write_text(text, encoding="utf-8", errors="replace")
+        yield path

@@ -13,6 +13,7 @@ from http import HTTPStatus
 from typing import Any
 
 from feeler.errors import FeelerError, InvalidInput
+from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
 from feeler.studio.exporting import read_page
 from feeler.studio.messages import MAX_BYTES
@@ -25,7 +26,7 @@ FILES = {
     "": ("index.html", "text/html; charset=utf-8"),
     **{f"{name}.js": (f"{name}.js", "text/javascript; charset=utf-8") for name in (
         "main", "studio", "dom", "colours", "link", "state", "record", "scene", "editor", "tensor", "charts", "panels", "share",
-        "tour", "wall")},
+        "tour", "wall", "board")},
     "studio.css": ("studio.css", "text/css; charset=utf-8"),
 }  # fmt: skip
 HEADERS = {
@@ -50,6 +51,8 @@ class Studio:
         0 takes any free one; None takes 8765, or any free one where it is taken.
     token
         Part of the address; default: a new one, or ``FEELER_STUDIO_TOKEN`` of the environment.
+    boards
+        Serial ports that a page may listen to; default: those that the system lists.
 
     Raises
     ------
@@ -58,10 +61,15 @@ class Studio:
     """
 
     def __init__(
-        self, antenna: AntennaWish | None = None, *, port: int | None = None, token: str | None = None
+        self,
+        antenna: AntennaWish | None = None,
+        *,
+        port: int | None = None,
+        token: str | None = None,
+        boards: Boards | None = None,
     ) -> None:
         self.token = token or os.environ.get("FEELER_STUDIO_TOKEN") or secrets.token_urlsafe(16)
-        self._antenna, self._sessions = antenna, set[Session]()
+        self._antenna, self._boards, self._sessions = antenna, boards, set[Session]()
         self._loop = asyncio.new_event_loop()
         self._ready = threading.Event()
         self._error: InvalidInput | None = None
@@ -151,7 +159,7 @@ class Studio:
     async def _talk(self, connection: Any) -> None:
         from websockets.exceptions import ConnectionClosed
 
-        session = Session(_make_put(connection, self._loop), self._antenna)
+        session = Session(_make_put(connection, self._loop), self._antenna, self._boards)
         self._sessions.add(session)
         try:
             with contextlib.suppress(ConnectionClosed):

@@ -11,13 +11,15 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
 from feeler.studio import study
+from feeler.studio.board import Boards, listen
 from feeler.studio.catalogue import make_catalogue
 from feeler.studio.desk import Desk
 from feeler.studio.hand import Hand
 from feeler.studio.leaving import make_file
 from feeler.studio.messages import pack, read_message
-from feeler.studio.opening import open_text
+from feeler.studio.opening import open_calibration, open_text, read_file
 from feeler.studio.running import run_along_wall
+from feeler.studio.study import Study
 from feeler.studio.touching import (
     count_samples,
     describe_mode,
@@ -36,8 +38,10 @@ Task = Callable[[dict[str, Any], Event], None]
 class Session:
     """One page's work. ``put`` takes packed messages from any thread and raises ConnectionError when nobody listens."""
 
-    def __init__(self, put: Put, antenna: AntennaWish | None = None) -> None:
+    def __init__(self, put: Put, antenna: AntennaWish | None = None, boards: Boards | None = None) -> None:
         self._put, self._desk, self._hand = put, Desk(), Hand()
+        self._boards = boards or Boards()
+        self._calibration = self._boards.calibration
         self._first, self._unsure = antenna or AntennaWish(), study.UNSURE
         self._tasks: dict[str, Task] = {
             "hello": self._greet,
@@ -47,6 +51,8 @@ class Session:
             "follow": self._follow,
             "save": self._save,
             "open": self._open,
+            "ports": self._list_ports,
+            "listen": self._listen,
         }
 
     @property
@@ -169,8 +175,30 @@ class Session:
         self._say({**header, "bytes": len(made.content)}, content=content)
 
     def _open(self, message: dict[str, Any], stop: Event) -> None:
-        header, arrays = open_text(message)
-        self._say({"type": "opened", "slot": _read_slot(message), "id": _read_id(message), **header}, **arrays)
+        name, text = read_file(message)
+        about = {"type": "opened", "slot": _read_slot(message), "id": _read_id(message), "name": name}
+        if name.lower().endswith(".json"):
+            self._calibration = open_calibration(name, text)
+            self._say({**about, "what": "calibration", "hinges": self._calibration.n_hinges})
+            return
+        header, arrays = open_text(message, self._calibration, self._find(message))
+        self._say({**about, **header}, **arrays)
+
+    def _list_ports(self, message: dict[str, Any], stop: Event) -> None:
+        self._say({"type": "ports", "ports": self._boards.find(), "calibrated": self._calibration is not None})
+
+    def _listen(self, message: dict[str, Any], stop: Event) -> None:
+        if not message.get("port"):
+            return  # who listened has stopped
+        antenna = AntennaWish.read(message.get("antenna")).make()
+        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message), "live": True}
+        lines = self._boards.open(message["port"])
+        listen(lines, antenna, self._calibration, self._find(message), partial(self._tell, about), stop)
+
+    def _find(self, message: dict[str, Any]) -> Callable[[Antenna], Study | None]:
+        """The study of an antenna at the speed of a message, once it was made."""
+        speed = read_number(message.get("speed", 0.06), "speed", 1e-3, 4.0)
+        return lambda antenna: study.find_study(antenna, speed, self._unsure)
 
 
 def _read_slot(message: dict[str, Any]) -> str:

@@ -61,6 +61,11 @@ class Study:
     peak: float
     """Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all classes alike."""
 
+    @property
+    def loudness(self) -> float:
+        """What the decoder's readings are multiplied by."""
+        return LOUDNESS / self.peak
+
     def average(self, index: str) -> float:
         """Mean over the tensors of the index with their closest match."""
         return float(find_closest(self.similarity[index], greatest=INDICES[index].is_similarity).value.mean())
@@ -73,7 +78,7 @@ class Study:
         """Posterior (time, class) after each sample of a touch, and the sample at which contact was noticed, or −1."""
         stream, posterior, noticed = self.decoder.start(), [], -1
         order = [self.decoder.classes_.index(label) for label in self.labels]
-        for k, sample in enumerate(np.asarray(angle, dtype=float).T * (LOUDNESS / self.peak)):
+        for k, sample in enumerate(self.loudness * np.asarray(angle, dtype=float).T):
             if stop.is_set():
                 raise Stopped
             state = stream.update(sample)

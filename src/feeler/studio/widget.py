@@ -4,12 +4,11 @@ import json
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.file import write_antenna
 from feeler.checked import checked
 from feeler.errors import MissingExtra
 from feeler.studio.exporting import read_style, write_module
 from feeler.studio.session import Session
-from feeler.studio.wish import AntennaWish
+from feeler.studio.wish import AntennaWish, wish_for
 
 
 @checked
@@ -33,12 +32,7 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
     InvalidInput
         No preset of this name.
     """
-    if isinstance(antenna, Antenna):
-        wish = AntennaWish(toml=write_antenna(antenna), name=antenna.name)
-    else:
-        wish = AntennaWish(preset=antenna)
-        wish.make()
-    return make_widget(wish)
+    return make_widget(wish_for(antenna))
 
 
 def make_widget(wish: AntennaWish) -> Any:

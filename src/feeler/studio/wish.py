@@ -4,16 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
-from feeler.antenna.file import load_antenna, write_antenna
+from feeler.antenna.file import write_antenna
 from feeler.antenna.parse import parse_antenna
 from feeler.errors import InvalidInput
-from feeler.presets import PRESETS, make_preset
+from feeler.presets import make_preset
 from feeler.stimulus.feature import Feature, make_feature
 from feeler.stimulus.object import Object
 from feeler.stimulus.trial import Trial
@@ -272,13 +271,10 @@ def read_handles(value: object, name: str) -> Handles:
     return tuple(pairs)
 
 
-def choose_wish(name: str) -> AntennaWish:
-    """The wish for a preset by name, or for an antenna file by path."""
-    if name in PRESETS:
-        return AntennaWish(preset=name)
-    if not (name.endswith(".toml") or Path(name).exists()):
-        raise InvalidInput(
-            f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML file."
-        )
-    antenna = load_antenna(name)
-    return AntennaWish(toml=write_antenna(antenna), name=antenna.name)
+def wish_for(antenna: Antenna | str) -> AntennaWish:
+    """The wish for a preset by name, or for an antenna as it is."""
+    if isinstance(antenna, Antenna):
+        return AntennaWish(toml=write_antenna(antenna), name=antenna.name)
+    wish = AntennaWish(preset=antenna)
+    wish.make()
+    return wish

@@ -39,9 +39,7 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
             f"{antenna.n_segments}. Give the antenna that was touched."
         )
     angle = tensors["angle"].transpose("trial", "time", "sensor").values
-    bending = (angle - antenna.rest_angle[hinge]) / antenna.segment_length[hinge]
-    between = _make_weights(antenna.hinge_position[hinge], antenna.hinge_position)
-    whole = antenna.rest_angle + antenna.segment_length * (bending @ between)
+    whole = spread_angles(angle, antenna, hinge)
     return xr.DataArray(
         antenna.shape(whole),
         dims=("trial", "time", "joint", "axis"),
@@ -51,6 +49,12 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
     )
 
 
-def _make_weights(known: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Matrix (known, wanted) of linear interpolation, constant beyond the ends."""
-    return np.stack([np.interp(wanted, known, row) for row in np.eye(len(known))])
+def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.ndarray:
+    """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as :func:`reconstruct_posture` says.
+
+    ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0.
+    """
+    bending = (angle - antenna.rest_angle[hinge]) / antenna.segment_length[hinge]
+    known, wanted = antenna.hinge_position[hinge], antenna.hinge_position
+    between = np.stack([np.interp(wanted, known, row) for row in np.eye(len(known))])
+    return antenna.rest_angle + antenna.segment_length * (bending @ between)

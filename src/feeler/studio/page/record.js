@@ -31,7 +31,7 @@ export async function inflate(packed) {
   return { shape: packed.shape, data };
 }
 
-const SIZES = ["angle", "place", "force", "base", "contact", "moment"];
+const SIZES = ["angle", "place", "force", "base", "contact", "moment", "posterior"];
 
 export class TouchRecord {
   constructor() {
@@ -47,6 +47,10 @@ export class TouchRecord {
     this.ended = false;
     this.hash = "";
     this.hand = false;
+    this.live = false; // a board that goes on sending: what is oldest is dropped
+    this.dropped = 0;
+    this.missing = this.damaged = 0;
+    this.source = "";
     this.interval = 1;
     this.name = "";
     /** @type {any[]} */
@@ -70,9 +74,9 @@ export class TouchRecord {
   begin(header) {
     const same = this.antenna && this.antenna.segments.length === header.antenna.segments.length &&
       this.antenna.sensors.join() === header.antenna.sensors.join() && this.rims.length === header.rims.length &&
-      this.total === header.total && !this.hand && !header.hand;
+      this.total === header.total && !this.hand && !header.hand && !header.live;
     Object.assign(this, { id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
-      preview: header.preview, hand: Boolean(header.hand), filled: 0, ended: false, commands: [], name: header.name || "",
+      preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
       interval: header.interval || 1, reading: same ? this.reading : null });
     if (this.reading) this.reading.old = true;
     if (!same) {
@@ -86,6 +90,9 @@ export class TouchRecord {
 
   /** A piece of it. @param {number} first @param {Object<string, {shape: number[], data: Float32Array}>} arrays */
   add(first, arrays) {
+    const rows = arrays.angle.shape[0], skip = Math.max(0, rows - this.total);
+    this.drop(first - this.dropped + rows - this.total);
+    const at = first - this.dropped + skip;
     for (const name of SIZES) {
       const piece = arrays[name];
       if (!piece) continue;
@@ -94,17 +101,36 @@ export class TouchRecord {
         this.data[name] = new Float32Array(this.total * wide);
         this.wide[name] = wide;
       }
-      this.data[name].set(piece.data, first * wide);
+      this.data[name].set(piece.data.subarray(skip * wide), at * wide);
     }
-    this.filled = first + arrays.angle.shape[0];
+    this.filled = at + rows - skip;
     this.shown = Math.max(this.shown, this.filled);
+    if (this.live) { this.shown = this.filled; this.newPeak = 0; }
     const angle = arrays.angle.data, wide = this.wide.angle;
-    for (let k = 0; k < arrays.angle.shape[0]; k++)
+    const from = this.live ? this.data.angle : angle, count = this.live ? this.filled : rows;
+    for (let k = 0; k < count; k++)
       for (const n of this.index) {
-        const size = Math.abs(angle[k * wide + n]);
+        const size = Math.abs(from[k * wide + n]);
         if (size > this.newPeak) this.newPeak = size;
       }
-    this.peak = this.filled === this.total || this.hand ? this.newPeak : Math.max(this.peak, this.newPeak);
+    this.peak = this.filled === this.total || this.hand || this.live ? this.newPeak : Math.max(this.peak, this.newPeak);
+  }
+
+  /** Make room for so many samples, and for a quarter more. @param {number} over */
+  drop(over) {
+    if (!this.live || over <= 0) return;
+    const gone = Math.min(over + this.total / 4, this.filled);
+    for (const [name, values] of Object.entries(this.data)) values.copyWithin(0, gone * this.wide[name]);
+    this.dropped += Math.max(gone, over);
+    this.filled -= gone;
+    this.tips = null;
+  }
+
+  /** What a decoder said of these samples; contact was noticed with sample `contact`, or never. @param {number} contact */
+  judge(contact) {
+    if (!this.data.posterior) return null;
+    const wide = this.wide.posterior, noticed = contact < 0 ? -1 : Math.max(0, contact - this.dropped);
+    return { posterior: { shape: [this.filled, wide], data: this.data.posterior.subarray(0, this.filled * wide) }, noticed: noticed * (noticed < 0 ? 1 : this.interval), step: this.interval };
   }
 
   /** Samples that a picture of it spans. */

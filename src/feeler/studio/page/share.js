@@ -9,6 +9,7 @@ const WAYS = [
   ["toml", "Antenna (TOML)", "for --antenna and load_antenna"],
   ["svg", "Figure (SVG)", "the tensor, for a paper"],
   ["png", "Figure (PNG)", "the tensor, for a slide"],
+  ["csv", "Recording (CSV)", "angles of all sensors over time"],
   ["mp4", "Movie (MP4)", "the touch, slowed down"],
   ["html", "Page (HTML)", "plays by itself, to be sent to somebody"],
 ];
@@ -57,8 +58,12 @@ export function makeShare(app) {
       }
       return;
     }
-    if (state.mode === "wall" || record.name) {
-      app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "A recording is a file of yours already.");
+    if (what === "csv" && state.mode !== "wall") {
+      keepFile("feeler-recording.csv", "text/csv", new TextEncoder().encode(writeRecording(record, state.mode === "board" ? record.source || "robot" : "simulation")));
+      return;
+    }
+    if (state.mode === "wall" || (state.mode === "board" && what !== "toml")) {
+      app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
       return;
     }
     const message = { type: "save", what, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
@@ -69,11 +74,16 @@ export function makeShare(app) {
   return { element, save };
 }
 
-/** Hand a file to the browser. @param {any} header @param {any} arrays */
-export function keepFile(header, arrays) {
-  const { data } = arrays.content;
-  const bytes = new Uint8Array(data.buffer, data.byteOffset, header.bytes);
-  const link = make("a", { href: URL.createObjectURL(new Blob([bytes], { type: header.mime })), download: header.name });
+/** Angles as a recording, as feeler.robot.load_recording reads it. @param {any} record @param {string} source */
+function writeRecording(record, source) {
+  const sensors = [...record.index.keys()], lines = [`# source: ${source}`, ["time_ms", ...sensors.map((s) => `hinge${s + 1}_rad`)].join()];
+  for (let k = 0; k < record.filled; k++) lines.push([k * record.interval, ...sensors.map((s) => record.angle(s, k))].join());
+  return lines.join("\n") + "\n";
+}
+
+/** Hand a file to the browser. @param {string} name @param {string} mime @param {Uint8Array<ArrayBuffer>} bytes */
+export function keepFile(name, mime, bytes) {
+  const link = make("a", { href: URL.createObjectURL(new Blob([bytes], { type: mime })), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

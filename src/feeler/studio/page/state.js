@@ -76,7 +76,7 @@ export async function decodeState(hash, fallback) {
     const state = JSON.parse(await new Response(stream).text());
     if (!state || typeof state.A !== "object" || typeof state.touch !== "object") return null;
     const clean = { ...fallback, ...state, touch: { ...TOUCH, ...state.touch } };
-    if (!["touch", "hand", "wall"].includes(clean.mode)) clean.mode = "touch";
+    if (!["touch", "hand", "wall", "board"].includes(clean.mode)) clean.mode = "touch";
     return clean;
   } catch {
     return null;

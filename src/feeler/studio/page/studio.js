@@ -1,4 +1,5 @@
 // @ts-check
+import { makeBoardPanel } from "./board.js";
 import { makeCode, makeSet, makeVerdict } from "./charts.js";
 import { readColours } from "./colours.js";
 import { announce, make, makeChoice, show, write } from "./dom.js";
@@ -16,7 +17,7 @@ import { WallRecord, makeWall } from "./wall.js";
 
 const RATES = [0.01, 0.03, 0.1, 0.3, 1];
 const STUDY_AFTER = 900; // ms of rest after which an antenna is studied
-const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"]];
+const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"], ["board", "Own antenna"]];
 
 class App {
   /** @param {HTMLElement} root */
@@ -44,6 +45,13 @@ class App {
     this.hinted = false;
     this.handOn = false;
     this.handPace = 0.1;
+    this.listening = "";
+    this.calibrated = false;
+    /** @type {Object<string, string>} */
+    this.ports = {};
+    /** A recording that was opened. @type {any} */
+    this.opened = null;
+    this.heardWith = "";
     this.time = 0;
     this.rate = 0.1;
     this.playing = false;
@@ -84,6 +92,8 @@ class App {
     if (!this.link.live || !this.catalogue) return;
     const { mode } = this.store.state;
     if (mode !== "hand" && this.handOn) this.endHand();
+    if (mode !== "board" && this.listening) this.listen("");
+    if (mode === "board" && done) this.askBoard();
     if (mode === "touch" || (mode === "hand" && done)) this.ask(!done && mode === "touch");
     else if (mode === "wall" && done) this.askWall();
   }
@@ -99,7 +109,12 @@ class App {
     }
     this.setStatus("busy");
     clearTimeout(this.studyTimer);
-    if (!preview) this.studyTimer = window.setTimeout(() => this.study(), STUDY_AFTER);
+    if (!preview) this.studySoon();
+  }
+
+  studySoon() {
+    clearTimeout(this.studyTimer);
+    this.studyTimer = window.setTimeout(() => this.study(), STUDY_AFTER);
   }
 
   askWall() {
@@ -107,10 +122,50 @@ class App {
     this.setStatus("busy");
   }
 
+  // an antenna of one's own
+
+  /** Listen to a board; no port ends it. @param {string} port */
+  listen(port) {
+    const { state } = this.store;
+    this.opened = port ? null : this.opened;
+    if (this.listening && !port && this.status === "live") this.setStatus("recorded");
+    else if (port) this.setStatus("busy");
+    this.listening = port;
+    this.heardWith = keyStudy(state, "A");
+    this.send({ type: "listen", slot: "A", port, antenna: state.A, speed: state.touch.speed });
+    this.refresh();
+  }
+
+  /** Hear the recording, or the board, as the antenna and speed that are set now. */
+  askBoard() {
+    const { state } = this.store;
+    if (state.B) { state.B = null; this.slot = "A"; }
+    this.send({ type: "ports" });
+    this.studySoon();
+    if (this.heardWith === keyStudy(state, "A")) return;
+    if (this.listening) this.listen(this.listening);
+    else if (this.opened) this.open(this.opened);
+  }
+
+  /** @param {{name: string, text: string}} file */
+  open(file) {
+    const { state } = this.store;
+    this.heardWith = keyStudy(state, "A");
+    this.send({ type: "open", slot: this.slot, ...file, antenna: state.A, speed: state.touch.speed });
+  }
+
+  /** What was heard is of this antenna: that of the page, or the robot. @param {boolean} robot */
+  own(robot) {
+    const { state } = this.store, next = { ...state, mode: "board", B: null, A: robot ? { preset: "robot" } : state.A };
+    this.heardWith = keyStudy(next, "A");
+    this.slot = "A";
+    if (robot || state.mode !== "board") this.store.change((s) => Object.assign(s, next));
+  }
+
   /** Let each antenna be studied at the present speed, where it was not. */
   study() {
     const { state } = this.store;
-    if (state.mode !== "touch") return;
+    if (state.mode !== "touch" && !(state.mode === "board" && (this.listening || this.opened))) return;
     for (const slot of ["A", "B"]) {
       if (!state[slot]) continue;
       const key = keyStudy(state, slot);
@@ -136,9 +191,10 @@ class App {
       if (header.part === "begin") this.time = 0;
       if (header.part === "end") { this.setStatus("exact"); this.play(true); }
     } else if (header.type === "file") {
-      keepFile(header, arrays);
+      keepFile(header.name, header.mime, new Uint8Array(arrays.content.data.buffer, arrays.content.data.byteOffset, header.bytes));
       this.say(`${header.name}: ${write(header.bytes / 1000, 3)} kB`);
     } else if (header.type === "opened") this.hearOpened(header, arrays);
+    else if (header.type === "ports") Object.assign(this, { ports: header.ports, calibrated: header.calibrated });
     else if (header.type === "error") this.hearError(header);
     else if (header.type === "recorded") {
       this.setStatus("recorded");
@@ -153,7 +209,9 @@ class App {
     if (header.part === "begin") {
       if (header.id < record.id) return;
       record.begin(header);
+      if (header.live && !this.listening) return;
       if (header.wish) this.adopt(header);
+      if (header.live) { this.own(header.robot); this.play(false); this.setStatus("live"); this.studySoon(); }
       if (header.hand) this.time = 0;
       return;
     }
@@ -165,7 +223,8 @@ class App {
         this.asked = 0;
         requestAnimationFrame(() => { this.latency.push({ asked: from, first: performance.now() - from }); });
       }
-      if (header.hand) this.time = record.filled - 1;
+      if (header.hand || header.live) this.time = (record.filled - 1) * record.interval;
+      if (header.live) Object.assign(record, { missing: header.missing, damaged: header.damaged, reading: record.judge(header.contact) });
     } else if (header.part === "end") {
       record.ended = true;
       record.hash = header.hash;
@@ -212,7 +271,9 @@ class App {
     this.studies[header.slot] = { ...header, ...arrays, key };
     this.studying[header.slot] = null;
     this.views.set.update();
-    if (this.link.live && this.store.state.mode === "touch")
+    if (this.store.state.mode === "board") {
+      if (this.opened) this.open(this.opened);
+    } else if (this.link.live && this.store.state.mode === "touch")
       this.send({ type: "touch", slot: header.slot, wish: makeWish(this.store.state, header.slot, false) });
   }
 
@@ -224,11 +285,18 @@ class App {
       this.say(`${header.antenna.name || "the antenna"} is antenna ${this.slot} now.`);
       return;
     }
-    const { record } = { record: this.records.A };
-    record.begin({ ...header, id: header.id });
+    if (header.what === "calibration") {
+      this.calibrated = true;
+      this.say(`${header.name}: the calibration of ${header.hinges} hinges; recordings and boards may hold capacitance now.`);
+      return;
+    }
+    const record = this.records.A, again = record.name === header.name;
+    this.own(header.robot);
+    record.begin(header);
     record.add(0, arrays);
-    record.ended = true;
-    this.store.state.B = null;
+    Object.assign(record, { ended: true, source: header.source, reading: arrays.posterior ? record.judge(header.contact) : null });
+    this.studySoon();
+    if (again) return;
     this.time = 0;
     this.say(`${header.name}: ${header.antenna.sensors.length} channels, ${header.total} samples, played back.`);
     this.setStatus("recorded");
@@ -239,8 +307,10 @@ class App {
   hearError(header) {
     if (header.of === "study") this.studying[header.slot] = null;
     if (header.of === "hand") this.handOn = false;
+    if (header.of === "listen") this.listening = "";
+    if (header.of === "open" && this.opened && !this.records.A.name) this.opened = null;
     this.say(header.message, true);
-    if (["touch", "hand", "follow"].includes(header.of)) this.setStatus("error");
+    if (["touch", "hand", "follow", "listen"].includes(header.of)) this.setStatus("error");
   }
 
   async greeted() {
@@ -252,6 +322,7 @@ class App {
       this.store.before = JSON.stringify(this.store.state);
     }
     if (this.store.state.mode === "wall") this.askWall();
+    else if (this.store.state.mode === "board") this.askBoard();
     else this.ask(false);
     if (!this.playing && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
     this.refresh();
@@ -415,14 +486,14 @@ function findCurvature(record) {
 
 const STATUS_WORDS = { busy: ["computing", "pieces are shown as they come"], exact: ["exact", "equals feeler.touch bit for bit, as float32"],
   preview: ["preview", "timestep 0.1 ms while you drag; the exact one follows"], recorded: ["recorded", "nothing is computed here"],
-  hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
+  live: ["live", "what the board sends now"], hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
   away: ["server away", "trying again; a server started anew prints a new address"] };
 
 /** All elements, and how they are brought up to date. @param {any} app */
 function build(app) {
   const { root } = app;
   const editor = makeEditor(app), scene = makeScene(app), tensor = makeTensor(app), wall = makeWall(app);
-  const antennaPanel = makeAntennaPanel(app, editor), touchPanel = makeTouchPanel(app), wallPanel = makeWallPanel(app);
+  const antennaPanel = makeAntennaPanel(app, editor), touchPanel = makeTouchPanel(app), wallPanel = makeWallPanel(app), boardPanel = makeBoardPanel(app);
   const verdict = makeVerdict(app), code = makeCode(app), set = makeSet(app), share = makeShare(app), tour = makeTour(app);
   const modes = makeChoice("Mode", /** @type {any} */ (MODES), () => app.store.state.mode, (mode) => app.store.change((/** @type {any} */ s) => { s.mode = mode; }));
   const undo = make("button", { type: "button", class: "plain", title: "Undo (Ctrl Z)", "aria-label": "Undo", text: "↶", onclick: () => app.store.undo() });
@@ -431,7 +502,7 @@ function build(app) {
     root.dataset.theme = app.colours.dark ? "light" : "dark";
     app.refresh();
   } });
-  const file = make("input", { type: "file", accept: ".toml,.csv", "aria-label": "Open an antenna or a recording", onchange: () => { openFile(app, file.files[0]); file.value = ""; } });
+  const file = make("input", { type: "file", accept: ".toml,.csv,.json", "aria-label": "Open an antenna, a recording or a calibration", onchange: () => { openFile(app, file.files[0]); file.value = ""; } });
   const open = make("label", { class: "plain file" }, "Open…", file);
   const tourButton = make("button", { type: "button", class: "plain", text: "Tour", onclick: () => tour.start() });
   const status = make("span", { class: "status", role: "status" });
@@ -461,7 +532,7 @@ function build(app) {
   show(note, false);
   root.append(header,
     make("div", { class: "columns" },
-      make("div", { class: "left" }, antennaPanel.element, touchPanel.element, wallPanel.element),
+      make("div", { class: "left" }, antennaPanel.element, touchPanel.element, wallPanel.element, boardPanel.element),
       make("div", { class: "middle" }, stagePanel, tensorPanel),
       make("div", { class: "right" }, studyPanel, verdictPanel, codePanel, setPanel)),
     tour.element, note, make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
@@ -492,9 +563,10 @@ function build(app) {
     quantity.update();
     show(quantity.element, !onWall);
     tensorTitle.textContent = onWall ? "Distance from the wall" : "Tensor";
-    if (live) { antennaPanel.update(); touchPanel.update(); wallPanel.update(); }
+    if (live) { antennaPanel.update(); touchPanel.update(); wallPanel.update(); boardPanel.update(); }
     show(antennaPanel.element, live);
-    show(touchPanel.element, live && !onWall);
+    show(touchPanel.element, live && !onWall && mode !== "board");
+    show(boardPanel.element, live && mode === "board");
     show(wallPanel.element, live && onWall);
     for (const element of [undo, redo, open, tourButton, share.element, modes.element]) show(element, live);
     undo.disabled = !app.store.past.length;
@@ -514,11 +586,12 @@ function build(app) {
       bar.value = studying.share;
     }
     const study = app.studies.A, fits = study && (!live || study.key === keyStudy(app.store.state, "A"));
+    const learned = !onWall && !A.hand && (live || Boolean(study));
     for (const panel of [verdictPanel, codePanel, setPanel]) {
-      show(panel, !onWall && (Boolean(study) || panel === verdictPanel) && !A.name && !A.hand);
+      show(panel, learned && (Boolean(study) || panel === verdictPanel) && (mode !== "board" || panel !== codePanel));
       panel.classList.toggle("old", Boolean(study) && !fits);
     }
-    show(root.querySelector(".right"), !onWall && !A.name && !A.hand && (live || Boolean(study)));
+    show(root.querySelector(".right"), learned);
     set.update();
     verdict.update();
   }
@@ -537,7 +610,12 @@ async function openFile(app, file) {
   if (!file || !app.link.live) return;
   if (file.size > 6e6) { app.say(`${file.name} is too large: at most 6 MB.`, true); return; }
   app.say(`Opening ${file.name} …`);
-  app.send({ type: "open", slot: app.slot, name: file.name, text: await file.text(), antenna: app.store.state.A });
+  const opened = { name: file.name, text: await file.text() };
+  if (file.name.toLowerCase().endsWith(".csv")) {
+    if (app.listening) app.listen("");
+    app.opened = opened;
+  }
+  app.open(opened);
 }
 
 /** @param {any} app @param {KeyboardEvent} event */
@@ -560,7 +638,7 @@ export function startServed(root) {
   /** @type {any} */ (root).studio = app;
   app.link = linkServer((header, arrays) => app.hear(header, arrays), (now) => {
     app.away = now === "off";
-    if (now === "off") { app.handOn = false; app.studying = { A: null, B: null }; }
+    if (now === "off") { app.handOn = false; app.listening = ""; app.studying = { A: null, B: null }; }
     else app.send({ type: "hello" });
     app.refresh();
   });
