@@ -100,7 +100,9 @@ class TouchDataset(torch.utils.data.IterableDataset):
         low, high = int(rows.min()), int(rows.max()) + 1
         item = self._open()[self.variable]
         near = high - low <= MIX * BLOCK  # read whole and picked from: zarr picks far slower
-        values = item[low:high].values[rows - low] if near else item[rows].values
+        values = item[low:high].values if near else item[rows].values
+        if near and high - low > len(rows):
+            values = values[rows - low]
         found = torch.from_numpy(np.ascontiguousarray(values, dtype=np.float32))
         return found if self.targets is None else (found, self.targets[places])
 
@@ -110,8 +112,9 @@ class TouchDataset(torch.utils.data.IterableDataset):
         root = info.seed - info.id if info else int(torch.empty((), dtype=torch.int64).random_().item())
         blocks = self._make_blocks(np.random.default_rng([root, 0]))[number::count]
         rng = np.random.default_rng([root, 1, number])
+        source = torch.Generator().manual_seed(int(rng.integers(2**63)))  # of noise; three times as fast as NumPy's
         for first in range(0, len(blocks), MIX):
-            yield from self._read_mix(blocks[first : first + MIX], rng)
+            yield from self._read_mix(blocks[first : first + MIX], rng, source)
 
     def _make_blocks(self, rng: np.random.Generator) -> list[slice]:
         """Places in ``rows`` of each block, in the order of reading: the same in every worker."""
@@ -119,23 +122,22 @@ class TouchDataset(torch.utils.data.IterableDataset):
         blocks = [slice(int(a), int(b)) for a, b in pairwise(ends) if a < b]
         return [blocks[k] for k in rng.permutation(len(blocks))] if self.shuffle else blocks
 
-    def _read_mix(self, blocks: list[slice], rng: np.random.Generator) -> Iterator[Any]:
+    def _read_mix(self, blocks: list[slice], rng: np.random.Generator, source: Any) -> Iterator[Any]:
         read = [self.read(block) for block in blocks]
         pairs = [(x, None) for x in read] if self.targets is None else read
         values = torch.cat([x for x, _ in pairs])
         targets = None if self.targets is None else torch.cat([y for _, y in pairs])
-        values = self._add_noise(values, rng)
+        values = self._add_noise(values, rng, source)
         order = torch.from_numpy(rng.permutation(len(values))) if self.shuffle else torch.arange(len(values))
         for part in order if self.batch_size is None else order.split(self.batch_size):
             yield values[part] if targets is None else (values[part], targets[part])
 
-    def _add_noise(self, values: Any, rng: np.random.Generator) -> Any:
+    def _add_noise(self, values: Any, rng: np.random.Generator, source: Any) -> Any:
         if callable(self.noise):
             return torch.from_numpy(np.asarray(self.noise(values.numpy(), rng), dtype=np.float32))
         if self.noise == 0:
             return values
-        noise = rng.standard_normal(values.shape, dtype=np.float32)
-        return values.add_(torch.from_numpy(noise), alpha=self.noise)
+        return values.add_(torch.empty_like(values).normal_(generator=source), alpha=self.noise)
 
     def _open(self) -> xr.Dataset:
         """The Dataset; opened anew in each process, as what reads files does not outlive a fork."""
