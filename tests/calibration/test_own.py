@@ -33,7 +33,7 @@ def hinges_tip(traces, x):
     """The model's tip at the best amplitude, for factors exp(x)."""
     time = traces.time
     (outcome,) = Protocol(timestep=0.05, step_duration=time[-1] + 1.0).simulate_steps([make_small(*np.exp(x))])
-    tip = CubicSpline(*outcome)(time)
+    tip = CubicSpline(outcome[0], outcome[1][0])(time)
     goal = traces.displacement[0] / traces.displacement[0, 0]
     return tip * (tip @ goal) / (tip @ tip)
 
@@ -117,7 +117,7 @@ def test_the_example_is_named_synthetic():
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("t,a\n0,1\n", "needs a column time_ms or time_s"),
+        ("t,a\n0,1\n", "needs a column time_ms or time_s or frame"),
         ("time_ms\n0\n", "one named column per animal"),
         ("", "no header row"),
         ("time_ms,a\n0,1\n1,x\n", "line 3, column 'a': 'x' is no finite number"),
@@ -145,7 +145,7 @@ def test_an_overdamped_or_short_trace_names_its_animal():
     time = np.arange(0.0, 200.0)
     slow = Traces(time=time, displacement=np.exp(-time / 20)[None], names=("creeper",))
     with pytest.raises(InvalidInput, match="'creeper' is over-damped"):
-        fit_traces(slow, make_small())
+        fit_traces(slow, make_small(), by="targets")
     short = Traces(time=time[:20], displacement=np.exp(-time / 20)[None, :20], names=("stub",))
     with pytest.raises(InvalidInput, match=r"'stub'.*too short to hold one cycle"):
         fit_traces(short, make_small())

@@ -1,5 +1,6 @@
 """Calibration: find the mechanics that fit an animal or a robot, and how far to trust the fit."""
 
+from feeler.calibration.band import Band, compute_band
 from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.fitting import Fit, fit, make_starts
 from feeler.calibration.hinges import FAMILIES, Hinges, make_hinges
@@ -11,6 +12,7 @@ from feeler.calibration.identify import (
     compute_profiles,
     walk_loose,
 )
+from feeler.calibration.onset import find_release, find_rest
 from feeler.calibration.optimise import METHODS, Minimum, search
 from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces, measure_trace
 from feeler.calibration.problem import Problem
@@ -21,6 +23,7 @@ from feeler.calibration.targets import Target, Targets, load_targets, make_targe
 __all__ = [
     "FAMILIES",
     "METHODS",
+    "Band",
     "Directions",
     "Fit",
     "Hinges",
@@ -35,10 +38,13 @@ __all__ = [
     "Traces",
     "analyse_directions",
     "bootstrap",
+    "compute_band",
     "compute_distance",
     "compute_profiles",
     "compute_residuals",
     "compute_symmetric_accuracy",
+    "find_release",
+    "find_rest",
     "fit",
     "fit_traces",
     "load_targets",

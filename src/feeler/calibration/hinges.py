@@ -9,6 +9,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.profile import Constant, Exponential, Linear
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.registry import Registry
 
 TIP_STIFFNESS, TIP_DAMPING = 3.85e-4, 0.0153  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 K, C, RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
@@ -61,8 +62,14 @@ class Hinges:
 
     @property
     def scale(self) -> np.ndarray:
-        """A typical change of each searched number: 1 for logarithms, 0.02 for rates (140 joints: a factor of 16)."""
-        return np.where(self.positive, 1.0, 0.02)
+        """A typical change of each searched number: 1 for logarithms, an eighth of its range for others.
+
+        For rates of 140 joints that is 0.02 per joint, a factor of 16 along the antenna.
+        """
+        return np.where(self.positive, 1.0, (self.high - self.low) / 8)
+
+
+FAMILIES: Registry[Callable[[Antenna], Hinges]] = Registry("family of hinges")
 
 
 def _make(name, antenna, fields, build) -> Hinges:
@@ -79,16 +86,30 @@ def _make(name, antenna, fields, build) -> Hinges:
     )
 
 
+def _read_ends(values: np.ndarray) -> tuple[float, float]:
+    """First value and mean rate per joint of a profile that is nowhere 0."""
+    if values.min() <= 0:
+        raise InvalidInput("an exponential profile starts from hinges that are all > 0; this antenna has some at 0.")
+    return float(values[0]), round(float(np.log(values[-1] / values[0])) / max(values.size - 1, 1), 12)
+
+
+@FAMILIES.register("exponential")
 def make_exponential(antenna: Antenna) -> Hinges:
-    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per joint."""
+    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per joint.
+
+    Starts at the antenna's own ends; bounds are those of the cockroach, as multiples of where it starts.
+    """
+    joints = antenna.n_segments / 140
+    (k, k_rate), (c, c_rate) = (_read_ends(values) for values in (antenna.stiffness, antenna.damping))
+    steepest = -0.16 / joints
     return _make(
         "exponential",
         antenna,
         [
-            ("p1", K, 37.78, 0.4, 4000.0, True),
-            ("p2", C, 25.24, 0.25, 2500.0, True),
-            ("p3", RATE, -0.0827, -0.16, 0.0, False),
-            ("p4", RATE, -0.0533, -0.16, 0.0, False),
+            ("p1", K, k, 0.4 * (k / 37.78), 4000.0 * (k / 37.78), True),
+            ("p2", C, c, 0.25 * (c / 25.24), 2500.0 * (c / 25.24), True),
+            ("p3", RATE, np.clip(k_rate, steepest, 0.0), steepest, 0.0, False),
+            ("p4", RATE, np.clip(c_rate, steepest, 0.0), steepest, 0.0, False),
         ],
         lambda p, n: {
             "stiffness": Exponential(base=p[0], rate=p[2]).sample(n),
@@ -97,6 +118,7 @@ def make_exponential(antenna: Antenna) -> Hinges:
     )
 
 
+@FAMILIES.register("linear")
 def make_linear(antenna: Antenna) -> Hinges:
     """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the cockroach's."""
     return _make(
@@ -115,6 +137,7 @@ def make_linear(antenna: Antenna) -> Hinges:
     )
 
 
+@FAMILIES.register("constant")
 def make_constant(antenna: Antenna) -> Hinges:
     """One stiffness and one damping for all hinges."""
     return _make(
@@ -125,6 +148,7 @@ def make_constant(antenna: Antenna) -> Hinges:
     )
 
 
+@FAMILIES.register("scale")
 def make_scale(antenna: Antenna) -> Hinges:
     """Two factors on the antenna's own hinges: p1 on its stiffness, p2 on its damping (the robot's fit)."""
     return _make(
@@ -135,12 +159,27 @@ def make_scale(antenna: Antenna) -> Hinges:
     )
 
 
-FAMILIES = {"exponential": make_exponential, "linear": make_linear, "constant": make_constant, "scale": make_scale}
+@FAMILIES.register("tilt")
+def make_tilt(antenna: Antenna) -> Hinges:
+    """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted: times exp(tilt · (x − ½))."""
+    x = antenna.hinge_position / antenna.length - 0.5
+    return _make(
+        "tilt",
+        antenna,
+        [
+            ("p1", "1", 1.0, 1e-3, 1e3, True),
+            ("p2", "1", 1.0, 1e-3, 1e3, True),
+            ("stiffness_tilt", "1", 0.0, -8.0, 8.0, False),
+            ("damping_tilt", "1", 0.0, -8.0, 8.0, False),
+        ],
+        lambda p, n: {
+            "stiffness": p[0] * antenna.stiffness * np.exp(p[2] * x),
+            "damping": p[1] * antenna.damping * np.exp(p[3] * x),
+        },
+    )
 
 
 @checked
 def make_hinges(name: str, antenna: Antenna) -> Hinges:
     """The family called ``name`` on ``antenna``; the error lists the valid names."""
-    if name not in FAMILIES:
-        raise InvalidInput(f"unknown family of hinges {name!r}; valid: {', '.join(FAMILIES)}.")
     return FAMILIES[name](antenna)

@@ -28,11 +28,11 @@ class Directions:
         """Strongest over weakest sensitivity."""
         return float(self.sensitivity[0] / max(self.sensitivity[-1], 1e-300))
 
-    def describe(self) -> str:
-        """A plain sentence for a report."""
+    def describe(self, what: str = "targets") -> str:
+        """A plain sentence for a report; ``what`` determines the parameters."""
         strong, weak = self.direction[0], self.direction[-1]
         return (
-            f"The targets determine the combination {_words(self.names, strong)} best and {_words(self.names, weak)} "
+            f"The {what} determine the combination {_words(self.names, strong)} best and {_words(self.names, weak)} "
             f"least (per factor e, or 0.02 per joint): their effect on the error differs {self.condition:.0f}-fold."
         )
 
@@ -47,12 +47,15 @@ def _words(names: tuple[str, ...], direction: np.ndarray) -> str:
 def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> Directions:
     """Singular value decomposition of the residuals' Jacobian at ``p``."""
     jacobian = problem.compute_jacobian(problem.hinges.to_x(p), step) * problem.hinges.scale
-    _, sensitivity, direction = np.linalg.svd(jacobian)
+    return decompose(problem.hinges.names, p, jacobian)
+
+
+def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Directions:
+    """Singular directions of a Jacobian (residual, parameter) in typical changes."""
+    _, sensitivity, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1])
     padded = np.zeros(len(direction))
     padded[: len(sensitivity)] = sensitivity
-    return Directions(
-        names=problem.hinges.names, p=np.asarray(p, float), jacobian=jacobian, sensitivity=padded, direction=direction
-    )
+    return Directions(names=names, p=np.asarray(p, float), jacobian=jacobian, sensitivity=padded, direction=direction)
 
 
 @checked

@@ -1,6 +1,6 @@
 """Fit your own animals: hinges from recorded free responses, by the whole trace or by frequency and damping."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,18 +10,21 @@ from scipy.signal import savgol_filter
 from scipy.stats import t as student
 
 from feeler.antenna.antenna import Antenna
+from feeler.calibration.band import Band, compute_band
 from feeler.calibration.hinges import Hinges, make_scale
+from feeler.calibration.identify import Directions, decompose
 from feeler.calibration.optimise import search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Protocol
-from feeler.calibration.recording import Traces
+from feeler.calibration.recording import Traces, get_place
 from feeler.calibration.targets import make_targets
 from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
-from feeler.response import check_trace, measure_free_response
+from feeler.response import FreeResponse, check_trace, measure_free_response
 
 WAYS = ("trace", "targets")
 MAX_ITERATIONS = 25
+LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
 MIN_FREQUENCY, MAX_FREQUENCY = 5e-4, 1.0  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
 MAX_JUMP = 0.25  # [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
 
@@ -43,9 +46,25 @@ class TraceFit:
     residual: np.ndarray
     """Relative root-mean-square residual (animal,); by targets: the error."""
     simulated: np.ndarray
-    """Tip displacement (animal, sample), first value 1, of each fit."""
+    """Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost point at the release."""
     interval: str
     """Where the interval comes from."""
+    band: Band | None
+    """Stiffness and damping along the antenna with their intervals; None where nothing is known of the spread."""
+    directions: Directions | None
+    """What one animal's trace determines best and least; None for a fit by targets."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Fitted:
+    """One animal's searched vector, and what its residuals say of it."""
+
+    x: np.ndarray
+    residual: float
+    covariance: np.ndarray
+    jacobian: np.ndarray | None = None
+    shift: float = 0.0
+    """How long after its release the trace begins [ms]."""
 
 
 @checked
@@ -57,18 +76,22 @@ def fit_traces(
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
     confidence: float = 0.95,
+    progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> TraceFit:
     """Fit hinges to the free responses of one or more animals after a step release.
 
     Parameters
     ----------
     by
-        ``trace``: least squares over every sample, amplitude free. ``targets``: damped frequency and damping ratio.
+        ``trace``: least squares over every sample of every point, one amplitude free. ``targets``: damped frequency and
+        damping ratio of the outermost point.
     hinges
         Family to search; default: two factors on the antenna's stiffness and damping, as much as a tip's free
-        response can determine (see ``analyse_directions`` before asking for more).
+        response can determine (see ``directions`` and ``band`` of the result before asking for more).
     protocol
         How the step is made; default: held 10 mm from the fixation.
+    progress
+        Called with (done, total) animals.
 
     Returns
     -------
@@ -81,79 +104,119 @@ def fit_traces(
     if not 0 < confidence < 1:
         raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
     hinges = make_scale(antenna) if hinges is None else hinges
-    protocol = replace(protocol or Protocol(), step_duration=float(max(traces.time[-1], 20.0)) + 1.0)
-    results = [
-        _fit_one(traces.time, row, name, hinges, protocol, by)
-        for name, row in zip(traces.names, traces.displacement, strict=True)
-    ]
-    xs = np.array([result[0] for result in results])
-    middle = xs.mean(axis=0)
-    half, origin = _compute_half_width(xs, results[0][2], confidence, len(traces.time))
+    step = float(traces.time[1] - traces.time[0])
+    late = LATE[1] * step if traces.found else 0.0
+    protocol = replace(protocol or Protocol(), step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late)
+    found = []
+    for done, animal in enumerate(traces.animals, 1):
+        found.append(_fit_one(traces, animal, hinges, protocol, by))
+        progress(done, len(traces.animals))
+    xs = np.array([one.x for one in found])
+    middle, covariance, factor, origin = _measure_spread(xs, found[0].covariance, confidence, len(traces.time))
+    half = factor * np.sqrt(np.diag(covariance))
     return TraceFit(
         names=hinges.names,
-        animals=traces.names,
+        animals=traces.animals,
         each=hinges.to_p(xs),
         p=hinges.to_p(middle),
         low=hinges.to_p(middle - half),
         high=hinges.to_p(middle + half),
-        residual=np.array([result[1] for result in results]),
-        simulated=np.array([simulate_tip(hinges, [x], protocol, traces.time)[0] for x in xs]),
+        residual=np.array([one.residual for one in found]),
+        simulated=_simulate_all(traces, hinges, found, protocol),
         interval=origin,
+        band=None if np.isnan(covariance).any() else compute_band(hinges, hinges.to_p(middle), covariance, factor),
+        directions=_find_directions(hinges, found[0]),
     )
 
 
-def _compute_half_width(xs: np.ndarray, deviation: np.ndarray, confidence: float, n: int) -> tuple[np.ndarray, str]:
-    """Half width (parameter,) of the interval of the mean."""
-    count = len(xs)
+def _simulate_all(traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol) -> np.ndarray:
+    """Every trace's fit (trace, sample), in the order of the traces."""
+    rows: dict[str, np.ndarray] = {}
+    for animal, one in zip(traces.animals, found, strict=True):
+        places = traces.take(animal)[0]
+        moved = simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
+        rows |= {f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)}
+    return np.array([rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names])
+
+
+def _find_directions(hinges: Hinges, one: _Fitted) -> Directions | None:
+    return None if one.jacobian is None else decompose(hinges.names, hinges.to_p(one.x), one.jacobian * hinges.scale)
+
+
+def _measure_spread(
+    xs: np.ndarray, covariance: np.ndarray, confidence: float, n: int
+) -> tuple[np.ndarray, np.ndarray, float, str]:
+    """Mean, its covariance, how many standard deviations the interval reaches, and where it comes from."""
+    count, upper = len(xs), (1 + confidence) / 2
     if count > 1:
-        factor = student.ppf((1 + confidence) / 2, count - 1) / np.sqrt(count)
-        return factor * xs.std(axis=0, ddof=1), f"spread of {count} animals (Student's t)"
-    factor = student.ppf((1 + confidence) / 2, max(n - xs.shape[1], 1))
-    return factor * deviation, "one animal: residuals taken as white noise"
+        spread = np.atleast_2d(np.cov(xs.T)) / count
+        return xs.mean(axis=0), spread, student.ppf(upper, count - 1), f"spread of {count} animals (Student's t)"
+    words = "one animal: residuals taken as white noise"
+    return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
 
 
-def simulate_tip(hinges: Hinges, xs: Sequence[np.ndarray], protocol: Protocol, time: np.ndarray) -> np.ndarray:
-    """Tip displacement (vector, sample) after a step at ``time`` [ms] from release, first value 1."""
-    tips = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs])
+def simulate_steps(
+    hinges: Hinges,
+    xs: Sequence[np.ndarray],
+    protocol: Protocol,
+    time: np.ndarray,
+    places: Sequence[float] | np.ndarray = (1.0,),
+    shifts: Sequence[float] | np.ndarray | None = None,
+) -> np.ndarray:
+    """Displacement (vector, place, sample) after a step at ``time`` + shift [ms] from release.
+
+    1 is the last place's displacement while it is held, as it is before the release.
+    """
     found = []
-    for outcome in tips:
+    outcomes = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs], places)
+    for outcome, shift in zip(outcomes, np.zeros(len(xs)) if shifts is None else shifts, strict=True):
         if isinstance(outcome, Exception):
             raise outcome
-        own, tip = outcome
-        found.append(_interpolate(time, own, tip / tip[0]))
+        own, moved = outcome
+        found.append(CubicSpline(own, moved / moved[-1, 0], axis=1)(np.maximum(time + shift, 0.0)))
     return np.array(found)
 
 
-def _interpolate(time: np.ndarray, own: np.ndarray, tip: np.ndarray) -> np.ndarray:
-    return CubicSpline(own, tip)(time)
-
-
-def _fit_one(
-    time: np.ndarray, trace: np.ndarray, name: str, hinges: Hinges, protocol: Protocol, by: str
-) -> tuple[np.ndarray, float, np.ndarray]:
-    """Searched vector, residual and standard deviations of one animal."""
-    start = _fit_targets(time, trace, name, hinges, protocol)
+def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by: str) -> _Fitted:
+    """The fit of one animal; where the release was found, how late that was is fitted too."""
+    (places, rows), n = traces.take(animal), len(hinges.names)
+    begin = _fit_targets(traces.time, rows[-1], animal, hinges, protocol, by)
     if by == "targets":
-        deviation = np.full(len(start[0]), np.nan)
-        return *start, deviation
-    goal = trace / trace[0]
-    low, high = hinges.bounds
+        return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
+    goal = (rows / rows[-1, 0]).ravel()
+    step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
+    low, high = (np.append(bound, late)[: n + traces.found] for bound, late in zip(hinges.bounds, LATE, strict=True))
+    scale = np.append(hinges.scale, 1.0)[: n + traces.found]
+
+    def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
+        shifts = [step * x[n] if traces.found else 0.0 for x in xs]
+        return simulate_steps(hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts).reshape(len(xs), -1)
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return _subtract(simulate_tip(hinges, [x], protocol, time), goal)[0]
+        return _subtract(simulate([x]), goal)[0]
 
     def jacobian(x: np.ndarray) -> np.ndarray:
-        change = np.diag(0.02 * hinges.scale)
-        both = _subtract(simulate_tip(hinges, [*(x + change), *(x - change)], protocol, time), goal)
+        change = np.diag(0.02 * scale)
+        both = _subtract(simulate([*(x + change), *(x - change)]), goal)
         return ((both[: len(x)] - both[len(x) :]) / (2 * np.diag(change))[:, None]).T
 
-    inside = np.clip(start[0], low + 1e-6, high - 1e-6)
+    start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low + 1e-6, high - 1e-6)
     best = least_squares(
-        residual, inside, jac=jacobian, bounds=(low, high), x_scale=hinges.scale, max_nfev=MAX_ITERATIONS, xtol=1e-6
+        residual, start, jac=jacobian, bounds=(low, high), x_scale=scale, max_nfev=MAX_ITERATIONS, xtol=1e-6
     )
-    variance = 2 * best.cost / max(time.size - len(start[0]) - 1, 1)
-    deviation = np.sqrt(variance * np.diag(np.linalg.pinv(best.jac.T @ best.jac)))
-    return best.x, float(np.sqrt(2 * best.cost / np.sum(goal**2))), deviation
+    variance = 2 * best.cost / max(goal.size - start.size - 1, 1)
+    return _Fitted(
+        x=best.x[:n],
+        residual=float(np.sqrt(2 * best.cost / np.sum(goal**2))),
+        covariance=(variance * np.linalg.pinv(best.jac.T @ best.jac))[:n, :n],
+        jacobian=_project(best.jac[:, :n], best.jac[:, n:]),
+        shift=step * float(best.x[n]) if traces.found else 0.0,
+    )
+
+
+def _project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """What of the jacobian's columns the others cannot undo."""
+    return jacobian - others @ np.linalg.lstsq(others, jacobian, rcond=None)[0] if others.size else jacobian
 
 
 def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
@@ -162,8 +225,13 @@ def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return amplitude[:, None] * simulated - goal
 
 
-def _fit_targets(time, trace, name, hinges: Hinges, protocol: Protocol) -> tuple[np.ndarray, float]:
-    """Match the trace's damped frequency and damping ratio; the searched vector and the error."""
+def _fit_targets(time, trace, name, hinges: Hinges, protocol: Protocol, by: str) -> tuple[np.ndarray, float]:
+    """Match the trace's damped frequency and damping ratio; the searched vector and the error.
+
+    A trace that is fitted sample by sample may be over-damped: the search then starts from the family's own start.
+    """
+    if by == "trace" and _measure(time, trace, name).frequency is None:
+        return hinges.to_x(hinges.start), float("nan")
     free = measure_trace(time, trace, name)
     targets = make_targets(frequency=free.frequency, damping_ratio=free.damping_ratio)
     found = search(Problem(hinges=hinges, targets=targets, protocol=protocol), hinges.start, max_evaluations=120)
@@ -179,6 +247,27 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     InvalidInput
         Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another unit of time.
     """
+    free = _measure(time, trace, name)
+    if free.frequency is None:
+        raise InvalidInput(
+            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped frequency to fit. Fit it by "
+            "trace, or leave it out."
+        )
+    if free.frequency > MAX_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, "
+            "not ms. Name the column time_s."
+        )
+    if free.frequency < MIN_FREQUENCY:
+        raise InvalidInput(
+            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time is probably in ms, "
+            "not s. Name the column time_ms."
+        )
+    return free
+
+
+def _measure(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
+    """Free response of a trace that is not too noisy."""
     check_trace(time, trace, f"trace {name!r}")
     noise = float(np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max()))
     if noise > MAX_JUMP:
@@ -191,21 +280,6 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
         free = measure_free_response(time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
-    if free.frequency is None:
-        raise InvalidInput(
-            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped frequency to fit. Record "
-            "with less noise, or leave it out."
-        )
-    if free.frequency > MAX_FREQUENCY:
-        raise InvalidInput(
-            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, "
-            "not ms. Name the column time_s."
-        )
-    if free.frequency < MIN_FREQUENCY:
-        raise InvalidInput(
-            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time is probably in ms, "
-            "not s. Name the column time_ms."
-        )
     return free
 
 
@@ -236,7 +310,7 @@ def make_synthetic_traces(
     time = np.arange(0.0, duration, interval)
     protocol = replace(protocol or Protocol(), step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
-    tips = simulate_tip(hinges, list(xs), protocol, time)
+    tips = simulate_steps(hinges, list(xs), protocol, time)[:, 0]
     noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))
     names = tuple(f"synthetic{k + 1}" for k in range(n_animals))
     return Traces(time=time, displacement=noisy, names=names, source="synthetic")

@@ -63,15 +63,20 @@ class Protocol:
             self._add(outcomes, antennas, self._impulse_scene, durations, self._read_impulse)
         return [_collect(outcome, names) for outcome in outcomes]
 
-    def simulate_steps(self, antennas: Sequence[Antenna]) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
-        """Time [ms] from release and tip displacement (sample,) [mm] of each antenna after a step."""
+    def simulate_steps(
+        self, antennas: Sequence[Antenna], places: Sequence[float] | np.ndarray = (1.0,)
+    ) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
+        """Time [ms] from release and sideways displacement (place, sample) [mm] of each antenna after a step.
+
+        ``places`` are fractions of the length; 1 is the tip.
+        """
         outcomes: list[dict] = [{} for _ in antennas]
 
         def read(antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, object]:
-            return {"tip": _follow_tip(antenna, scene, motion)}
+            return {"moved": (motion.time, _follow(antenna, motion, places))}
 
         self._add(outcomes, antennas, self._step_scene, [self.step_duration], read)
-        return [outcome.get("error") or outcome["tip"] for outcome in outcomes]
+        return [outcome.get("error") or outcome["moved"] for outcome in outcomes]
 
     def _add(self, outcomes: list[dict], antennas: Sequence[Antenna], make, durations: list[float], read) -> None:
         """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``.
@@ -146,6 +151,13 @@ class Measured:
     names: tuple[str, ...]
     values: np.ndarray
     overdamped: bool = False
+
+
+def _follow(antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Sideways displacement from rest (place, sample) of points at fractions of the length; segments are straight."""
+    moved = (antenna.shape(motion.angle) - antenna.shape())[..., 0]
+    ends = np.append(antenna.hinge_position, antenna.length) / antenna.length
+    return np.array([[np.interp(place, ends, row) for row in moved] for place in places])
 
 
 def _follow_tip(antenna: Antenna, scene: Scene, motion: Motion) -> tuple[np.ndarray, np.ndarray]:

@@ -13,20 +13,31 @@ EXAMPLES = """Examples:
 
   feeler calibrate --profile exponential --starts 4 --checkpoint fit.jsonl
 
-  feeler calibrate --data trace.csv --by trace --out out/calibration
+  feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that ship with feeler)
 
-  feeler calibrate --data synthetic_step    (simulated example data that ship with feeler)
+  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 --out out/cricket
 """
 
 
 def calibrate(
     data: Annotated[
-        str, typer.Option(help="CSV of tip displacement: time_ms or time_s, then a column per animal")
+        str,
+        typer.Option(help="CSV: time_ms, time_s or frame; a column per animal's tip, or animal@0.5 at half the length"),
     ] = "",
     by: Annotated[
         str, typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)")
     ] = "trace",
-    profile: Annotated[str, typer.Option(help="exponential, linear, constant or scale")] = "",
+    profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = "",
+    antenna: Annotated[
+        str, typer.Option(help="whose segments and masses: preset or antenna file (TOML)")
+    ] = "cockroach",
+    frame_rate: Annotated[float | None, typer.Option(help="with a column frame: frames per second")] = None,
+    release: Annotated[
+        str, typer.Option(help="first (sample) or found; by default found where frames are counted")
+    ] = "",
+    at: Annotated[
+        float | None, typer.Option(help="with --data: where it was held, mm from the base; default 10")
+    ] = None,
     targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = "cockroach",
     method: Annotated[str, typer.Option(help="least-squares, powell or nelder-mead")] = "least-squares",
     starts: Annotated[int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)] = 1,
@@ -40,28 +51,37 @@ def calibrate(
     out: Annotated[
         Path | None, typer.Option(help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml")
     ] = None,
+    session_start: Annotated[
+        str, typer.Option(help="with --data and --out: when it was recorded, 2026-05-01T09:00:00+02:00; writes NWB too")
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own animals."""
+    from feeler.cli.choose import choose_antenna
+
+    chosen = choose_antenna(antenna)
     if data:
-        _fit_data(data, by, profile or "scale", engine, out)
+        read = {"frame_rate": frame_rate, "release": release or ("first" if frame_rate is None else "found")}
+        _fit_data(data, read, by, profile or "scale", chosen, at, engine, out, session_start, as_json)
     else:
-        _fit_targets(targets, profile or "exponential", method, starts, spread, seed, evaluations, checkpoint, engine)
+        asked = (targets, profile or "exponential", method, starts, spread, seed, evaluations, checkpoint, engine)
+        _fit_targets(*asked, chosen, as_json)
 
 
-def _fit_data(data: str, by: str, profile: str, engine: str, out: Path | None) -> None:
+def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, as_json) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
-    from feeler.presets import cockroach
+    from feeler.cli.progress import ProgressBar
+    from feeler.report.section import to_json
 
-    traces, antenna = load_traces(data), cockroach()
+    traces = load_traces(data, **read)
     hinges = make_hinges(profile, antenna)
-    result = fit_traces(traces, antenna, by=by, hinges=hinges, protocol=Protocol(engine=engine))
-    count = len(result.animals)
-    typer.echo(f"{count} trace{'s' * (count > 1)} ({traces.source}), fitted by {by}: {_explain(profile)}")
-    typer.echo(f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual")
-    for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
-        typer.echo(f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}")
-    for name, unit, p, low, high in zip(result.names, hinges.units, result.p, result.low, result.high, strict=True):
-        typer.echo(f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})")
+    protocol = Protocol(engine=engine, **({} if at is None else {"at": at, "deflection": 0.1 * at}))
+    with ProgressBar("animals") as progress:
+        result = fit_traces(traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress)
+    if as_json:
+        typer.echo(json.dumps(to_json(_make_plain(result, hinges))))
+    else:
+        _tell_fit(traces, hinges, result, by, _explain(profile, antenna.name))
     if by == "trace" and result.residual.max() > BAD:
         typer.echo(
             f"a residual above {BAD:g} of the trace means that this antenna does not swing like the animal; "
@@ -69,11 +89,33 @@ def _fit_data(data: str, by: str, profile: str, engine: str, out: Path | None) -
             err=True,
         )
     if out is not None:
-        _save(out, traces, hinges, result)
+        _save(out, traces, antenna, hinges, result, session_start)
 
 
-def _save(out: Path, traces: Any, hinges: Any, result: Any) -> None:
-    """calibration.html, calibration.png, calibration.json and antenna.toml, the antenna of the mean parameters."""
+def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
+    """The fit as plain data."""
+    whole = {name: value for name, value in vars(result).items() if name not in ("band", "directions")}
+    if result.directions is not None:
+        whole |= {"directions": {name: getattr(result.directions, name) for name in ("sensitivity", "direction")}}
+    return {**whole, "units": hinges.units, "band": None if result.band is None else vars(result.band)}
+
+
+def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) -> None:
+    count = len(result.animals)
+    typer.echo(f"{count} animal{'s' * (count > 1)} ({traces.source}), fitted by {by}: {explained}")
+    typer.echo(f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual")
+    for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
+        typer.echo(f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}")
+    for name, unit, p, low, high in zip(result.names, hinges.units, result.p, result.low, result.high, strict=True):
+        typer.echo(f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})")
+    if result.band is not None:
+        typer.echo(result.band.describe())
+    if result.directions is not None and len(result.names) > 1:
+        typer.echo(result.directions.describe("data"))
+
+
+def _save(out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_start: str) -> None:
+    """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the antenna of the mean parameters."""
     from feeler.antenna.file import save_antenna
     from feeler.report import Section, write_page
     from feeler.report.section import to_json
@@ -82,46 +124,85 @@ def _save(out: Path, traces: Any, hinges: Any, result: Any) -> None:
     antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")
     save_antenna(antenna, out / "antenna.toml")
     section = Section(name="calibration", title="Traces and fits", folder=out, vector=False)
-    caption = "Dots: the tip as recorded, as a share of its first displacement; lines: the fitted antenna."
+    caption = "Dots: as recorded, as a share of the outermost point's first displacement; lines: the fitted antenna."
     section.figure("calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2)
     rows = zip(result.names, hinges.units, result.p, result.low, result.high, strict=True)
     section.table(["parameter", "unit", "value", "from", "to"], list(rows), f"95 % intervals: {result.interval}.")
     each = [[name, *p, r] for name, p, r in zip(result.animals, result.each, result.residual, strict=True)]
-    section.table(["trace", *result.names, "residual"], each)
+    section.table(["animal", *result.names, "residual"], each)
+    if result.band is not None:
+        caption = "The fitted hinges with their 95 % intervals, as far as this family of profiles goes; dashed: where it began."
+        section.figure("profile", caption, lambda figure: _plot_band(figure, result.band, start), height=3.0)
+        section.text(result.band.describe())
+    if result.directions is not None and len(result.names) > 1:
+        section.text(result.directions.describe("data"))
     write_page(
         out / "calibration.html", "Mechanics that fit", f"{hinges.name} hinges, {traces.source} traces.", section
     )
-    (out / "calibration.json").write_text(json.dumps(to_json(vars(result)), indent=1) + "\n", encoding="utf-8")
-    typer.echo(f"wrote {out}/calibration.html, calibration.png, calibration.json, antenna.toml", err=True)
+    (out / "calibration.json").write_text(
+        json.dumps(to_json(_make_plain(result, hinges)), indent=1) + "\n", encoding="utf-8"
+    )
+    kept = "calibration.html, calibration.png, calibration.json, antenna.toml"
+    if session_start:
+        _save_nwb(out / "calibration.nwb", traces, result, session_start)
+        kept += ", calibration.nwb"
+    typer.echo(f"wrote {out}/{kept}", err=True)
+
+
+def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
+    """Recordings and fits as NWB, one trial a trace."""
+    import xarray as xr
+
+    from feeler.cli.choose import parse_start
+    from feeler.tensors.nwb import save_nwb
+
+    shares = {"displacement": traces.displacement, "fitted": result.simulated}
+    dataset = xr.Dataset(
+        {name: (("trial", "time"), values, {"units": "1"}) for name, values in shares.items()},
+        coords={"time": ("time", traces.time, {"units": "ms"}), "animal": ("trial", list(traces.names))},
+    )
+    save_nwb(dataset, path, session_start=parse_start(session_start), identifier=f"calibration {path.resolve().parent.name}",
+             subject=", ".join(result.animals))  # fmt: skip
 
 
 def _plot(figure: Any, traces: Any, result: Any) -> None:
     ax = figure.subplots()
     for name, recorded, simulated in zip(traces.names, traces.displacement, result.simulated, strict=True):
-        (line,) = ax.plot(traces.time, recorded / recorded[0], ".", ms=3, label=name)
+        outermost = traces.take(name.partition("@")[0])[1][-1]
+        (line,) = ax.plot(traces.time, recorded / outermost[0], ".", ms=3, label=name)
         ax.plot(traces.time, simulated, color=line.get_color())
-    ax.set(xlabel="time since release [ms]", ylabel="tip [share of the first displacement]")
+    ax.set(xlabel="time since release [ms]", ylabel="share of the first displacement")
     ax.legend()
+
+
+def _plot_band(figure: Any, band: Any, start: Any) -> None:
+    units = {"stiffness": "N·mm/rad", "damping": "N·mm·ms/rad"}
+    for k, (ax, name) in enumerate(zip(figure.subplots(1, 2), units, strict=True)):
+        ax.plot(band.place, band.middle[k])
+        ax.fill_between(band.place, band.low[k], band.high[k], alpha=0.3)
+        ax.plot(band.place, getattr(start, name), "k--", lw=0.8)
+        ax.set(yscale="log", xlabel="place (0 base, 1 tip)", ylabel=f"{name} [{units[name]}]")
 
 
 def _unit(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
-def _explain(profile: str) -> str:
-    if profile == "scale":
-        return "p1 multiplies the cockroach's stiffness, p2 its damping"
-    return f"{profile} hinges on the cockroach's segments"
+def _explain(profile: str, name: str) -> str:
+    if profile in ("scale", "tilt"):
+        return f"p1 multiplies the stiffness of {name}, p2 its damping" + ", both tilted" * (profile == "tilt")
+    return f"{profile} hinges on the segments of {name}"
 
 
-def _fit_targets(targets, profile, method, starts, spread, seed, evaluations, checkpoint, engine) -> None:
+def _fit_targets(
+    targets, profile, method, starts, spread, seed, evaluations, checkpoint, engine, antenna, as_json
+) -> None:
     import numpy as np
 
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
-    from feeler.presets import cockroach
 
     goal = load_targets(targets)
-    problem = Problem(hinges=make_hinges(profile, cockroach()), targets=goal, protocol=Protocol(engine=engine))
+    problem = Problem(hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=engine))
     begin = make_starts(problem.hinges, starts, np.random.default_rng(seed), spread=spread)
     watch = problem.watch = _Watch()
     try:
@@ -132,6 +213,11 @@ def _fit_targets(targets, profile, method, starts, spread, seed, evaluations, ch
         watch.clear()
         _report_interrupt(watch.best, checkpoint)
         raise typer.Exit(130) from None
+    if as_json:
+        measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
+        parameters = dict(zip(found.names, map(float, found.p), strict=True))
+        typer.echo(json.dumps({"parameters": parameters, "measured": measured, "error": found.error}))
+        return
     typer.echo(f"targets '{goal.name}' ({goal.status}); {profile}, {method}, {starts} start(s)")
     for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
         typer.echo(f"{name} = {value:.6g}{_unit(unit)}")

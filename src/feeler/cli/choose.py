@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -62,3 +63,13 @@ def choose_executor(workers: int | None, cluster: str | None, *, processes: bool
         return
     with open_cluster(cluster) as client:
         yield ClusterExecutor(client)
+
+
+def parse_start(text: str) -> datetime:
+    """When an NWB session began."""
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise InvalidInput(
+            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB demands it."
+        ) from None

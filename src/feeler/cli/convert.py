@@ -1,6 +1,5 @@
 """``feeler convert``: the same tensors in another format."""
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -35,6 +34,7 @@ def convert(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
     """Write tensors in another format; configuration, units, versions, seeds and licence travel along."""
+    from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
     from feeler.limits import Limits
     from feeler.tensors.formats import list_options, load, save
@@ -45,21 +45,10 @@ def convert(
     given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier, "subject": subject}
     given |= {"species": species, "sex": sex, "age": age, "experimenter": experimenter, "institution": institution}
     if "session_start" in wanted:
-        given["session_start"] = _parse_start(session_start)
+        given["session_start"] = parse_start(session_start)
     options = {name: value for name, value in given.items() if name in wanted}
     save(load(source, Limits(max_bytes=int(max_gib * 2**30))), target, **options)
     typer.echo(f"wrote {target}")
-
-
-def _parse_start(text: str) -> datetime:
-    from feeler.errors import InvalidInput
-
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise InvalidInput(
-            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB demands it."
-        ) from None
 
 
 def register(app: typer.Typer) -> None:

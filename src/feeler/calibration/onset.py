@@ -1,0 +1,49 @@
+"""Where a video's trace is released, and where it comes to rest: what a camera does not know."""
+
+import numpy as np
+
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+
+TAIL = 0.2  # [C] share of the trace at its end that is taken for rest
+HELD = 5  # samples at the beginning, at least, that are taken for held
+LEAVES = 0.01  # [C] share of the held displacement that counts as having left it
+UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part and of the end
+
+
+@checked
+def find_rest(signal: np.ndarray) -> float:
+    """Where a trace comes to rest: the median of its last fifth."""
+    return float(np.median(signal[-max(HELD, int(TAIL * signal.size)) :]))
+
+
+@checked
+def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
+    """Number of the last held sample, and the position at rest, of a trace that is held, let go, and settles.
+
+    Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before the trace leaves the held
+    displacement, by more than four standard deviations of the noise or 1 %, for two samples.
+
+    Raises
+    ------
+    InvalidInput
+        No held part, or no step: what is held and what is at rest differ by less than four times the noise.
+    """
+    rest = find_rest(signal)
+    shown = signal - rest
+    held = float(np.median(shown[:HELD]))
+    noise = 1.4826 * float(np.median(np.abs(np.diff(shown, 2)))) / np.sqrt(6.0)
+    if abs(held) <= UNCLEAR * noise or held == 0.0:
+        raise InvalidInput(
+            f"{name}: no release is found: it begins at {signal[:HELD].mean():.4g} and ends at {rest:.4g}, with a noise of "
+            f"{noise:.2g}. Begin while the antenna is held and end when it has settled, or cut the trace at the release "
+            "and say --release first."
+        )
+    away = np.abs(shown - held) > max(UNCLEAR * noise, LEAVES * abs(held))
+    last = int(np.argmax(away[:-1] & away[1:])) - 1
+    if last < HELD - 1:
+        raise InvalidInput(
+            f"{name}: the antenna is let go within the first {HELD} samples, so how far it was held is not known. Begin "
+            "earlier, or cut the trace at the release and say --release first."
+        )
+    return last, rest

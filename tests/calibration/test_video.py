@@ -1,0 +1,133 @@
+"""A video's traces: held, let go between two frames, in pixels from anywhere, at one or more points."""
+
+import json
+
+import numpy as np
+import pytest
+from pynwb import NWBHDF5IO
+from scipy.interpolate import CubicSpline
+
+from feeler.antenna.file import load_antenna, save_antenna
+from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges
+from feeler.errors import InvalidInput
+from tests.cli._command import run
+
+from .small_antenna import make_small
+
+QUICK = Protocol(timestep=0.05)
+PLANTED = (1.3, 0.8, -0.6, 0.4)
+LATE = 0.4  # of a frame, between the last held frame and the release
+
+
+def film(places, p, family="tilt", noise=0.05, frames=(40, 110), seed=0):
+    """Pixels (point, frame) of an antenna that is let go after ``frames[0]`` frames of a camera with 1000 per second."""
+    hinges = make_hinges(family, make_small())
+    (outcome,) = Protocol(timestep=0.05, step_duration=frames[1] + 2.0).simulate_steps(
+        [hinges.build(np.array(p))], places
+    )
+    moved = CubicSpline(*outcome, axis=1)(np.maximum(np.arange(-frames[0], frames[1]) - LATE, 0.0))
+    return 300 + 40 * moved + noise * np.random.default_rng(seed).standard_normal(moved.shape)
+
+
+def write(path, names, pixels):
+    lines = [f"{k + 500}," + ",".join(f"{value:.6f}" for value in row) for k, row in enumerate(pixels.T)]
+    path.write_text("\n".join(["frame," + ",".join(names), *lines]))
+    return path
+
+
+def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
+    file = write(tmp_path / "video.csv", ("a@0.5", "a", "a@0.8"), film((0.5, 1.0, 0.8), PLANTED))
+    traces = load_traces(file, frame_rate=1000, release="found")
+    assert traces.found and traces.animals == ("a",) and abs(traces.displacement[:, -1]).max() < 0.5
+    done = []
+    result = fit_traces(
+        traces,
+        make_small(),
+        hinges=make_hinges("tilt", make_small()),
+        protocol=QUICK,
+        confidence=0.999,
+        progress=lambda k, n: done.append((k, n)),
+    )
+    assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED) and done == [(1, 1)]
+    assert result.residual[0] < 0.02 and np.abs(result.p - PLANTED).max() < 0.05
+    true = make_hinges("tilt", make_small()).build(np.array(PLANTED))
+    assert np.all(result.band.low[0] < true.stiffness) and np.all(result.band.high[0] > true.stiffness)
+    assert result.directions.condition > 1 and "The data determine" in result.directions.describe("data")
+    recorded = traces.displacement / traces.displacement[1, 0]
+    assert np.abs(result.simulated - recorded).max() < 0.1  # the fit's rows are the recording's, in its order
+
+
+def test_an_overdamped_tip_is_fitted_sample_by_sample():
+    time = np.arange(0.0, 400.0, 2.0)
+    hinges = make_hinges("scale", make_small())
+    own, moved = Protocol(timestep=0.05, step_duration=401.0).simulate_steps([hinges.build(np.array([1.0, 40.0]))])[0]
+    slow = Traces(time=time, displacement=CubicSpline(own, moved[0])(time)[None], names=("creeper",))
+    found = fit_traces(slow, make_small(1.0, 20.0), protocol=QUICK)
+    assert found.p == pytest.approx([1.0, 2.0], rel=0.02)
+
+
+def test_a_band_of_two_factors_is_as_wide_as_they_are():
+    hinges, covariance = make_hinges("scale", make_small()), np.diag([0.1**2, 0.3**2])
+    band = compute_band(hinges, np.array([2.0, 3.0]), covariance, 1.5)
+    np.testing.assert_allclose(band.middle[0], 2 * make_small().stiffness)
+    np.testing.assert_allclose(
+        np.log(band.high / band.middle), np.broadcast_to([[0.15], [0.45]], band.high.shape), rtol=1e-6
+    )
+    np.testing.assert_allclose(band.low * band.high, band.middle**2)
+    assert "within a factor of 1.16" in band.describe()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_the_last_held_sample_is_found_though_the_tip_first_rises(noise):
+    time = np.arange(-30, 100)
+    swing = np.where(time <= 0, 1.0, np.exp(-0.05 * time) * (np.cos(0.3 * time) + 1.5 * np.sin(0.3 * time)))
+    signal = 250 - 60 * swing + noise * np.random.default_rng(1).standard_normal(time.size)
+    first, rest = find_release(signal)
+    assert first in (30, 31) and rest == pytest.approx(250, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("signal", "match"),
+    [
+        (np.random.default_rng(0).standard_normal(100), "no release is found"),
+        (np.exp(-np.arange(100) / 10.0), "let go within the first 5 samples"),
+    ],
+)
+def test_traces_without_a_held_part_are_refused(signal, match):
+    with pytest.raises(InvalidInput, match=match):
+        find_release(signal, "trace 'a'")
+
+
+@pytest.mark.parametrize(
+    ("header", "how", "match"),
+    [
+        ("frame,a", {}, "counts frames: say how many per second"),
+        ("time_ms,a", {"frame_rate": 200.0}, "holds times .time_ms.; a frame rate is for"),
+        ("frame,a", {"frame_rate": 0.0}, "must be finite and > 0"),
+        ("frame,a@half", {"frame_rate": 200.0}, "what follows @ is a fraction"),
+        ("frame,a@1.5", {"frame_rate": 200.0}, "what follows @ is a fraction"),
+        ("frame,a", {"frame_rate": 200.0, "release": "guessed"}, "release must be one of first, found"),
+    ],
+)
+def test_what_is_missing_or_odd_is_said(tmp_path, header, how, match):
+    file = tmp_path / "t.csv"
+    file.write_text(header + "\n" + "\n".join(f"{k},{np.exp(-k / 9):.5f}" for k in range(30)))
+    with pytest.raises(InvalidInput, match=match):
+        load_traces(file, **how)
+
+
+def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
+    """The file's layout is the table that the guide describes: a column frame, then one per point."""
+    save_antenna(make_small(), tmp_path / "small.toml")
+    write(tmp_path / "video.csv", ("a",), film((1.0,), (1.3, 0.8), "scale"))
+    asked = ("--frame-rate", "1000", "--antenna", "small.toml", "--session-start", "2026-05-01T09:00:00+02:00")
+    done = run("calibrate", "--data", "video.csv", *asked, "--out", "fit", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["p"] == pytest.approx([1.3, 0.8], rel=0.05) and len(found["band"]["place"]) == 12
+    np.testing.assert_allclose(load_antenna(tmp_path / "fit" / "antenna.toml").stiffness, found["band"]["middle"][0])
+    assert "known best at" in (tmp_path / "fit" / "calibration.html").read_text()
+    with NWBHDF5IO(tmp_path / "fit" / "calibration.nwb", "r") as io:
+        series = io.read().acquisition
+        recorded, fitted = (series[f"{name}_000000"].data[:] for name in ("displacement", "fitted"))
+        assert series["displacement_000000"].rate == 1000 and np.abs(recorded / recorded[0] - fitted).max() < 0.1
