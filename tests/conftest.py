@@ -3,6 +3,7 @@ other's way), and a browser."""
 
 import os
 import shutil
+from importlib import resources
 
 import pytest
 
@@ -32,3 +33,18 @@ def browser():
     driver = webdriver.Chrome(options=options, service=Service(DRIVER))
     yield driver
     driver.quit()
+
+
+@pytest.fixture
+def find_barriers(browser):
+    """Asks axe what is wrong with the page as it is: (rule, element, what to do) of each."""
+    script = resources.files(pytest.importorskip("axe_core_python")).joinpath("axe.min.js").read_text(encoding="utf-8")
+    ask = "const tell = arguments[0]; axe.run(document, { resultTypes: ['violations'] }).then(found => tell(found.violations));"
+    browser.set_script_timeout(300)  # axe takes seconds, or a minute on a busy machine
+
+    def find():
+        browser.execute_script(f"if (!window.axe) {{ {script} }}")
+        found = browser.execute_async_script(ask)
+        return [(item["id"], node["html"][:120], node["failureSummary"]) for item in found for node in item["nodes"]]
+
+    return find

@@ -63,7 +63,7 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
     assert [name for name in sections] == [stage.name for stage in STAGES]
     assert "could not be made" not in page
     for section in sections.values():
-        assert f'<section id="{section.name}">' in page
+        assert f'<section id="section-{section.name}">' in page
     assert len(re.findall(r'<img [^>]*src="data:image/png;base64,', page)) == sum(
         len(section.list_figures()) for section in sections.values()
     )
@@ -75,11 +75,17 @@ def test_every_section_is_made_and_on_the_page(whole, sections):
     )
 
 
+def test_what_is_claimed_stands_beside_one_figure_or_section(whole):
+    page = (whole / "report.html").read_text()
+    places = re.findall(r'aria-label="claims held against ([^"]+)"', page)
+    assert places and len({*places}) == len(places)
+
+
 def test_the_page_needs_nothing_from_elsewhere(whole):
     page = (whole / "report.html").read_text()
     assert not re.search(FOREIGN, page)
-    links = set(re.findall(r'href="#([^"]+)"', page))
-    assert links <= set(re.findall(r'id="([^"]+)"', page))
+    links, targets = set(re.findall(r'href="#([^"]+)"', page)), re.findall(r' id="([^"]+)"', page)
+    assert links <= {*targets} and len({*targets}) == len(targets)
 
 
 def test_every_figure_has_its_numbers(whole):

@@ -4,7 +4,6 @@ import itertools
 import os
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,22 +134,8 @@ def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(stud
         assert (ask(browser, "app.records.A.hash") == shown) == (hash_part in address)
 
 
-def read_axe():
-    module = pytest.importorskip("axe_core_python")
-    return (Path(module.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
-
-
-def find_barriers(browser):
-    """What axe finds wrong with the page as it is."""
-    done = "const tell = arguments[0]; axe.run(document, { resultTypes: ['violations'] }).then(found => tell(found.violations));"
-    found = browser.execute_async_script(done)
-    return [(item["id"], node["html"][:120], node["failureSummary"]) for item in found for node in item["nodes"]]
-
-
-def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser):
+def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser, find_barriers):
     open_page(browser, studio.address)
-    browser.set_script_timeout(60)
-    browser.execute_script(read_axe())
     for mode, theme, menu in (
         ("touch", "light", True),
         ("touch", "dark", False),
@@ -162,7 +147,7 @@ def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser):
         )
         browser.execute_script(APP + f"app.root.querySelector('.share .menu').hidden = {str(not menu).lower()}")
         wait_for(browser, f"app.root.dataset.mode == '{mode}'")
-        assert find_barriers(browser) == [], (mode, theme)
+        assert find_barriers() == [], (mode, theme)
 
 
 DROP = """const data = new DataTransfer(); data.items.add(new File([arguments[1]], arguments[0]));

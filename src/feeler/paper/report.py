@@ -97,9 +97,9 @@ def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dic
     """The claims that stand beside each figure; where a run has not made it, at the end of the section."""
     groups: dict[str, list[Judged]] = {}
     for judged in claims:
-        place = judged.claim.figure if judged.claim.figure in made else judged.claim.section
+        place = judged.claim.figure if judged.claim.figure in made else f"section-{judged.claim.section}"
         groups.setdefault(place, []).append(judged)
-    return {place: templates.beside(found, place in made) for place, found in groups.items()}
+    return {place: templates.beside(found, place) for place, found in groups.items()}
 
 
 def _load_places() -> list[dict[str, str]]:
