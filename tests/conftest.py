@@ -1,5 +1,5 @@
 """What all tests share: one thread within BLAS where several workers share the machine (their threads would only be in each
-other's way), and a browser."""
+other's way), which file of tests goes to which worker, and a browser."""
 
 import os
 import shutil
@@ -13,7 +13,29 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
 FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+LONGEST = (
+    "test_whole.py",
+    "test_examples.py",
+    "test_kill.py",
+    "test_parity_chain.py",
+    "test_accuracy.py",
+    "test_store.py",
+)
+"""Files that take longest: they begin first, so that no worker is left alone with one at the end."""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """A file goes to one worker, whatever ``--dist`` says: what its tests share is then made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False  # they are in order already
+    return LoadFileScheduling(config, log)
 
 
 @pytest.fixture(scope="module")

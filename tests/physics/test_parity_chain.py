@@ -104,7 +104,7 @@ def test_exact_corners_differ_from_mujocos_by_single_precision(kind):
 def test_touch_of_a_stub_is_mujoco(kind, approach, contact):
     feature = HOOK if kind == "outline" else make_feature(kind, 0.8)
     scene = touch(feature, approach=approach, contact=contact)
-    assert difference(scene, Clock(duration=15, sample_interval=0.5, timestep=0.02)).max() < 1e-9
+    assert difference(scene, Clock(duration=8, sample_interval=0.5, timestep=0.02)).max() < 1e-9
 
 
 @pytest.mark.parametrize("rounding", [0.0, 0.2])
