@@ -1,12 +1,16 @@
 """What all tests share: one thread within BLAS where several workers share the machine (their threads would only be in each
-other's way), which file of tests goes to which worker, and a browser."""
+other's way), no deadline of Hypothesis (a busy machine breaks no law), which file of tests goes to which worker, and a
+browser."""
 
 import os
 import shutil
 from importlib import resources
 
+import hypothesis
 import pytest
 
+hypothesis.settings.register_profile("patient", deadline=None)
+hypothesis.settings.load_profile("patient")
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

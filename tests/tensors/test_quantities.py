@@ -11,7 +11,6 @@ from feeler.tensors import QUANTITIES, Quantity, find_breaches, make_tensors
 from feeler.tensors.formats import load
 from tensors._touches import antenna, options, trials
 
-
 UNITS = pint.UnitRegistry()
 
 
