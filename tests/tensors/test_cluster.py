@@ -69,7 +69,16 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, wo
 
 def test_the_verb_takes_a_cluster(client, tmp_path):
     places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
-    command = ["touch", *places, "--duration", "8", "--store", str(tmp_path / "a.zarr"), "--cluster", client.scheduler.address]
+    command = [
+        "touch",
+        *places,
+        "--duration",
+        "8",
+        "--store",
+        str(tmp_path / "a.zarr"),
+        "--cluster",
+        client.scheduler.address,
+    ]
     said = CliRunner().invoke(app, command).output
     assert "9 of 9 touches finished (a cluster of 2 workers with 2 threads)" in said
 
