@@ -1,0 +1,101 @@
+"""Both comparisons by hand: what is put beside what, on which scale, in which order, and fitted how often."""
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+import xarray as xr
+from sklearn.base import BaseEstimator
+
+from feeler.decoding import group_tensors, list_groups, make_null
+from feeler.decoding.groups import configure
+from feeler.decoding.plan import Plan
+from feeler.errors import InvalidInput
+
+PLAN = Plan(ratios=(0.1,), n_repeats=1, n_restarts=7, null_iter=5)
+SLOW, FAST = 0.06, 0.6
+
+
+def make_set(seed, speeds=(FAST, SLOW)):
+    """Two places at each speed, the farther one first; the negative half is what rectification takes away."""
+    rng = np.random.default_rng(seed)
+    speed, place = np.repeat(speeds, 2), np.tile([0.9, 0.5], len(speeds))
+    labels = {"feature": ["ball"] * len(speed), "size": np.full(len(speed), 1.5), "location": place, "speed": speed}
+    return xr.Dataset(
+        {"angle": (("trial", "sensor", "time"), rng.normal(size=(len(speed), 3, 8)))},
+        coords={name: ("trial", values) for name, values in labels.items()},
+    )
+
+
+SETS = {"exponential": make_set(0), "constant": make_set(1), "linear": make_set(2, (SLOW,))}
+PEAK = max(float(data.angle.max()) for data in SETS.values())
+
+
+class Noting(BaseEstimator):
+    """Joint codes are sums over the antenna, as many times as there were trials in the fit; every fit is noted."""
+
+    fits: ClassVar[list[tuple[int, int, int]]] = []
+
+    def __init__(self, n_restarts=1, max_iter=100):
+        self.n_restarts, self.max_iter = n_restarts, max_iter
+
+    def fit(self, X):
+        Noting.fits.append((len(X), self.n_restarts, self.max_iter))
+        self.n_iter_, self.activations_ = self.max_iter, len(X) * X.sum(axis=1, keepdims=True)
+        return self
+
+    def transform(self, X, *, code):
+        return X.max(axis=1, keepdims=True)
+
+
+def pick(name, *trials):
+    return np.maximum(SETS[name].angle.values[list(trials)], 0) / PEAK
+
+
+def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_touched():
+    listed = list_groups(SETS)
+    assert {kind: list(groups) for kind, groups in listed.items()} == {
+        "speed": ["0.06 m/s", "0.6 m/s"],
+        "profile": ["exponential", "constant", "linear"],
+    }
+    expected = {
+        "speed": [pick("exponential", 3, 2), pick("exponential", 1, 0)],
+        "profile": [pick("exponential", 3, 2), pick("constant", 3, 2), pick("linear", 1, 0)],
+    }
+    for kind, groups in listed.items():
+        for (array, labels), tensors in zip(groups.values(), expected[kind], strict=True):
+            np.testing.assert_allclose(array, tensors)
+            assert labels.tolist() == ["ball 1.5 0.5", "ball 1.5 0.9"]
+
+
+def test_a_comparison_of_one_is_left_out_and_a_reference_must_be_there():
+    assert list(list_groups({"exponential": SETS["exponential"]})) == ["speed"]
+    assert list(list_groups({"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear")) == [
+        "profile"
+    ]
+    with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"):
+        list_groups({"constant": SETS["constant"]}, reference="linear")
+
+
+def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_once():
+    Noting.fits = []
+    groups = group_tensors(SETS, Noting(), PLAN)
+    nulls = [fit for fit in Noting.fits if fit[2] == PLAN.null_iter]
+    assert sorted(fit[0] for fit in Noting.fits if fit[2] == 100) == [2, 2, 2, 4]  # both speeds together: 4 touches
+    assert len(nulls) == 4  # slow, fast, constant, linear: the slow ones stand in both comparisons
+    assert {fit[1] for fit in Noting.fits} == {PLAN.n_restarts}
+    for kind, found in groups.items():
+        size = 4 if kind == "speed" else 2
+        for group in found.values():
+            sums = group.tensors.sum(axis=1, keepdims=True)
+            np.testing.assert_allclose(group.codes["joint"], size * sums)
+            np.testing.assert_allclose(group.codes["ridge"], group.tensors.max(axis=1, keepdims=True))
+            np.testing.assert_allclose(group.null.codes, 2 * make_null(group.tensors).sum(axis=1, keepdims=True))
+    slow, same = groups["speed"]["0.06 m/s"], groups["profile"]["exponential"]
+    assert slow.null is same.null and slow.null is not groups["speed"]["0.6 m/s"].null
+    assert groups["speed"]["0.6 m/s"].encoder is slow.encoder is not same.encoder
+
+
+def test_an_encoder_is_given_only_what_it_knows():
+    found = configure(Noting(max_iter=3), {"n_restarts": 2, "random_state": 1})
+    assert found.get_params() == {"n_restarts": 2, "max_iter": 3}
