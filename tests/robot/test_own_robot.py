@@ -1,6 +1,7 @@
 """Anyone's robot: any number of hinges and sensors, objects of one's own, answers that say how sure they are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,11 @@ from feeler.cli.app import app
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
 from feeler.robot import (
+    PARTS,
+    Gap,
     compute_tip,
     fit_factors,
+    keep_parts,
     load_robot,
     make_robot,
     make_surrogate,
@@ -172,3 +176,36 @@ def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):
     motion = simulate_release(planted, make_posture(planted, 4.0), 600.0)
     found = fit_factors(Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion), theory=theory)
     assert (found.stiffness_factor, found.damping_factor) == pytest.approx((1.3, 2.4), rel=0.01)
+
+
+def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypatch):
+    monkeypatch.setattr("feeler.robot.parts.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")})
+    asked = (
+        "--antenna",
+        lab / "robot.toml",
+        "--objects",
+        lab / "objects.toml",
+        "--speeds",
+        "0.3",
+        "--locations",
+        "0.9",
+    )
+    done = run("robot", "gap", *asked, "--robots", 1, "--out", lab / "gap", "--json")
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["contacts"] == 2 and list(found["shares"]) == ["gain", "hysteresis"]
+    assert all(0 <= low <= value <= high <= 1 for value, low, high in found["shares"]["gain"].values())
+    assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
+    page = (lab / "gap" / "robot.html").read_text()
+    assert "What the gap costs" in page and "hysteresis" in page and page.count("data:image/png") == 1
+
+
+def test_a_part_keeps_its_entries_and_no_other():
+    kept = keep_parts(PARTS["play"])
+    assert kept == replace(Gap().scaled(0), play=Gap().play)
+    assert keep_parts(PARTS["everything"]) == Gap()
+    assert sorted(PARTS["everything"]) == sorted(
+        PARTS["all mechanics"] + PARTS["all of the touch"] + PARTS["all sensing"]
+    )
+    with pytest.raises(InvalidInput, match="a gap has no entry 'colour'"):
+        keep_parts(("colour",))

@@ -25,7 +25,9 @@ Your own robot and objects (an objects file holds tables such as [[object]] name
 
   feeler robot new robot.toml --hinges 12
 
-  feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds 0.1,0.3
+  feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds 0.1,0.3 --out out/touches
+
+  feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
 app = typer.Typer(help="Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify, stream.",
@@ -38,6 +40,7 @@ Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]]
 Numbers = Annotated[str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")]
 Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
 Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
+Out = Annotated[Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")]
 Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
 Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]
 Timestep = Annotated[float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")]
@@ -174,6 +177,7 @@ def classify(
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
+    out: Out = None,
     as_json: Json = False,
 ) -> None:
     """Train on simulated touches, then name feature, location and speed of each recording, and how likely they are.
@@ -187,15 +191,53 @@ def classify(
     read = [subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)]
     how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
-    before, found = choose_before(robot.antenna, touches), []
-    for path, recording in zip(recordings, read, strict=True):
-        aligned = align_recordings([recording], robot.antenna, before=before)
-        answer = judge_touch(classifier, aligned.values[0], recording.labels)
-        found.append({"file": path.name, **answer.to_plain()})
-        if not as_json:
-            typer.echo(f"{path.name}: {answer}")
+    aligned = align_recordings(read, robot.antenna, before=choose_before(robot.antenna, touches)).values
+    answers = [judge_touch(classifier, values, one.labels) for values, one in zip(aligned, read, strict=True)]
+    found = [{"file": path.name, **answer.to_plain()} for path, answer in zip(recordings, answers, strict=True)]
     if as_json:
         typer.echo(json.dumps(found))
+    for path, answer in [] if as_json else zip(recordings, answers, strict=True):
+        typer.echo(f"{path.name}: {answer}")
+    if out is not None:
+        from feeler.cli.robot_pages import write_answers
+
+        typer.echo(f"page: {write_answers(out, found, answers, aligned)}", err=True)
+
+
+@app.command()
+def gap(
+    antenna: AntennaName = "robot",
+    objects: Objects = None,
+    locations: Numbers = None,
+    speeds: Speeds = None,
+    robots: Annotated[int, typer.Option(min=1, help="surrogate robots per part")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the robots")] = 0,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Say which part of the gap between simulation and robot costs what: noise, drift, gain, hysteresis, play and others.
+
+    Surrogate robots differ from your antenna's model in one way only, at full size, and are read by a classifier that knows
+    the model alone. The sizes are choices (feeler.robot.Gap), none was measured on your robot.
+    """
+    from feeler.cli.progress import ProgressBar
+    from feeler.robot import measure_parts
+
+    own = objects or locations or speeds or antenna != "robot"
+    touches = make_touches(objects, locations, speeds) if own else None
+    with ProgressBar("parts of the gap") as progress:
+        scores = measure_parts(Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress)
+    found = {name: {what: score.share(what) for what in score.correct} for name, score in scores.items()}
+    contacts = next(iter(scores.values())).total
+    if as_json:
+        typer.echo(json.dumps({"contacts": contacts, "robots": robots, "seed": seed, "shares": found}))
+    for name, shares in [] if as_json else found.items():
+        value, low, high = shares["all"]
+        typer.echo(f"{name:20} {value:5.0%} read right ({low:.0%} to {high:.0%}); feature {shares['feature'][0]:.0%}")
+    if out is not None:
+        from feeler.cli.robot_pages import write_gap
+
+        typer.echo(f"page: {write_gap(out, found, contacts)}", err=True)
 
 
 @app.command()

@@ -7,6 +7,7 @@ from feeler.robot.factors import RobotFit, fit_factors, make_posture, measure_ri
 from feeler.robot.gap import Gap
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
 from feeler.robot.mending import find_bad_channels, repair
+from feeler.robot.parts import PARTS, keep_parts, measure_parts
 from feeler.robot.preset import make_robot
 from feeler.robot.reality import (
     Touches,
@@ -31,6 +32,7 @@ from feeler.robot.touches import compute_tip, get_label, make_touches, simulate_
 
 __all__ = [
     "FACTS",
+    "PARTS",
     "Flexures",
     "Gap",
     "Recording",
@@ -49,6 +51,7 @@ __all__ = [
     "fit_factors",
     "fit_sensors",
     "get_label",
+    "keep_parts",
     "load_calibration",
     "load_calibration_table",
     "load_recording",
@@ -64,6 +67,7 @@ __all__ = [
     "make_tip_touches",
     "make_touches",
     "make_training",
+    "measure_parts",
     "measure_ringing",
     "measure_transfer",
     "read_touches",

@@ -221,20 +221,33 @@ def make_decoder(
 
 @checked
 def draw_robots(
-    size: float, n_robots: Annotated[int, "> 0"], seed: Annotated[int, "≥ 0"], *, gap: Gap | None = None
+    size: float,
+    n_robots: Annotated[int, "> 0"],
+    seed: Annotated[int, "≥ 0"],
+    *,
+    gap: Gap | None = None,
+    nominal: Antenna | None = None,
 ) -> list[Surrogate]:
-    """Surrogate robots at a reality gap of ``size``; the same seed gives the same robots."""
+    """Surrogate robots around ``nominal`` at a reality gap of ``size``; the same seed gives the same robots."""
     gap = (Gap() if gap is None else gap).scaled(size)
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
-    return [make_surrogate(np.random.default_rng(child), gap=gap, name=f"surrogate-{size:g}-{k}")
+    return [make_surrogate(np.random.default_rng(child), nominal=nominal, gap=gap, name=f"surrogate-{size:g}-{k}")
             for k, child in enumerate(children)]  # fmt: skip
 
 
 @checked
-def touch_robots(robots: Sequence[Surrogate], repeats: int = 1) -> list[Touches]:
-    """The six tip contacts of each robot, ``repeats`` times; all robots are simulated together."""
-    trials, antenna = make_tip_touches(repeats), make_robot()
-    motions = iter(simulate_pairs([pair for robot in robots for pair in robot.carry_out(trials)]))
+def touch_robots(
+    robots: Sequence[Surrogate],
+    repeats: int = 1,
+    *,
+    trials: Sequence[Trial] | None = None,
+    antenna: Antenna | None = None,
+) -> list[Touches]:
+    """The six tip contacts of each robot, or other ``trials``, ``repeats`` times; all robots are simulated together."""
+    antenna = make_robot() if antenna is None else antenna
+    trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
+    pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
+    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length))
     read = []
     for robot in robots:
         raw = [robot.record(next(motions), trial) for trial in trials]

@@ -1,0 +1,71 @@
+"""Which part of the reality gap costs what: surrogate robots that differ from the model in one way only."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Annotated
+
+from feeler.antenna import Antenna
+from feeler.checked import checked
+from feeler.decoding.transfer import TransferClassifier, TransferScore
+from feeler.errors import InvalidInput
+from feeler.robot.gap import Gap
+from feeler.robot.preset import make_robot
+from feeler.robot.reality import draw_robots, make_training, measure_transfer, touch_robots
+from feeler.robot.surrogate import make_tip_touches
+from feeler.stimulus import Trial
+
+QUIET = 4e-5  # rad [C], a hundredth of a gap's noise: a channel that repeats one value to the last bit counts as broken
+ENTRIES = tuple(entry.name for entry in fields(Gap))
+MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
+TOUCH = ("location", "speed", "size", "approach", "friction")
+SENSING = tuple(name for name in ENTRIES if name not in MECHANICS + TOUCH)
+PARTS: dict[str, tuple[str, ...]] = {
+    "everything": ENTRIES,
+    "all mechanics": MECHANICS,
+    "all of the touch": TOUCH,
+    "all sensing": SENSING,
+    **{name: (name,) for name in ("play", "noise", "drift", "gain", "crosstalk", "hysteresis", "bend", "dropped")},
+}
+"""Parts of the gap by name, and the entries of :class:`Gap` that each keeps."""
+
+
+@checked
+def keep_parts(names: Collection[str], gap: Gap | None = None) -> Gap:
+    """One reality gap with only these entries, the others 0."""
+    whole = Gap() if gap is None else gap
+    if unknown := [name for name in names if name not in ENTRIES]:
+        raise InvalidInput(f"a gap has no entry {unknown[0]!r}; valid: {', '.join(ENTRIES)}.")
+    return Gap(**{name: getattr(whole, name) if name in names else 0.0 for name in ENTRIES})
+
+
+@checked
+def measure_parts(
+    antenna: Antenna | None = None,
+    trials: Sequence[Trial] | None = None,
+    *,
+    parts: Mapping[str, Collection[str]] | None = None,
+    n_robots: Annotated[int, "> 0"] = 20,
+    seed: Annotated[int, "≥ 0"] = 0,
+    progress: Callable[[int, int], object] = lambda done, total: None,
+) -> dict[str, TransferScore]:
+    """Train on simulated touches alone, test on surrogate robots with one part of the gap at full size each.
+
+    Parameters
+    ----------
+    parts
+        Entries of :class:`Gap` to keep, by a name; default :data:`PARTS`.
+    trials
+        What is told apart; by default the paper's thirty touches, tested on its six tip contacts. Own touches are all tested.
+    progress
+        Called with (done, total) parts.
+    """
+    training = make_training(antenna, trials)
+    classifier = TransferClassifier().fit(training.values, training.labels)
+    tested, nominal = make_tip_touches() if trials is None else list(trials), antenna or make_robot()
+    parts, scores = PARTS if parts is None else parts, {}
+    for done, (name, entries) in enumerate(parts.items(), 1):
+        gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else replace(Gap(), noise=QUIET))
+        robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
+        scores[name] = measure_transfer(classifier, touch_robots(robots, trials=tested, antenna=nominal))
+        progress(done, len(parts))
+    return scores
