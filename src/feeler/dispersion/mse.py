@@ -7,12 +7,13 @@ import numpy as np
 from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix
 from feeler.dispersion.index import Index
+from feeler.tensors.labels import label_pairs
 
 CANCELLATION = 1e-4  # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
 
 
 @checked
-def compute_mse(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
+def compute_mse(tensors: Any, *, block: int = BLOCK) -> Any:
     """Mean squared error between all pairs of tensors: mean over sensors and samples of (a − b)².
 
     The only index of the four that grows with dispersion, and the only one with a unit: that of the input, squared.
@@ -34,7 +35,7 @@ def compute_mse(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     Paper, "Dataset dispersion evaluation".
     """
     array = check_tensors(tensors)
-    return fill_matrix(len(array), make_mse(array), block)
+    return label_pairs(fill_matrix(len(array), make_mse(array), block), tensors, "mse")
 
 
 def make_mse(array: np.ndarray) -> Block:

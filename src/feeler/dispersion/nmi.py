@@ -10,6 +10,7 @@ from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_pairs
 
 N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
 ZEROS = ("keep", "drop")
@@ -24,7 +25,7 @@ def compute_nmi(
     data_range: tuple[float, float] | None = None,
     common_zeros: str = "keep",
     block: int = BLOCK,
-) -> np.ndarray:
+) -> Any:
     """Normalised mutual information between all pairs of tensors, entry against entry.
 
     NMI = 2 I(A; B) / (H(A) + H(B)), from the joint histogram over all sensors and samples, bins common to the set.
@@ -60,7 +61,7 @@ def compute_nmi(
     """
     array = check_tensors(tensors)
     make = make_nmi(array, n_bins=n_bins, data_range=data_range, common_zeros=common_zeros)
-    return fill_matrix(len(array), make, block)
+    return label_pairs(fill_matrix(len(array), make, block), tensors, "nmi")
 
 
 def make_nmi(

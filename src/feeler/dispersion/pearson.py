@@ -8,10 +8,11 @@ from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, name_trials
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_pairs
 
 
 @checked
-def compute_pearson(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
+def compute_pearson(tensors: Any, *, block: int = BLOCK) -> Any:
     """Pearson r between all pairs of tensors, over all sensors and samples.
 
     r_ab = Σ (a − ā)(b − b̄) / √(Σ (a − ā)² · Σ (b − b̄)²)
@@ -37,7 +38,7 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK) -> np.ndarray:
     Paper, "Dataset dispersion evaluation".
     """
     array = check_tensors(tensors)
-    return fill_matrix(len(array), make_pearson(array), block)
+    return label_pairs(fill_matrix(len(array), make_pearson(array), block), tensors, "pearson")
 
 
 def make_pearson(array: np.ndarray) -> Block:

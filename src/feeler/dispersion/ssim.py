@@ -11,6 +11,7 @@ from feeler.compiled import compiled
 from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_pairs
 
 SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
 RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
@@ -20,7 +21,7 @@ CHUNKS = 64  # pieces of the pair list that threads take
 
 
 @checked
-def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK) -> np.ndarray:
+def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK) -> Any:
     """Mean SSIM between all pairs of tensors read as grey images (sensor × time).
 
     SSIM = (2 μa μb + C1)(2 σab + C2) / ((μa² + μb² + C1)(σa² + σb² + C2)), averaged over the image, with a Gaussian
@@ -62,7 +63,9 @@ def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replic
             "the signal and every pair will look alike. Scale the whole set first: scale_common(tensors).",
             stacklevel=2,
         )
-    return fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block)
+    return label_pairs(
+        fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block), tensors, "ssim"
+    )
 
 
 def make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate") -> Block:

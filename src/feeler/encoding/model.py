@@ -17,6 +17,7 @@ from feeler.encoding.online import OnlineSums, learn_batch
 from feeler.encoding.start import make_generators, start_activations, start_bases
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
+from feeler.tensors.labels import label_like
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
@@ -136,6 +137,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def transform(self, X, *, code=None):
         """Activations (trial, component, time) of tensors on the fixed bases; see `encode` for the codes.
 
+        A labelled DataArray gives a labelled one, with the coordinates of its trials and times.
+
         Each trial is coded by itself from a fixed start: the same tensor gets the same code, whatever its neighbours.
         """
         check_is_fitted(self, "components_")
@@ -152,7 +155,14 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
                 ConvergenceWarning,
                 stacklevel=3,
             )
-        return activations
+        return label_like(activations, X, ("trial", "component", "time"), "activation")
+
+    def __sklearn_tags__(self):
+        """Tensors come in three dimensions and are nowhere negative."""
+        tags = super().__sklearn_tags__()
+        tags.input_tags.two_d_array, tags.input_tags.three_d_array = False, True
+        tags.input_tags.positive_only = True
+        return tags
 
     def inverse_transform(self, X):
         """Tensors (trial, sensor, time) from activations (trial, component, time)."""

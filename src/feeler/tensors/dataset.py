@@ -9,6 +9,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.tensors import accessor  # noqa: F401  # whoever has a Dataset of touches has ds.feeler
 from feeler.tensors.quantities import DIMS, QUANTITIES, derive_curvature, list_required
 
 SOURCES = ("simulation", "robot", "surrogate")
