@@ -1,0 +1,174 @@
+"""The robot's electronics and their repair, written out: scikit-learn, SciPy and small cases by hand."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.stats import linregress
+from sklearn.linear_model import LinearRegression
+from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
+
+from feeler.robot import Gap, make_robot
+from feeler.robot.mending import find_bad_channels, repair
+from feeler.robot.preset import FACTS
+from feeler.robot.recording import Recording
+from feeler.robot.sensing import Sensing, draw_sensing
+from feeler.robot.sensor import fit_sensors
+from feeler.robot.surrogate import _add_mount, subtract_rest
+
+NONE = Gap().scaled(0)
+
+
+def make_gap(**sizes):
+    return Gap(**{**vars(NONE), **sizes})
+
+
+def make_sensing(gap, gain=(1.1, 0.9, 1.0)):
+    return Sensing(base=np.array([5.0, 4.0, 6.0]), sensitivity=np.array([1.2, 1.0, 1.5]), gain=np.array(gain), gap=gap)
+
+
+@pytest.fixture
+def readings():
+    rng = np.random.default_rng(3)
+    hinge, level = np.repeat([1, 2], 15), np.tile(np.repeat(np.radians([-20.0, -5.0, 0.0, 10.0, 25.0]), 3), 2)
+    return hinge, level, 5 + 3 * level * hinge + 0.1 * rng.standard_normal(30), rng.permutation(30) * 7e3
+
+
+def test_a_calibration_is_that_of_the_libraries(readings):
+    hinge, angle, capacitance, time = readings
+    fit = fit_sensors(hinge, angle, capacitance, time=time, robot="A")
+    for k in (0, 1):
+        a, c, t = (values[hinge == k + 1] for values in (angle, capacitance, time))
+        line = linregress(c, a)
+        residual = a - line.slope * c - line.intercept
+        left = cross_val_predict(LinearRegression(), c[:, None], a, groups=a, cv=LeaveOneGroupOut())
+        pooled = np.sqrt(np.mean([c[a == level].var(ddof=1) for level in np.unique(a)]))
+        assert fit.slope[k] == pytest.approx(line.slope) and fit.offset[k] == pytest.approx(line.intercept)
+        assert fit.r_squared[k] == pytest.approx(line.rvalue**2)
+        assert fit.residual[k] == pytest.approx(np.sqrt(np.mean(residual**2)))
+        assert fit.cross_validated[k] == pytest.approx(np.sqrt(np.mean((a - left) ** 2)))
+        assert fit.resolution[k] == pytest.approx(abs(line.slope) * pooled)
+        assert fit.drift[k] == pytest.approx(linregress(t, residual).slope)
+        assert (fit.low[k], fit.high[k]) == (c.min(), c.max())
+
+
+def test_the_report_prints_degrees_and_degrees_a_minute(readings):
+    hinge, angle, capacitance, time = readings
+    fit = fit_sensors(hinge, angle, capacitance, time=time)
+    head, *rows = fit.report().splitlines()
+    assert re.split(r"\s{2,}", head) == [
+        "hinge", "°/unit", "R²", "residual °", "cross-validated °", "resolution °", "drift °/min",
+    ]  # fmt: skip
+    for k, row in enumerate(rows):
+        number, slope, r2, residual, crossed, resolution, drift = map(float, row.split())
+        assert (number, r2) == (k + 1, pytest.approx(fit.r_squared[k], abs=6e-5))
+        assert slope == pytest.approx(180 / np.pi * fit.slope[k], rel=6e-3)
+        shown = (residual, crossed, resolution)
+        own = (fit.residual[k], fit.cross_validated[k], fit.resolution[k])
+        assert shown == pytest.approx([180 / np.pi * value for value in own], abs=6e-4)
+        assert drift == pytest.approx(180 / np.pi * fit.drift[k] * 60_000, rel=6e-3)
+
+
+@pytest.mark.parametrize("on_bench", [False, True])
+def test_faults_act_in_their_order(on_bench):
+    """Hysteresis, neighbours, the bent characteristic, then the gain, which a bench does not have."""
+    gap = make_gap(hysteresis=0.01, crosstalk=0.05, bend=0.2)
+    angle = np.array([[0.0, 0.1, 0.3, 0.2], [0.0, 0.0, -0.1, 0.1], [0.2, 0.1, 0.1, 0.1]])
+    felt = np.array([[0.0, 0.09, 0.29, 0.21], [0.0, 0.0, -0.09, 0.09], [0.2, 0.11, 0.11, 0.11]])
+    mixed = felt + 0.05 * np.array([felt[1], felt[0] + felt[2], felt[1]])
+    bent = mixed * (1 + 0.2 * mixed / 0.35)
+    sensing = make_sensing(gap)
+    seen = bent if on_bench else bent * sensing.gain[:, None]
+    found = sensing.read(angle, np.random.default_rng(0), on_bench=on_bench)
+    np.testing.assert_allclose(found, sensing.base[:, None] + sensing.sensitivity[:, None] * seen, rtol=1e-12)
+
+
+def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is_white():
+    walk = make_gap(drift=0.02)
+    sensing = Sensing(base=np.zeros(400), sensitivity=np.ones(400), gain=np.ones(400), gap=walk)
+    found = sensing.read(np.zeros((400, 1000)), np.random.default_rng(1))
+    assert found[:, -1].std() == pytest.approx(0.02, rel=0.12)
+    assert found[:, 249].std() == pytest.approx(0.01, rel=0.12)
+    assert not sensing.read(np.zeros((400, 9)), np.random.default_rng(1), on_bench=True).any()
+    noisy = Sensing(base=np.zeros(1), sensitivity=np.full(1, 2.0), gain=np.ones(1), gap=make_gap(noise=0.01))
+    white = noisy.read(np.zeros((1, 20_000)), np.random.default_rng(2))[0]
+    assert white.std() == pytest.approx(0.02, rel=0.03)
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.03
+
+
+def test_a_converter_rounds_to_its_step_of_the_usual_sensitivity():
+    found = make_sensing(make_gap(quantum=0.05), gain=np.ones(3)).read(np.full((3, 1), 0.13), np.random.default_rng(0))
+    np.testing.assert_allclose(found[:, 0], 0.06 * np.round(np.array([5 + 0.156, 4.13, 6 + 0.195]) / 0.06), rtol=1e-12)
+
+
+def test_a_bench_bends_one_hinge_at_a_time_up_and_down():
+    table = make_sensing(make_gap(crosstalk=0.5)).bench(np.random.default_rng(0))
+    assert table["hinge"].tolist() == [1] * 204 + [2] * 204 + [3] * 204
+    level = np.radians(np.linspace(-40, 40, 17))
+    np.testing.assert_allclose(table["angle"], np.tile([*level, *level[::-1]], 18))
+    k = table["hinge"] - 1
+    np.testing.assert_allclose(
+        table["capacitance"], np.array([5.0, 4, 6])[k] + np.array([1.2, 1, 1.5])[k] * table["angle"]
+    )
+    np.testing.assert_allclose(np.diff(table["time"]), 500.0)
+
+
+def test_channels_are_drawn_with_their_stated_spread():
+    drawn = draw_sensing(make_gap(gain=0.03), 4000, np.random.default_rng(0))
+    for values, middle, spread in ((drawn.base, 5.0, 0.15), (drawn.sensitivity, 1.2, 0.15), (drawn.gain, 1.0, 0.03)):
+        assert np.log(values).mean() == pytest.approx(np.log(middle), abs=4 * spread / np.sqrt(4000))
+        assert np.log(values).std() == pytest.approx(spread, rel=0.05)
+
+
+def test_the_resting_level_is_the_mean_of_what_was_before():
+    values = np.array([[1.0, 3.0, 9.0, 9.0], [np.nan, 2.0, 5.0, 5.0]])
+    found = subtract_rest(Recording(time=np.array([0.0, 1.0, 2.0, 3.0]), values=values), 2.0)
+    np.testing.assert_allclose(found.values, [[-1.0, 1.0, 7.0, 7.0], [np.nan, 0.0, 3.0, 3.0]])
+    assert found.history[-1] == "mean of the first 2 ms subtracted"
+
+
+def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_damping_time():
+    robot = make_robot()
+    found = _add_mount(robot, make_gap(play=0.2))
+    assert 1 / found.stiffness[0] == pytest.approx(0.2 / robot.stiffness[0])
+    assert found.damping[0] / found.stiffness[0] == pytest.approx(robot.damping[0] / robot.stiffness[0])
+    assert found.segment_mass.sum() == pytest.approx(FACTS["mass"].number)
+    for name in ("segment_length", "segment_mass", "radius", "stiffness", "damping", "rest_angle"):
+        np.testing.assert_array_equal(getattr(found, name)[1:], getattr(robot, name))
+    np.testing.assert_array_equal(found.sensors, robot.sensors + 1)
+
+
+def record(time, **fields):
+    time = np.asarray(time, dtype=float)
+    return Recording(time=time, values=np.stack([np.sin(time / 9), np.cos(time / 9)]), **fields)
+
+
+def test_what_is_said_of_time_is_what_was_recorded():
+    """0.9 and 1.1 ms in turn; three samples lost in two places."""
+    time = np.cumsum([0.0] + [0.9, 1.1] * 30 + [3.0] + [0.9, 1.1] * 30 + [2.0] + [0.9, 1.1])
+    said = repair(record(time)).history[-1]
+    jitter = np.std([0.9, 1.1] * 61)
+    assert said.startswith("recorded every ") and f"(jitter sd {jitter:.2g} ms)" in said
+    assert "3 samples dropped" in said
+    assert repair(record(np.arange(50) * 1.01)).history[-1].endswith("none dropped; time base evened")
+    assert repair(record(np.arange(50) * 1.1)).history[-1].endswith("none dropped; resampled to 1 ms")
+
+
+@pytest.mark.parametrize(("gap", "refused"), [(10.0, False), (10.5, True)])
+def test_a_gap_of_exactly_the_longest_is_mended(gap, refused):
+    time = np.concatenate([np.arange(50.0), 49 + gap + np.arange(50.0)])
+    if refused:
+        with pytest.raises(ValueError, match=r"gaps longer than 10 ms, the longest 10\.5 ms"):
+            repair(record(time))
+    else:
+        assert np.isfinite(repair(record(time)).values).all()
+
+
+@pytest.mark.parametrize(
+    ("run", "n", "stuck"), [(19, 150, False), (21, 150, True), (99, 2000, False), (101, 2000, True)]
+)
+def test_a_channel_is_saturated_from_20_samples_and_a_tenth_or_100_in_a_row(run, n, stuck):
+    rng = np.random.default_rng(0)
+    values = 0.01 * rng.standard_normal((2, n))
+    values[1, 10 : 10 + run] = 1.0
+    assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == ([2] if stuck else [])
