@@ -203,3 +203,12 @@ def test_eight_samples_are_enough_and_seven_are_not():
     assert check_trace(TIME[:8], TIME[:8])[0].size == 8
     with pytest.raises(InvalidInput, match="too short: 7 samples; at least 8"):
         check_trace(TIME[:7], TIME[:7])
+
+
+@pytest.mark.parametrize("bend", [1.0, -1.0, 0.5, 2.0])
+def test_a_trough_of_any_bend_is_placed_between_samples(bend):
+    time = np.arange(10.0)
+    signal = bend * ((time - 4.25) ** 2 / 2 - 20.0)
+    places, heights = find_extrema(time, signal, floor=1.0)
+    np.testing.assert_allclose(places, [4.25], rtol=1e-12)
+    np.testing.assert_allclose(heights, [-20.0 * bend], rtol=1e-12)
