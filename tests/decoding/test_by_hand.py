@@ -11,8 +11,9 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.early import measure_early_accuracy
 from feeler.decoding.onset import OnsetFinder
 from feeler.decoding.sweep import Sweep
-from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, score_transfer
+from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, align, score_transfer
 from feeler.decoding.verdict import compute_explained, judge_order
+from feeler.errors import InvalidInput
 
 
 def make_sweep(noisy, ratios=(0.1, 0.2), n_classes=4, confusion=None):
@@ -169,3 +170,16 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
     assert scored.correct["all"] == (best[:, 0] == number).sum() == round(12 * classifier.score(test, true))
     assert scored.correct["top2"] == (best[:, :2] == number[:, None]).any(axis=1).sum()
     assert scored.share("top2")[0] == pytest.approx(scored.correct["top2"] / 12)
+
+
+def test_groups_that_are_equal_decide_nothing():
+    """An interval that only touches 0 lies neither above nor below it."""
+    same = np.arange(30.0)
+    verdict = judge_order({"a": same, "b": same}, claim="c", measure="m")
+    assert (verdict.difference.low, verdict.difference.high, verdict.word) == (0.0, 0.0, "undecided")
+
+
+@pytest.mark.parametrize("touch", [np.ones((3, 9)), np.ones(9), np.ones((2, 8))])
+def test_a_touch_of_another_shape_than_the_first_is_named(touch):
+    with pytest.raises(InvalidInput, match="touch 1 has shape"):
+        align([np.ones((2, 9)), touch], [np.ones(9)] * 2)

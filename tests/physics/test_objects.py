@@ -34,7 +34,7 @@ def surround(scene: Scene, shape: str, **fields: object) -> Scene:
 
 
 def check(scene: Scene, limit: float = 1e-9) -> None:
-    clock = Clock(duration=10, sample_interval=0.5, timestep=0.02)
+    clock = Clock(duration=12, sample_interval=0.1, timestep=0.02)
     ours, theirs = run_like_mujoco(scene, clock), run_scene(scene, clock, "mujoco")
     assert np.abs(theirs.angle).max() > 1e-3
     assert np.abs(ours.angle - theirs.angle).max() < limit
