@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import replace
+from time import monotonic
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
+from feeler.decoding.samples import read_samples
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -209,3 +211,21 @@ def test_a_part_keeps_its_entries_and_no_other():
     )
     with pytest.raises(InvalidInput, match="a gap has no entry 'colour'"):
         keep_parts(("colour",))
+
+
+def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(tmp_path):
+    time, values = np.arange(0.0, 200.0), np.outer(np.arange(1, 9), np.sin(np.arange(200) / 9))
+    save_recording(Recording(time=time, values=values, quantity="angle"), tmp_path / "r.csv")
+    began = monotonic()
+    done = run("robot", "replay", tmp_path / "r.csv")
+    assert monotonic() - began > 0.199 and done.exit_code == 0
+    samples = list(read_samples(done.output.splitlines(), 8))
+    np.testing.assert_allclose([at for at, _ in samples], time)
+    np.testing.assert_allclose(np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4)
+
+
+def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):
+    assert run("robot", "board", tmp_path / "b.ino", "--channels", 12, "--rate", 100).exit_code == 0
+    text = (tmp_path / "b.ino").read_text()
+    assert "CHANNELS = 12;" in text and "RATE = 100;" in text
+    assert "exists already" in str(run("robot", "board", tmp_path / "b.ino").exception)

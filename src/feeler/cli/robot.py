@@ -21,6 +21,12 @@ EXAMPLES = """Examples:
 
   feeler robot fit surrogate_release.csv
 
+A board of your own (feeler robot board writes an Arduino sketch), or a recording in its stead, as fast as it was recorded:
+
+  feeler robot stream /dev/ttyUSB0 --serial --calibration calibration.json
+
+  feeler robot replay surrogate_ball_tip_fast.csv | feeler robot stream - --calibration calibration.json
+
 Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = "ball", radius = 3):
 
   feeler robot new robot.toml --hinges 12
@@ -256,6 +262,7 @@ def stream(
     workers: Workers = None,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
+    from feeler.decoding.link import Link
     from feeler.decoding.samples import open_serial, read_lines, read_samples
     from feeler.errors import InvalidInput
     from feeler.robot import load_calibration, load_recording, make_decoder
@@ -271,7 +278,9 @@ def stream(
         raise InvalidInput(f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors.")
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
     if recording is None:
-        samples = read_samples(open_serial(source) if serial else read_lines(sys.stdin.buffer), decoder.n_sensors_)
+        link = Link(decoder.n_sensors_)
+        arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
+        samples = read_samples(arriving, decoder.n_sensors_, link)
     else:
         samples = zip(recording.time, recording.values.T, strict=True)
         if recording.quantity == "angle":
@@ -279,8 +288,50 @@ def stream(
         else:
             require(lines, source)
     _decode(decoder.start(), samples, lines, every)
+    if recording is None and (wrong := link.describe()):
+        typer.echo(f"of the board's samples: {wrong}")
     if recording is not None and (noted := name_notes(recording.labels)):
         typer.echo(noted)
+
+
+@app.command()
+def board(
+    file: Annotated[Path, typer.Argument(help="sketch to write")] = Path("board.ino"),
+    channels: Annotated[int, typer.Option(min=1, max=256, help="how many sensors it reads")] = 8,
+    rate: Annotated[int, typer.Option(min=1, max=2000, help="samples per second")] = 500,
+) -> None:
+    """Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them."""
+    from importlib.resources import files
+
+    from feeler.errors import InvalidInput
+
+    if file.exists():
+        raise InvalidInput(f"{file} exists already. Choose another name.")
+    text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
+    file.write_text(text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace("RATE = 500", f"RATE = {rate}"))
+    typer.echo(f"wrote {file}; put your converter into read_channel()")
+
+
+@app.command()
+def replay(
+    recording: Annotated[Path, typer.Argument(help="CSV recording")],
+    antenna: AntennaName = "robot",
+    speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
+) -> None:
+    """Send a recording to standard output as a board would, as fast as it was recorded: a stand-in for hardware."""
+    import time
+
+    from feeler.decoding.link import frame_sample
+    from feeler.robot import load_recording
+
+    read = load_recording(recording, n_channels=Robot(antenna).antenna.sensors.size)
+    began = time.monotonic()
+    for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
+        wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()
+        if wait > 0:
+            time.sleep(wait)
+        sys.stdout.write(frame_sample(number, at, values) + "\n")
+        sys.stdout.flush()
 
 
 def _decode(running, samples, lines, every: int) -> None:

@@ -6,6 +6,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from feeler.decoding.link import Link
 from feeler.errors import InvalidInput, MissingExtra
 
 MAX_LINE = 4096  # characters of one sample; more is no sample
@@ -44,12 +45,21 @@ def _decode(line: str | bytes) -> str:
     return line if isinstance(line, str) else line[: MAX_LINE + 1].decode("utf-8", errors="replace")
 
 
-def read_samples(lines: Iterable[str | bytes], n_sensors: int) -> Iterator[tuple[float | None, np.ndarray]]:
-    """Samples from lines; blank lines, ``#`` notes and one header line are passed over."""
-    first = True
+def read_samples(
+    lines: Iterable[str | bytes], n_sensors: int, link: Link | None = None
+) -> Iterator[tuple[float | None, np.ndarray]]:
+    """Samples from lines; blank lines, ``#`` notes and one header line are passed over.
+
+    Lines that begin with ``$`` are a board's: ``link`` checks and counts them.
+    """
+    first, link = True, link or Link(n_sensors)
     for line in lines:
         text = _decode(line)
         if not text.strip() or text.lstrip().startswith("#"):
+            continue
+        if text.lstrip().startswith("$"):
+            first = False
+            yield from link.take(text)
             continue
         is_header, first = first and any(c.isalpha() for c in text.lower().replace("nan", "").replace("e", "")), False
         if not is_header:
