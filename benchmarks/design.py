@@ -195,12 +195,18 @@ def run_front(journals: Path, part: str = "") -> dict:
         "costs": costs[front].tolist(),
         "force": force,
         "x": [rows[k][0] for k in front],
+        "profiles": [sample_profile(antennas[k]) for k in front],
         "paper": [
             ceiling - score(PLAN.reference, PLAN.task, "optimiser", workers=1).bits,
             compute_settling(PLAN.reference),
         ],
         "paper_force": measure_force(PLAN.reference),
     }
+
+
+def sample_profile(antenna) -> list[float]:
+    """Its stiffness at 15 hinges from base to tip, for the small curves of the fronts' picture."""
+    return antenna.stiffness[np.linspace(0, antenna.n_segments - 1, 15).round().astype(int)].tolist()
 
 
 def measure_force(antenna) -> float:

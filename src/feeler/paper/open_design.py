@@ -12,11 +12,13 @@ from feeler.antenna.modes import compute_modes
 from feeler.design import Constraints, Task, score
 from feeler.experiment.touch import touch
 from feeler.paper.context import Context
+from feeler.plotting.front import plot_profile_points
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 
+N_CLASSES = 18  # of benchmarks/design.toml
 LIVE = Task(objects=("ball:radius=1.5", "box"), locations=(0.7, 0.9), speeds=(0.6,), deadline=40.0, train=2, test=2)
 NOISES = {"one floor of 0.1 rad": ("common", 0.1), "relative, 1 peak": ("relative", 1.0)}
 
@@ -62,6 +64,29 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
         count, cost = np.array(one["history"]).T
         axes[3].step(count, cost, where="post", color=colour)
     axes[3].set(xlabel="antennas simulated", ylabel="missing bits, optimiser's draws")
+
+
+def plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
+    """Missing bits against settling time, peak force and number of sensors; each antenna is its stiffness profile."""
+    axes, front = figure.subplots(1, 3), stored["front"]
+    costs, paper = np.array(front["costs"]), front["paper"]
+    hinges = np.linspace(0, reference.n_segments - 1, len(front["profiles"][0])).round().astype(int)
+    ratios = np.array(front["profiles"]) / reference.stiffness[hinges]
+    for ax, x, own in zip(axes, (costs[:, 1], front["force"]), (paper[1], front["paper_force"]), strict=False):
+        found = np.stack([x, costs[:, 0]], axis=1)
+        plot_profile_points(ax, found, ratios, color=PALETTE[0], label="searched")
+        plot_profile_points(ax, [(own, paper[0])], [np.ones(len(hinges))], color="black", label="the paper's")
+        ax.margins(0.12)
+    sensors = stored["sensors"]
+    for name, color in (("exponential", "black"), ("spline", PALETTE[0])):
+        bits = np.array(sensors[name]["d-optimal"]["bits"])
+        axes[2].plot(sensors["counts"], np.log2(N_CLASSES) - bits, "o-", ms=3, color=color)
+    axes[0].set(xlabel="settling time [ms]", ylabel="missing bits, optimiser's draws")
+    axes[1].set(xlabel="peak force [mN]")
+    axes[2].set(xlabel="sensors", xscale="log", ylabel="missing bits, test draws")
+    axes[2].set_xticks((1, 3, 10, 30, 56), ("1", "3", "10", "30", "56"), minor=False)
+    axes[2].minorticks_off()
+    axes[0].legend()
 
 
 def bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
@@ -119,6 +144,17 @@ def show(context: Context, section: Section) -> None:
     header = ["m/s", "the paper's, wrong [%]", "splines, wrong [%]", "errors avoided [%], 95 % over five searches"]
     caption = f"Final draws, looked at once. What was declared, at least 30 % fewer errors at each speed, {held}."
     section.table(header, rows, caption)
+    front = stored["front"]
+    section.figure(
+        "design_fronts",
+        f"What more bits cost: the {len(front['costs'])} of {front['candidates']} searched antennas that no other beats in "
+        "missing bits, settling time and peak angle at once, against settling time and peak force; each is drawn as its "
+        "stiffness over the paper's, from base to tip (a level line is the paper's). Right: the paper's antenna (black) and the "
+        "best spline, test draws, against the number of sensors, chosen by D-optimality.",
+        lambda figure: plot_fronts(stored, context.antenna, figure),
+        height=3.0,
+    )
+    section.numbers("design_fronts", **front)
     section.heading("How an objective cheats")
     antennas = [context.antenna, make_floppy(context.antenna)]
     tips = bend_tips(antennas)
