@@ -43,7 +43,11 @@ reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole
 test: $(BIN)/.test  ## the default tests
 	@$(BIN)/python -m pytest -q -n auto --dist loadfile
 
-test-slow: $(BIN)/.test  ## the long tests: fuzzing, kills, full disks
+$(BIN)/.lab: $(BIN)/.test
+	@$(PIP) -e '.[test,lab]'
+	@touch $@
+
+test-slow: $(BIN)/.lab  ## the long tests: fuzzing, kills, full disks
 	@$(BIN)/python -m pytest -q -m slow
 
 $(BIN)/.check: $(BIN)/.core

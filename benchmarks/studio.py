@@ -49,7 +49,7 @@ def main() -> None:
         ],
     )
     say("first touch whole [ms]", [1e3 * (wait(browser, "app.records.A.ended") - began)])
-    wait(browser, "app.studies.A && app.records.A.reading", 300)
+    wait(browser, "app.studies.A && app.records.A.reading", 900)
     browser.execute_script(APP + "app.play(false); app.study = () => {}; app.latency.length = 0")
     for number in range(changes):
         browser.execute_script(APP + CHANGE % number)
@@ -102,7 +102,7 @@ def open_browser() -> webdriver.Chrome:
     return webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
 
 
-def wait(browser: webdriver.Chrome, words: str, seconds: float = 120.0) -> float:
+def wait(browser: webdriver.Chrome, words: str, seconds: float = 900.0) -> float:
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         if browser.execute_script(APP + f"return !!(app && {words})"):

@@ -216,6 +216,8 @@ WORDS = st.sampled_from(
         "save",
         "open",
         "follow",
+        "ports",
+        "listen",
         "stop",
         "hello",
         "A",
@@ -233,7 +235,7 @@ VALUES = st.recursive(
     max_leaves=6,
 )
 KEYS = st.sampled_from(
-    ["wish", "slot", "id", "what", "text", "name", "commands", "antenna", "speed", "pace", "x", "other"]
+    ["wish", "slot", "id", "what", "text", "name", "commands", "antenna", "speed", "pace", "x", "other", "port"]
 )
 
 

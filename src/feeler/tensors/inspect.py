@@ -40,9 +40,10 @@ def _describe_dataset(dataset: xr.Dataset) -> list[str]:
 
 
 def _find_spread(item: xr.DataArray) -> str:
-    if not item.size or item.nbytes > LARGE or item.dtype.kind not in "fiu" or np.isnan(item.values).all():
+    if not item.size or item.nbytes > LARGE or item.dtype.kind not in "fiu":
         return ""
-    return f"{np.nanmin(item.values):.3g} … {np.nanmax(item.values):.3g}"
+    values = item.values  # of a store this reads, each time
+    return "" if np.isnan(values).all() else f"{np.nanmin(values):.3g} … {np.nanmax(values):.3g}"
 
 
 def _summarise(values: np.ndarray) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import os
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -96,24 +97,31 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
     trials: list[np.ndarray] = []
     made: list[Any] = []
     parts: dict[str, list[np.ndarray]] = {name: [] for name in kinds}
-    for group in groups:
-        if group in whole:
-            rows = np.arange(group * label.group, min((group + 1) * label.group, label.n_trials))
-            values: dict[str, Any] = {name: copies[name][rows] for name in kinds}
+    found: list[tuple[np.ndarray, Any]]
+    for is_whole, run in groupby(groups, key=whole.__contains__):
+        if is_whole:
+            rows = (label.group * np.array([*run])[:, None] + np.arange(label.group)).ravel()
+            rows = rows[rows < label.n_trials]
+            picked = slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] + 1 == rows.size else rows
+            found = [(rows, {name: values[picked] for name, values in copies.items()})]
         else:
-            record = read_record(path, group, label)
-            rows, values = np.array(record.trials), record.labels
-            made += record.made
-        trials.append(rows)
-        for name, kind in kinds.items():
-            parts[name].append(to_array(values[name], kind))
+            records = [read_record(path, group, label) for group in run]
+            made += [one for record in records for one in record.made]
+            found = [(np.array(record.trials), record.labels) for record in records]
+        for rows, values in found:
+            trials.append(rows)
+            for name, kind in kinds.items():
+                parts[name].append(to_array(values[name], kind))
     return np.concatenate(trials), {name: np.concatenate(part) for name, part in parts.items()}, made
 
 
 def to_array(values: Any, kind: str) -> np.ndarray:
     """Labels as an array; infinite and NaN ones are words in JSON."""
+    if kind == "str" and isinstance(values, np.ndarray):
+        texts = values.astype(np.dtypes.StringDType())
+        return texts.astype(f"U{np.strings.str_len(texts).max(initial=1)}")
     if kind == "str":
-        return np.array(values.tolist() if isinstance(values, np.ndarray) else values, dtype=str)
+        return np.array(values, dtype=str)
     if isinstance(values, np.ndarray):
         return values.astype(kind)
     return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(kind)

@@ -35,7 +35,7 @@ export function makeScene(app) {
     for (const slot of slots) drawAntenna(c, app.records[slot], slot, colours, slots.length > 1);
     drawForce(c, record, colours);
     drawBase(c, record, colours);
-    drawHint(c, h, colours);
+    if (w > 440) drawHint(c, h, colours); // beside the scale
   }
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours */
