@@ -7,6 +7,8 @@ from threading import Event
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
@@ -86,6 +88,24 @@ def test_capacitance_becomes_angle_by_the_calibration():
     assert join(heard) == pytest.approx(0.5 * rows - 1, abs=1e-5)
 
 
+@pytest.fixture(scope="module")
+def studied():
+    return study.make_study(ROBOT, 0.3, lambda doing, share: None, Event())
+
+
+CELLS = st.sampled_from(["nan", "inf", "-1e300", "1e300", "0", "0.1", "7", "x", "", "1_0", "\udcff"])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.lists(CELLS, min_size=6, max_size=10).map(";".join), max_size=30))
+def test_no_line_brings_a_listener_down(studied, lines):
+    noise = [line.encode("utf-8", "surrogateescape") + b"\n" for line in lines]
+    good = write_lines(np.zeros((20, 8)), np.arange(20.0))
+    heard, error = hear([*good[:13], *noise, *good[13:]], find=lambda antenna: studied)
+    assert "is silent" in error or "fell silent" in error or "no angle" in error
+    assert all(np.isfinite(arrays["angle"]).all() for header, arrays in heard if header["part"] == "piece")
+
+
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
@@ -106,11 +126,6 @@ def test_what_is_wrong_with_a_board_is_said(lines, words):
 
 def test_a_calibration_of_other_hinges_is_refused():
     assert "for 5 hinges, the board has 8" in hear(write_lines(np.zeros((20, 8))), calibration=make_lines(5))[1]
-
-
-@pytest.fixture(scope="module")
-def studied():
-    return study.make_study(ROBOT, 0.3, lambda doing, share: None, Event())
 
 
 def test_touches_are_judged_one_after_the_other_as_each_alone(studied):

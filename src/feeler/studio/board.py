@@ -116,13 +116,17 @@ def _read(lines: Iterable[bytes], n_channels: int) -> Iterator[tuple[float | Non
         if not line.strip() or line.lstrip().startswith(b"#"):
             continue
         try:
-            yield parse_sample(line, n_channels)
-            bad = 0
+            time, values = parse_sample(line, n_channels)
+            if time is not None and not np.isfinite(time):
+                raise InvalidInput(f"a sample's time must be finite, got {line[:80]!r}.")
         except InvalidInput:
             bad += 1
             if bad >= PATIENCE:
                 raise
             yield None
+        else:
+            bad = 0
+            yield time, values
 
 
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:

@@ -108,7 +108,8 @@ class Listener:
 
     def _convert(self, values: np.ndarray) -> np.ndarray:
         if self._calibration is not None:
-            return self._calibration.slope * values + self._calibration.offset
+            angle = self._calibration.slope * values + self._calibration.offset
+            return np.where(np.isfinite(angle), angle, np.nan)
         if (np.abs(values) > np.pi).any():
             raise InvalidInput(
                 f"{values[np.nanargmax(np.abs(values))]:.4g} is no angle of a hinge in rad. Open the sensors' calibration "
