@@ -82,13 +82,18 @@ def new(
 def calibrate(
     table: Annotated[Path, typer.Argument(help="CSV: hinge, angle_deg, capacitance_pF, optionally time_ms")],
     out: Annotated[Path, typer.Option(help="where to save the calibration")] = Path("calibration.json"),
+    as_json: Json = False,
 ) -> None:
     """Fit capacitance to angle, one line per hinge, and say how good it is."""
+    from feeler.report.section import to_json
     from feeler.robot import load_calibration_table, save_calibration
 
     calibration = load_calibration_table(table)
-    typer.echo(calibration.report())
     save_calibration(calibration, out)
+    if as_json:
+        typer.echo(json.dumps(to_json(vars(calibration))))
+        return
+    typer.echo(calibration.report())
     typer.echo(f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else ""))
 
 
@@ -99,9 +104,19 @@ def check(
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
+    as_json: Json = False,
 ) -> None:
     """Say what a recording holds, what is wrong with it and what would be mended."""
-    for path, recording in zip(recordings, Robot(antenna).read(recordings, calibration, outside, gaps), strict=True):
+    read = Robot(antenna).read(recordings, calibration, outside, gaps)
+    if as_json:
+        known = [(one.n_sensors, float(one.time[-1]), one.source, list(one.history)) for one in read]
+        names = ("channels", "duration_ms", "source", "history")
+        rows = [
+            {"file": p.name, **dict(zip(names, row, strict=True))} for p, row in zip(recordings, known, strict=True)
+        ]
+        typer.echo(json.dumps(rows))
+        return
+    for path, recording in zip(recordings, read, strict=True):
         typer.echo(f"{path.name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
         for line in recording.history:
             typer.echo(f"  {line}")

@@ -1,5 +1,6 @@
 """``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run along one."""
 
+import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,12 +30,14 @@ def wall(
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
     out: Annotated[Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
     import numpy as np
 
+    from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
-    from feeler.presets import make_preset
+    from feeler.report.section import to_json
     from feeler.wall import Posture, approach, map_distance
 
     if not near <= far:
@@ -42,11 +45,28 @@ def wall(
     posture = Posture(inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction)
     distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
     names = antennas or ["exponential", "linear", "constant", "matched"]
-    sweeps = {name: approach(make_preset(name), posture, distances) for name in names}
+    sweeps = {Path(name).stem: approach(choose_antenna(name), posture, distances) for name in names}
+    maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
+    if as_json:
+        typer.echo(json.dumps({name: to_json(_make_plain(sweeps[name], found)) for name, found in maps.items()}))
+    else:
+        _tell(sweeps, maps)
+    if out is not None:
+        _save(out, sweeps, maps)
+
+
+def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
+    """What a map says, as plain data; places in mm."""
+    known = ("distance", "position", "r2", "slope", "intercept", "error", "monotone", "undefined", "told_apart")
+    return {"contact": sweep.contact, "inverted": sweep.inverted, **{name: getattr(found, name) for name in known}}
+
+
+def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
+    import numpy as np
+
     typer.echo(
         f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm  monotone  told apart mm"
     )
-    maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
     for (name, found), sweep in zip(maps.items(), sweeps.values(), strict=True):
         counts = f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d} {found.used.sum():7d}"
         if found.undefined:
@@ -56,8 +76,6 @@ def wall(
         apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
         line = f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f} {found.error:9.2f}"
         typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
-    if out is not None:
-        _save(out, sweeps, maps)
 
 
 def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
@@ -90,25 +108,34 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
 
 
 def follow(
-    antenna: Annotated[str, typer.Argument(help="preset name")] = "exponential",
+    antenna: Annotated[str, typer.Argument(help="preset or antenna file (TOML)")] = "exponential",
     turn: Annotated[float, typer.Option(help="turn of the wall [degrees], positive towards the body")] = 30.0,
     speed: Annotated[float, typer.Option(help="[m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
     friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
 ) -> None:
     """Run a body along a wall with one turn, steered by its antenna."""
-    from feeler.presets import make_preset
+    from feeler.cli.choose import choose_antenna
+    from feeler.report.section import to_json
     from feeler.wall import FOLLOWING, Controller, follow, make_turn
 
     run = follow(
-        make_preset(antenna),
+        choose_antenna(antenna),
         make_turn(turn),
         posture=FOLLOWING.replace(friction=friction),
         controller=Controller(target=target),
         speed=speed,
         oracle=oracle,
     )
+    if as_json:
+        known = {name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")}
+        known |= {"duration": run.time[-1], "r2": None if run.map is None else run.map.r2}
+        typer.echo(
+            json.dumps({**{name: to_json(value) for name, value in known.items()}, "units": {"time": "ms", "*": "mm"}})
+        )
+        return
     end = "ran into the wall" if run.collided else "passed"
     words = (
         f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest {run.nearest:.2f} mm"
