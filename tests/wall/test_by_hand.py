@@ -8,7 +8,18 @@ import pytest
 from scipy.stats import binom
 
 from feeler.antenna import Antenna
-from feeler.wall import Posture, bootstrap_median, count_orderings, find_peak, fit_distance, map_distance, summarise
+from feeler.presets import cockroach
+from feeler.wall import (
+    Posture,
+    bootstrap_median,
+    count_orderings,
+    find_peak,
+    fit_distance,
+    map_distance,
+    slide,
+    summarise,
+)
+from feeler.wall.course import Course, _measure_turns
 from feeler.wall.following import Run
 from feeler.wall.peak import Peak, find_sweep_peak, place_top
 from feeler.wall.sensitivity import CHOICES, Case
@@ -172,3 +183,33 @@ def test_a_fold_lies_straight_to_the_wall_bends_by_its_radius_and_comes_straight
     x = np.cumsum(STEP * np.sin(heading))
     assert x.max() == pytest.approx(12.0 - 0.1, abs=0.05)
     assert x[-1] == pytest.approx(x.max(), abs=1e-9)
+
+
+def test_turns_are_measured_to_the_left_in_degrees():
+    heading = np.radians([90.0, 120.0, 60.0, 60.0, 139.0])  # anticlockwise from +x
+    along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    np.testing.assert_allclose(_measure_turns(along), [30.0, -60.0, 0.0, 79.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("turns", "n_blocks"),
+    [((-0.5,), 1), ((-30.0, -40.0), 1), ((0.5,), 2), ((30.0, -40.0), 2), ((-70.0, -70.0), 1), ((-76.0, -76.0), 2)],
+)
+def test_a_wall_is_one_block_where_it_only_turns_away_and_by_less_than_150_degrees(turns, n_blocks):
+    course = Course(lengths=(50.0,) * (len(turns) + 1), turns=turns)
+    assert len(course.make_object().feature.parts) == n_blocks
+
+
+@pytest.mark.parametrize(("posture", "angle"), [(Posture(), 30.0), (Posture(reading="total", side="left"), 15.0)])
+def test_tensors_of_a_wall_carry_the_numbers_of_its_set_up(posture, angle):
+    antenna = cockroach()
+    touch = slide(antenna, posture, (9.0, 8.0), speed=0.4, duration=4.0, timestep=0.1)
+    data, total = touch.make_dataset(), touch.make_dataset(relative=False)
+    np.testing.assert_allclose(data["location"], np.array([9.0, 8.0]) / np.sin(np.radians(angle)) / antenna.length)
+    assert data["speed"].values.tolist() == [0.4, 0.4] and np.isinf(data["size"]).all()
+    assert data["distance"].attrs["units"] == "mm" and data["distance"].values.tolist() == [9.0, 8.0]
+    for k, motion in enumerate(touch.motions):
+        sensed = motion.angle[:, antenna.sensors - 1].T
+        np.testing.assert_allclose(total["angle"][k], sensed)
+        np.testing.assert_allclose(data["angle"][k], sensed - touch.antenna.rest_angle[antenna.sensors - 1][:, None])
+        np.testing.assert_allclose(data["tip"][k], touch.points[k, :, -1])
