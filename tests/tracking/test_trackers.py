@@ -17,8 +17,9 @@ from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.tracking import compute_antenna_angle, load_tracks, measure_exploration, measure_posture
-from feeler.tracking.tracks import Tracks
+from feeler.tracking import compute_antenna_angle, load_tracks, measure_exploration, measure_posture, trackers
+from feeler.tracking.trackers import Found
+from feeler.tracking.tracks import Tracks, _doubt
 
 DATA = Path(__file__).parent / "data"
 NAMES = ("left_tip", "right_tip", "head", "abdomen")
@@ -223,3 +224,23 @@ def test_tracks_writes_table_figure_and_numbers(tmp_path):
                                     "left_tip,head,abdomen", "--out", tmp_path / "p")])  # fmt: skip
     assert said.exit_code == 0 and "49 of 50 frames whole" in said.output
     assert xr.open_dataset(tmp_path / "p/DLC_one.posture.nc", engine="h5netcdf").sizes["joint"] == 1
+
+
+def test_a_frame_as_sure_as_was_asked_for_counts_and_less_is_left_out_and_counted():
+    position = np.arange(12.0).reshape(3, 2, 2)
+    position[2, 1] = np.nan  # lost already: not doubted
+    likelihood = np.array([[0.6, 0.59], [0.61, 1.0], [0.0, 0.1]])
+    found, doubted = _doubt(Found(names=("a", "b"), position=position, likelihood=likelihood), 0.6)
+    np.testing.assert_array_equal(np.isnan(found[:, :, 0]), [[False, True], [False, False], [True, True]])
+    np.testing.assert_array_equal(found[1], position[1])
+    assert doubted == {"a": 1, "b": 1}
+
+
+@pytest.mark.parametrize("values", [np.zeros((4, 5)), np.zeros(6), np.zeros((4, 6, 1))])
+def test_a_table_whose_columns_are_not_those_named_is_refused(tmp_path, monkeypatch, values):
+    labels = [("scorer", "head", axis) for axis in ("x", "y", "likelihood")] * 2
+    about = {"kind": "DeepLabCut", "labels": labels}
+    monkeypatch.setattr(trackers, "open_guarded", lambda *_: (about, {"values": values, "frame": np.arange(4)}))
+    (tmp_path / "x.h5").write_bytes(b"")
+    with pytest.raises(InvalidInput, match=r"x\.h5: 6 columns are named, the table has shape"):
+        trackers._read_hdf5_file(tmp_path / "x.h5", None)
