@@ -66,7 +66,7 @@ def import_packages(names: list[str]) -> None:
 def _work(folder: Path, tests: list[str], seconds: dict[str, float] | None, limit: int, writer) -> None:
     os.setpgrp()
     os.chdir(folder)
-    sys.path.insert(0, str(folder / "src"))
+    sys.path[:0] = [str(folder / "src"), str(folder)]  # as `python -m pytest` has it
     sys.dont_write_bytecode = seconds is not None
     os.environ |= {"PYTHONPATH": str(folder / "src")} | ({"PYTHONDONTWRITEBYTECODE": "1"} if seconds else {})
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
