@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from feeler.decoding.link import frame_sample
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration_table, load_recording, save_calibration
@@ -67,6 +68,21 @@ def test_what_is_missing_is_held_and_counted():
     assert join(heard) == pytest.approx(expected, abs=1e-6)
     assert heard[-1][0]["missing"] == 3
     assert heard[-1][0]["damaged"] == 1
+
+
+def test_numbered_lines_are_read_as_the_sketch_sends_them():
+    rows, times = HALF * np.linspace(0, 1, 40)[:, None], 2.0 * np.arange(40)
+    lines = [b"3*00\n", *(frame_sample(k, times[k], rows[k]).encode() + b"\n" for k in range(40) if k not in (20, 21))]
+    lines[30] = lines[30].replace(b"*", b"1*")  # broken on the way, so it is lost too
+    lines.insert(35, lines[34])  # doubled
+    heard, _ = hear(lines)
+    lost = [20, 21, 31]
+    expected = rows.copy()
+    for k in lost:
+        expected[k] = expected[k - 1]
+    assert join(heard) == pytest.approx(expected, abs=1e-6)
+    assert heard[0][0]["interval"] == 2.0
+    assert [heard[-1][0][name] for name in ("missing", "damaged")] == [3, 1]
 
 
 def test_a_board_that_begins_anew_goes_on():

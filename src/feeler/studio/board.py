@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
+from feeler.decoding.link import Link
 from feeler.decoding.samples import open_serial, parse_sample, split_sample
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
@@ -111,27 +112,41 @@ def listen(
 
 def _read(lines: Iterable[bytes], n_channels: int) -> Iterator[tuple[float | None, np.ndarray] | None]:
     """Samples, and None for each line that is none; too many of those in a row are refused."""
-    bad = 0
+    bad, link = 0, Link(n_channels)
     for line in lines:
         if not line.strip() or line.lstrip().startswith(b"#"):
             continue
-        try:
-            time, values = parse_sample(line, n_channels)
-            if time is not None and not np.isfinite(time):
-                raise InvalidInput(f"a sample's time must be finite, got {line[:80]!r}.")
-        except InvalidInput:
-            bad += 1
-            if bad >= PATIENCE:
-                raise
-            yield None
-        else:
-            bad = 0
-            yield time, values
+        samples = _parse(line, n_channels, link)
+        bad = 0 if samples is not None else bad + 1
+        if bad >= PATIENCE:
+            raise InvalidInput(
+                f"{PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is {n_channels} numbers, the time "
+                "in ms before them, or a line as feeler's sketch sends it."
+            )
+        yield from [None] if samples is None else samples
+
+
+def _parse(line: bytes, n_channels: int, link: Link) -> list[tuple[float | None, np.ndarray]] | None:
+    """The samples that a line adds, those lost before it among them as NaN; None where it is damaged."""
+    if line.lstrip().startswith(b"$"):
+        broken = link.broken
+        samples = link.take(line.decode("utf-8", errors="replace"))
+        return [*samples] if link.broken == broken else None
+    try:
+        time, values = parse_sample(line, n_channels)
+    except InvalidInput:
+        return None
+    return [(time, values)] if time is None or np.isfinite(time) else None
+
+
+def _strip_frame(line: bytes) -> bytes:
+    """Time and values of a line, whether or not it is numbered and summed."""
+    return line.partition(b"*")[0].partition(b",")[2] if line.lstrip().startswith(b"$") else line
 
 
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
     """The antenna, or the robot, that has a sensor for each number of a line, or for each but the first, a time that rises."""
-    rows = [split_sample(line) for line in known if not line.startswith(b"#")]
+    rows = [split_sample(_strip_frame(line)) for line in known if not line.startswith(b"#")]
     if not rows:
         raise InvalidInput("the board is silent: nothing came for 2 s. Is it sending, and at this baud rate?")
     width = Counter(map(len, rows)).most_common(1)[0][0]

@@ -88,6 +88,7 @@ class Listener:
             self._beliefs += self._beliefs[-1:] * gap
         elif self._judge is not None:
             self._judge.restart()
+        self.missing += bool(np.isnan(angle).all())  # a sample that its board numbered, and that never came
         self._time, self._last = time, np.where(np.isnan(angle), self._last, angle)
         self._rows.append(self._last)
         if self._judge is not None:
