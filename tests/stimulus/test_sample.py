@@ -129,3 +129,26 @@ def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
     np.testing.assert_array_equal(grown.angle, tensors.angle)
     with pytest.raises(feeler.errors.StoreError, match=r"trials\.size\[1\]: 1\.0 → 0\.9"):
         feeler.touch(antennas, sample_trials(20, antenna=small, sizes=(0.5, 0.9)), **options)
+
+
+def test_a_part_of_a_part_says_which_of_the_touches_it_holds():
+    drawn = sample_trials(60, base={"x": (-0.1, 0.1), "turn": 0.01}, seed=2)
+    part = drawn[10:40:3][2:7:2]
+    assert (part.recipe["first"], part.recipe["step"]) == (16, 6)
+    assert [*part] == [drawn[16], drawn[22], drawn[28]]
+    assert (drawn[-5:].recipe["first"], drawn[-5:].recipe["step"]) == (55, 1)
+
+
+def test_a_touch_has_the_numbers_of_its_row():
+    drawn = sample_trials(40, base={"x": (-0.1, 0.1), "y": 0.05, "turn": (0.0, 0.01)}, seed=2)
+    for k in (0, 13, 39):
+        row, trial = {name: values[k] for name, values in drawn.columns.items()}, drawn[k]
+        assert trial.feature.kind == drawn.features[row["feature"]].kind and trial.feature.size == pytest.approx(
+            row["size"]
+        )
+        for name in ("location", "speed", "approach", "friction", "lead"):
+            assert getattr(trial, name) == row[name]
+        assert trial.side == ("right" if row["right"] else "left")
+        assert trial.base.velocity == (row["x"], row["y"]) == (row["x"], 0.05) and trial.base.turn == row["turn"]
+    assert {trial.side for trial in drawn} == {"left", "right"}
+    assert {trial.side for trial in sample_trials(20, sides=("left",))} == {"left"}
