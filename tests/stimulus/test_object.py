@@ -6,6 +6,7 @@ import pytest
 from feeler import Ball, BaseMotion, Box, Object, Outline, Trial, Triangle, presets
 from feeler.errors import InvalidInput
 from feeler.stimulus import make_object, make_objects, place
+from feeler.stimulus.object import check_clear
 
 ANTENNA = presets.cockroach()
 BALL = Ball(radius=1.0)
@@ -70,3 +71,17 @@ def test_objects_that_cannot_be_are_refused(objects, match):
 def test_bad_fields_are_named(fields, match):
     with pytest.raises(InvalidInput, match=match):
         Object(**({"feature": BALL, "place": (5, 5)} | fields))
+
+
+@pytest.mark.parametrize(
+    ("pose", "hit"), [(None, False), ((0.0, 0.0, 0.0), False), ((1.0, 0.0, 0.0), True), ((0.0, 20.0, np.pi / 2), True)]
+)
+def test_a_ball_beside_an_antenna_at_the_origin_is_clear_of_it_and_not_of_one_on_a_base_elsewhere(pose, hit):
+    """Its surface is 0.7 mm beside an antenna that stands along +y, 20 mm from the base."""
+    ball = Object(feature=BALL, place=(0.7, 20.0), forward=(-1.0, 0.0))
+    more = {} if pose is None else {"pose": pose}
+    if hit:
+        with pytest.raises(InvalidInput, match="starts inside the antenna"):
+            check_clear(ANTENNA, [ball], **more)
+    else:
+        check_clear(ANTENNA, [ball], **more)

@@ -191,3 +191,14 @@ def test_a_grown_box_stands_as_far_from_the_antenna_as_a_larger_one(w, h, r):
     grown = compute_clearance(points, radius, Box(half_width=w, half_height=h, rounding=r), *where)
     sharp = compute_clearance(points, radius, Box(half_width=w + r, half_height=h + r), *where)
     assert grown == pytest.approx(sharp, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_hook_is_no_crossing_line_however_small_and_a_bow_is_one_however_large(size):
+    hook = np.array([(0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)])
+    area = 0.5 * abs(np.sum(hook[:, 0] * np.roll(hook[:, 1], -1) - np.roll(hook[:, 0], -1) * hook[:, 1]))
+    parts = Outline(vertices=size * hook).parts
+    found = [0.5 * np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) for p in parts]
+    assert np.abs(found).sum() == pytest.approx(size**2 * area, rel=1e-9)
+    with pytest.raises(InvalidInput):
+        Outline(vertices=size * np.array([(0.0, 0.0), (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)]))
