@@ -14,7 +14,14 @@ from feeler.antenna.parse import AntennaFile, parse_antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-SPECIES = ("cricket", "stick-insect", "lobster", "whisker", "multi-legged")
+SPECIES = {
+    "cricket": "cricket.toml",
+    "stick-insect": "stick-insect.toml",
+    "lobster": "lobster.toml",
+    "whisker": "whisker.toml",
+    "multi-legged": "multi-legged.toml",
+}
+"""Files by name, each in full: a pattern would make every stage depend on every such file of the package."""
 
 
 @checked
@@ -26,7 +33,7 @@ def robot(**changes: Any) -> Antenna:
 
 
 def _read_species(name: str) -> AntennaFile:
-    file = f"{name}.toml"
+    file = SPECIES[name]
     return parse_antenna((files("feeler.antenna") / "species" / file).read_text(encoding="utf-8"), file)
 
 

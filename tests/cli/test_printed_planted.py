@@ -99,7 +99,7 @@ def test_calibrate_prints_each_animal_and_the_interval(monkeypatch):
     result = TraceFit(
         names=("p1", "p2"), animals=("a", "b"), each=np.array([[1.1, 0.9], [1.3, 0.7]]), p=np.array([1.2, 0.8]),
         low=np.array([1.05, 0.65]), high=np.array([1.35, 0.95]), residual=np.array([0.02, 0.04]),
-        simulated=np.zeros((2, 3)), interval="spread between animals",
+        simulated=np.zeros((2, 3)), interval="spread between animals", band=None, directions=None,
     )  # fmt: skip
     plant(monkeypatch, calibration, fit_traces=lambda *_, **__: result)
     said = run("calibrate", "--data", "synthetic_step")
