@@ -5,23 +5,14 @@ The cockroach's numbers stand in ``FACTS``; the others' in their files, as :func
 
 from collections.abc import Callable
 from functools import partial
-from importlib.resources import files
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
-from feeler.antenna.parse import AntennaFile, parse_antenna
+from feeler.antenna.parse import AntennaFile
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-
-SPECIES = {
-    "cricket": "cricket.toml",
-    "stick-insect": "stick-insect.toml",
-    "lobster": "lobster.toml",
-    "whisker": "whisker.toml",
-    "multi-legged": "multi-legged.toml",
-}
-"""Files by name, each in full: a pattern would make every stage depend on every such file of the package."""
 
 
 @checked
@@ -32,16 +23,11 @@ def robot(**changes: Any) -> Antenna:
     return make_robot(**changes)
 
 
-def _read_species(name: str) -> AntennaFile:
-    file = SPECIES[name]
-    return parse_antenna((files("feeler.antenna") / "species" / file).read_text(encoding="utf-8"), file)
-
-
 PRESETS: dict[str, Callable[[], Antenna]] = {
     **{name: partial(cockroach, name) for name in PROFILE_NAMES},
     "cockroach": cockroach,
     "robot": robot,
-    **{name: lambda name=name: _read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
+    **{name: lambda name=name: read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
 }
 
 
@@ -57,7 +43,7 @@ def make_preset(name: str) -> Antenna:
 def read_preset(name: str) -> AntennaFile:
     """A preset with the formulas and sources of its quantities, as ``save_antenna`` writes them."""
     antenna = make_preset(name)
-    return _read_species(name) if name in SPECIES else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
+    return read_species(name) if name in SPECIES else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
 
 
 __all__ = ["FACTS", "PRESETS", "SPECIES", "cockroach", "make_preset", "read_preset", "robot"]

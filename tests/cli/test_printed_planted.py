@@ -204,7 +204,7 @@ def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
 
 
 def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
-    from feeler.cli.robot import _decode
+    from feeler.cli.robot_live import _decode
 
     def state(word, since, probability, label=None):
         fields = {"state": word, "since_contact": since, "probability": probability, "label": label}

@@ -158,7 +158,11 @@ def test_costs_are_means_over_the_sets(ax):
     right = ax.figure.axes[1]
     np.testing.assert_allclose(read(ax.lines[0]), [[0.1, 2], [1, 3]])
     np.testing.assert_allclose(read(right.lines[0]), [[0.1, 0.2], [1, 0.3]])
-    assert (*name(ax), right.get_ylabel()) == ("speed [m/s]", "work of a touch [µJ]", "peak force [mN] (dashed)")
+    assert (*name(ax), right.get_ylabel()) == (
+        "speed [m/s]",
+        "work of a touch [µJ]",
+        "peak force [mN] (dashed, or hollow)",
+    )
 
 
 def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):

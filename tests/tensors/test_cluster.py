@@ -67,7 +67,8 @@ def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, wo
         run(store=tmp_path / "a.zarr")
 
 
-def test_the_verb_takes_a_cluster(client, tmp_path):
+@pytest.mark.parametrize(("address", "size"), [(None, 2), ("local:1", 1)])
+def test_the_verb_takes_a_cluster(client, tmp_path, address, size):
     places = [option for k in range(9) for option in ("--location", str(0.5 + 0.01 * k))]
     command = [
         "touch",
@@ -77,10 +78,10 @@ def test_the_verb_takes_a_cluster(client, tmp_path):
         "--store",
         str(tmp_path / "a.zarr"),
         "--cluster",
-        client.scheduler.address,
+        address or client.scheduler.address,
     ]
     said = CliRunner().invoke(app, command).output
-    assert "9 of 9 touches finished (a cluster of 2 workers with 2 threads)" in said
+    assert f"9 of 9 touches finished (a cluster of {size} workers with {size} threads)" in said
 
 
 @pytest.mark.parametrize("address", ["local:0", "local:many", "nowhere"])

@@ -2,11 +2,13 @@
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.active.compare import judge_energy, judge_steering
@@ -25,7 +27,7 @@ LEAD = (
     "the way to the object included. Intervals are 95 % over sets of touches that were drawn anew."
 )
 
-NEAR = 0.5, 4.0  # µJ, %: of policies nearer than this only one is named in the picture
+NEAR = 2.0, 4.0  # µJ, %, as large as a name: of policies nearer than this only one is named in the picture
 
 
 @checked
@@ -88,7 +90,6 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
     at_work, at_mean = work.isel(deadline=at).values, found["mean"].isel(deadline=at).values
     groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
-    named: list[tuple[float, float]] = []
     listed = {name for names in groups.values() for name in names}
     groups["own"] = tuple(str(name) for name in measured["policy"].values if name not in listed)
     for colour, (label, names) in zip(PALETTE, groups.items(), strict=False):
@@ -98,14 +99,21 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
                           alpha=0.75, label=label if k == 0 else None)  # fmt: skip
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
-            place = spent, float(last["mean"])
-            best = not np.any((at_work <= spent) & (at_mean > place[1]))  # none is better for less
-            if best and all(abs(spent - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named):
-                named.append(place)
-                right.annotate(name, place, fontsize=6, xytext=(3, -6), textcoords="offset points")
+    _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)
     right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]")
+
+
+def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Axes) -> None:
+    """Names beside the policies that none does better for less work, the best first, as far as there is room."""
+    named: list[tuple[float, float]] = []
+    for k in np.argsort(-right):
+        place = float(work[k]), float(right[k])
+        beaten = np.any((work <= place[0]) & (right > place[1]))
+        if not beaten and all(abs(place[0] - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named):
+            named.append(place)
+            ax.annotate(names[k], place, fontsize=6, xytext=(4, -8), textcoords="offset points")
 
 
 @checked

@@ -14,11 +14,12 @@ from feeler.calibration.identify import (
 )
 from feeler.calibration.onset import find_release, find_rest
 from feeler.calibration.optimise import METHODS, Minimum, search
-from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces, measure_trace
+from feeler.calibration.own import TraceFit, fit_traces, make_synthetic_traces
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.recording import Traces, load_traces, save_traces
 from feeler.calibration.targets import Target, Targets, load_targets, make_targets
+from feeler.calibration.trace import measure_trace
 
 __all__ = [
     "FAMILIES",

@@ -1,7 +1,23 @@
 """What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to tell apart."""
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
+
+Files = Annotated[list[Path], typer.Argument(help="CSV recordings: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad)")]
+Calibration = Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")]
+AntennaName = Annotated[str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")]
+Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm")]
+Numbers = Annotated[str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")]
+Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
+Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
+Out = Annotated[Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")]
+Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
+Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]
+Timestep = Annotated[float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")]
+Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
+Gaps = Annotated[str, typer.Option(help="gaps over 10 ms: refuse, bridge, keep")]
 
 
 def tell(**options: Any) -> dict[str, Any]:

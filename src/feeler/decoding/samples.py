@@ -45,25 +45,28 @@ def _decode(line: str | bytes) -> str:
     return line if isinstance(line, str) else line[: MAX_LINE + 1].decode("utf-8", errors="replace")
 
 
+def take_line(line: str | bytes, n_sensors: int, link: Link) -> list[tuple[float | None, np.ndarray]]:
+    """The samples that a line adds; one that begins with ``$`` is a board's, which ``link`` checks and counts."""
+    text = _decode(line)
+    return [*link.take(text)] if text.lstrip().startswith("$") else [parse_sample(text, n_sensors)]
+
+
 def read_samples(
     lines: Iterable[str | bytes], n_sensors: int, link: Link | None = None
 ) -> Iterator[tuple[float | None, np.ndarray]]:
     """Samples from lines; blank lines, ``#`` notes and one header line are passed over.
 
-    Lines that begin with ``$`` are a board's: ``link`` checks and counts them.
+    ``link`` counts what a board has lost, see :func:`take_line`.
     """
     first, link = True, link or Link(n_sensors)
     for line in lines:
         text = _decode(line)
         if not text.strip() or text.lstrip().startswith("#"):
             continue
-        if text.lstrip().startswith("$"):
-            first = False
-            yield from link.take(text)
-            continue
-        is_header, first = first and any(c.isalpha() for c in text.lower().replace("nan", "").replace("e", "")), False
+        words = not text.lstrip().startswith("$") and text.lower().replace("nan", "").replace("e", "")
+        is_header, first = first and any(c.isalpha() for c in words or ""), False
         if not is_header:
-            yield parse_sample(line, n_sensors)
+            yield from take_line(text, n_sensors, link)
 
 
 def read_lines(stream: BinaryIO) -> Iterator[bytes]:

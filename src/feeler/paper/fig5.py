@@ -184,12 +184,7 @@ def plot(data: Fig5Data, figure: Figure) -> None:
         for kind, above, below in zip(CODES, axes[0], axes[-1], strict=True):
             above.set_title(LABELS[kind], fontsize=7)
             below.set_xlabel("noise [%]", fontsize=7)
-        near = {
-            "ncols": 7,
-            "fontsize": 7,
-            "columnspacing": 1.0,
-            "handletextpad": 0.3,
-        }  # seven words must fit beside each other
+        near = {"ncols": 7, "fontsize": 7, "columnspacing": 1.0, "handletextpad": 0.3}  # seven words beside each other
         block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", **near)
 
 

@@ -20,6 +20,7 @@ from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial
+from feeler.tensors.posture import reconstruct_posture, spread_angles
 
 
 @checked
@@ -34,41 +35,50 @@ class _View:
     """A touch as it goes on: the antenna meets the feature in one axes while its tensor grows in the other."""
 
     def __init__(
-        self, antenna: Antenna, trial: Trial, tensors: xr.Dataset, norm: Normalize, axes: Sequence[Axes]
+        self, antenna: Antenna, trial: Trial | None, tensors: xr.Dataset, norm: Normalize, axes: Sequence[Axes]
     ) -> None:
-        self.trial, self.placement = trial, place(antenna, trial)
-        self.time, self.curvature = tensors["time"].values, tensors["curvature"].values[0]
-        self.points = antenna.shape(tensors["angle"].values[0].T)
-        above, below = axes
+        hinge, angle = tensors["segment"].values - 1, tensors["angle"].transpose("trial", "time", "sensor").values[0]
+        self.points = reconstruct_posture(tensors, antenna).values[0]
+        self.bend = spread_angles(angle, antenna, hinge) / antenna.segment_length
+        curvature = tensors["curvature"].transpose("trial", "sensor", "time").values[0]
+        self.time, self.tensor = tensors["time"].values, curvature[np.isin(hinge, antenna.sensors - 1)]
+        self.ax, below = axes
         reach = antenna.length
-        above.set(xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal")
-        self.ax, self.antenna = above, MovingAntenna(antenna, above, norm)
-        self.image = plot_tensor(self.curvature[antenna.sensors - 1], self.time, below, norm)
-        self.sensors = antenna.sensors - 1
-        self.patch: Patch = above.add_patch(Circle((0, 0)))
+        self.ax.set(xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal")
+        self.antenna, self.image = (
+            MovingAntenna(antenna, self.ax, norm),
+            plot_tensor(self.tensor, self.time, below, norm),
+        )
+        self.trial, self.placement = trial, None if trial is None else place(antenna, trial)
+        self.patch: Patch = self.ax.add_patch(Circle((0, 0), radius=0.0))
 
     def move(self, time: float) -> list[Artist]:
         """Artists changed to a time [ms]."""
         now = min(int(np.searchsorted(self.time, time - 1e-9)), len(self.time) - 1)
-        self.patch.remove()
-        origin = self.placement.origin + self.placement.velocity * self.time[now]
-        self.patch = self.ax.add_patch(make_patch(self.trial.shape, origin, self.placement.forward))
-        self.image.set_data(np.where(self.time <= self.time[now], self.curvature[self.sensors], np.nan))
-        return [self.image, self.patch, *self.antenna.move(self.points[now], self.curvature[:, now])]
+        if self.trial is not None and self.placement is not None:
+            self.patch.remove()
+            origin = self.placement.origin + self.placement.velocity * self.time[now]
+            self.patch = self.ax.add_patch(make_patch(self.trial.shape, origin, self.placement.forward))
+        self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
+        return [self.image, self.patch, *self.antenna.move(self.points[now], self.bend[now])]
 
 
 @checked
 def write_touch_movie(
-    antenna: Antenna, trial: Trial, tensors: xr.Dataset, path: Path, *, slower: float = SLOWER, fps: int = FPS
+    antenna: Antenna, trial: Trial | None, tensors: xr.Dataset, path: Path, *, slower: float = SLOWER, fps: int = FPS
 ) -> Path:
-    """Shape and feature left, growing tensor right; ``tensors`` holds one touch recorded at every hinge."""
+    """Shape and feature left, growing tensor right; ``tensors`` holds one touch.
+
+    What was recorded at the sensors alone is interpolated between them (``reconstruct_posture``); without a ``trial``, as of
+    a recording, no feature is drawn.
+    """
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
         norm = Normalize(0.0, max(float(tensors["curvature"].max()), 1e-9))
         view = _View(antenna, trial, tensors, norm, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
-        left.set_title(trial.label, fontsize=8)
+        left.set_title("" if trial is None else trial.label, fontsize=8)
         figure.colorbar(view.image, ax=right, label="curvature [1/mm]")
         return _write([view], path, figure, right.set_title("0 ms"), slower, fps)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.decoding.link import Link
-from feeler.decoding.samples import open_serial, parse_sample, split_sample
+from feeler.decoding.samples import open_serial, split_sample, take_line
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration
@@ -128,15 +128,13 @@ def _read(lines: Iterable[bytes], n_channels: int) -> Iterator[tuple[float | Non
 
 def _parse(line: bytes, n_channels: int, link: Link) -> list[tuple[float | None, np.ndarray]] | None:
     """The samples that a line adds, those lost before it among them as NaN; None where it is damaged."""
-    if line.lstrip().startswith(b"$"):
-        broken = link.broken
-        samples = link.take(line.decode("utf-8", errors="replace"))
-        return [*samples] if link.broken == broken else None
+    broken = link.broken
     try:
-        time, values = parse_sample(line, n_channels)
+        samples = take_line(line, n_channels, link)
     except InvalidInput:
         return None
-    return [(time, values)] if time is None or np.isfinite(time) else None
+    sound = link.broken == broken and all(time is None or np.isfinite(time) for time, _ in samples)
+    return samples if sound else None
 
 
 def _strip_frame(line: bytes) -> bytes:

@@ -13,7 +13,11 @@ from feeler.plotting.look import PALETTE, mark_places
 from feeler.tradeoff.best import average_sets, find_best
 
 TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
-MARKS = dict(zip(("relative", "common"), ("o", "s"), strict=True))
+MARKS: dict[str, dict[str, Any]] = {
+    "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
+    "common": {"marker": "s", "ms": 2.5},
+}
+"""Large and hollow, or small: both are seen where they coincide."""
 
 
 def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure) -> None:
@@ -30,7 +34,7 @@ def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str],
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
             plot_speeds(data, levels[kind], ax, color=colour, label=name)
         ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
-    axes[1, 0].legend()
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured))
     plot_costs(measured, axes[1, 2])
 
 
@@ -53,12 +57,11 @@ def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
         best = find_best(data, level)
         best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
         x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
-        ax.errorbar(x, y, [y - least, most - y], fmt=f"{MARKS[kind]}-", ms=3, lw=1, capsize=2,
-                    color=colour, label=f"noise {level}")  # fmt: skip
+        ax.errorbar(x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **MARKS[kind])
     ax.set(xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]")
     mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
-    ax.legend(loc="center right")
+    ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
 
 
 def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
@@ -80,5 +83,5 @@ def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
         right.plot(data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour)
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
     mark_places(ax.xaxis, data["speed"].values)
-    right.set_ylabel("peak force [mN] (dashed)")
+    right.set_ylabel("peak force [mN] (dashed, or hollow)")
     right.spines["right"].set_visible(True)

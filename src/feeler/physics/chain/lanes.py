@@ -198,16 +198,6 @@ def smaller(typing, a, b):
 
 
 @intrinsic
-def distance(typing, value):
-    """Absolute value."""
-
-    def emit(context, builder, sig, args):
-        return _call_llvm(builder, "fabs", args)
-
-    return value(value), emit
-
-
-@intrinsic
 def floor(typing, value):
     """Largest whole number not above."""
 

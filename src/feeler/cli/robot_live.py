@@ -1,0 +1,127 @@
+"""``feeler robot stream``, ``board`` and ``replay``: a robot while it touches."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from feeler.cli.robot_options import (
+    AntennaName,
+    Calibration,
+    Engine,
+    Numbers,
+    Objects,
+    Robot,
+    Speeds,
+    Timestep,
+    Workers,
+    make_touches,
+    require,
+    tell,
+)
+
+
+def stream(
+    source: Annotated[str, typer.Argument(help="CSV recording, - for standard input, or a serial port with --serial")],
+    antenna: AntennaName = "robot",
+    objects: Objects = None,
+    locations: Numbers = None,
+    speeds: Speeds = None,
+    calibration: Calibration = None,
+    serial: Annotated[bool, typer.Option("--serial", help="source is a serial port (extra: robot)")] = False,
+    threshold: Annotated[float, typer.Option(help="posterior at which the answer counts as decided")] = 0.9,
+    every: Annotated[int, typer.Option(help="print every so many samples after contact")] = 50,
+    engine: Engine = None,
+    timestep: Timestep = None,
+    workers: Workers = None,
+) -> None:
+    """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
+    from feeler.decoding.link import Link
+    from feeler.decoding.samples import open_serial, read_lines, read_samples
+    from feeler.errors import InvalidInput
+    from feeler.robot import load_calibration, load_recording, make_decoder
+    from feeler.robot.answer import name_notes
+
+    robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
+    calibration = calibration or robot.calibration
+    lines = None if calibration is None else load_calibration(calibration)
+    how = tell(engine=engine, timestep=timestep, workers=workers)
+    n = robot.antenna.sensors.size
+    recording = None if serial or source == "-" else load_recording(source, n_channels=n)
+    if lines is not None and lines.n_hinges != n:
+        raise InvalidInput(f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors.")
+    decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
+    if recording is None:
+        link = Link(decoder.n_sensors_)
+        arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
+        samples = read_samples(arriving, decoder.n_sensors_, link)
+    else:
+        samples = zip(recording.time, recording.values.T, strict=True)
+        if recording.quantity == "angle":
+            lines = None
+        else:
+            require(lines, source)
+    _decode(decoder.start(), samples, lines, every)
+    if recording is None and (wrong := link.describe()):
+        typer.echo(f"of the board's samples: {wrong}")
+    if recording is not None and (noted := name_notes(recording.labels)):
+        typer.echo(noted)
+
+
+def board(
+    file: Annotated[Path, typer.Argument(help="sketch to write")] = Path("board.ino"),
+    channels: Annotated[int, typer.Option(min=1, max=256, help="how many sensors it reads")] = 8,
+    rate: Annotated[int, typer.Option(min=1, max=2000, help="samples per second")] = 500,
+) -> None:
+    """Write an Arduino sketch that sends samples as `feeler robot stream --serial` reads them."""
+    from importlib.resources import files
+
+    from feeler.errors import InvalidInput
+
+    if file.exists():
+        raise InvalidInput(f"{file} exists already. Choose another name.")
+    text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
+    file.write_text(text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace("RATE = 500", f"RATE = {rate}"))
+    typer.echo(f"wrote {file}; put your converter into read_channel()")
+
+
+def replay(
+    recording: Annotated[Path, typer.Argument(help="CSV recording")],
+    antenna: AntennaName = "robot",
+    speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
+) -> None:
+    """Send a recording to standard output as a board would, as fast as it was recorded: a stand-in for hardware."""
+    import time
+
+    from feeler.decoding.link import frame_sample
+    from feeler.robot import load_recording
+
+    read = load_recording(recording, n_channels=Robot(antenna).antenna.sensors.size)
+    began = time.monotonic()
+    for number, (at, values) in enumerate(zip(read.time, read.values.T, strict=True)):
+        wait = began + (at - read.time[0]) * 1e-3 / speed - time.monotonic()
+        if wait > 0:
+            time.sleep(wait)
+        sys.stdout.write(frame_sample(number, at, values) + "\n")
+        sys.stdout.flush()
+
+
+def _decode(running, samples, lines, every: int) -> None:
+    from feeler.robot.answer import name_touch
+
+    last, state = "waiting", None
+    for time, values in samples:
+        angle = values if lines is None else lines.slope * values + lines.offset
+        state = running.update(angle, time)
+        changed = state.state != last
+        if changed or (state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"):
+            label = name_touch(state.label) if state.label else ""
+            typer.echo(f"{state.since_contact:6d} ms  {state.state:8} {state.probability:5.2f}  {label}")
+        last = state.state
+        if state.state == "over":
+            break
+    if state is None or state.since_contact < 0:
+        typer.echo("no contact")
+    elif running.missed:
+        typer.echo(f"{running.missed} samples were missing")
