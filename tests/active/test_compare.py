@@ -74,11 +74,12 @@ def test_a_budget_leaves_out_what_costs_more(comparison):
 def test_the_command_makes_its_page(tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text("def policy(known):\n    return 1.2 if known.time < 10 else 0.3\n")
-    asked = ["active", "--out", str(tmp_path / "out"), "--sets", "1", "--copies", "1", "--no-movie"]
+    asked = ["active", "--out", str(tmp_path / "out"), "--sets", "1", "--copies", "1", "--no-movie", "--json"]
     result = CliRunner().invoke(app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"])
     assert result.exit_code == 0, result.output
     assert "How to move" in (tmp_path / "out" / "active.html").read_text()
     found = json.loads((tmp_path / "out" / "active.json").read_text())
+    assert {name: item for name, item in json.loads(result.stdout).items() if name != "page"} == found
     assert found["coords"]["policy"]["data"] == ["fixed:1.2", f"{mine}:policy"]
 
 

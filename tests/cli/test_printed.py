@@ -1,5 +1,6 @@
 """What the verbs print is what the library computes, in the unit that stands beside it."""
 
+import json
 import re
 from importlib.resources import files
 
@@ -34,6 +35,10 @@ def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
     tensors = load(tmp_path / "tensor.nc")
     assert angle == pytest.approx(180 / np.pi * float(tensors["angle"].max()), rel=5e-3)
     assert curvature == pytest.approx(float(tensors["curvature"].max()), rel=5e-3)
+    found = json.loads(run("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path, "--json"))
+    assert found["peak_hinge_angle"] == np.degrees(float(tensors["angle"].max()))
+    assert found["peak_curvature"] == float(tensors["curvature"].max())
+    assert found["peak_force"] == 1e3 * np.linalg.norm(tensors["force"], axis=-1).max()
 
 
 def test_tracks_prints_degrees_per_second_and_centimetres_per_second():

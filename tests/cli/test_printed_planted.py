@@ -204,7 +204,7 @@ def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
 
 
 def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
-    from feeler.cli.robot_live import _decode
+    from feeler.cli.robot_live import _decode, _say_end, _say_state
 
     def state(word, since, probability, label=None):
         fields = {"state": word, "since_contact": since, "probability": probability, "label": label}
@@ -213,8 +213,9 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     states = iter(
         [state("waiting", -1, 0.0), state("touching", 0, 0.25, ("ball", 0.7, 0.3)), state("touching", 1, 0.5)]
     )
-    running = SimpleNamespace(update=lambda angle, time: next(states), missed=3)
-    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50)
+    running = SimpleNamespace(update=lambda angle, time: next(states))
+    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50, say=_say_state)
+    _say_end(True, 3, "", "")
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
     assert "3 samples were missing" in said

@@ -102,7 +102,7 @@ def test_a_second_look_at_the_final_draws_is_counted(made):
 
 
 def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
-    folder, _ = made
+    folder, found = made
     monkeypatch.setattr("feeler.cli.design._Watcher._draw", lambda *_: None)
     asked = ["design", str(folder / "task.toml"), "--out", str(folder / "out"), "--no-movie", "--workers", "1"]
     before = (folder / "out" / "journal.jsonl").stat().st_size
@@ -111,6 +111,8 @@ def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
     assert (folder / "out" / "journal.jsonl").stat().st_size == before  # nothing was simulated again
     page = (folder / "out" / "design.html").read_text()
     assert "Which antenna should I build?" in page and "data:image/png" in page
+    said = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).stdout)
+    assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(found.compare())
 
 
 def test_strips_are_as_stiff_as_the_hinges_and_can_be_cut():

@@ -1,5 +1,6 @@
 """Figures 6, S2 and S7 draw from their data alone and are marked for what they are; examples and commands work."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from typer.testing import CliRunner
 
 from feeler.errors import InvalidInput
 from feeler.paper import fig6, fig6_data, figS2, figS7
+from feeler.robot import load_calibration, load_recording, make_decoder
 from feeler.robot.examples import EXAMPLES, get_example
 from feeler.scale import SCALES
 from feeler.tracking import load_tracks
@@ -115,9 +117,22 @@ def test_conversion_gives_a_valid_set(run, tmp_path):
         assert dataset["source"].values.tolist() == ["surrogate"]
 
 
-def test_samples_from_standard_input(run):
+def test_a_stream_says_what_the_decoder_knows(run, monkeypatch):
+    """From a recording, and from standard input; in words, and as JSON."""
+    decoder = make_decoder()
+    monkeypatch.setattr("feeler.robot.make_decoder", lambda *_, **__: decoder)
     still = "\n".join(f"{t},0,0,0,0,0,0,0,0" for t in range(50))
     assert run("robot", "stream", "-", input=still).output.endswith("no contact\n")
+    said = run("robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json").stdout
+    *states, end = map(json.loads, said.splitlines())
+    recording = load_recording(EXAMPLES["recording"]).to_angles(load_calibration("calibration.json"))
+    known = {state.since_contact: state for state in decoder.replay(recording.values, recording.time)}
+    assert [s["since_contact"] for s in states] == [*range(0, max(known) + 1, 50)]
+    for said in states:
+        state = known[said["since_contact"]]
+        assert (said["state"], said["probability"]) == (state.state, state.probability)
+        assert tuple(said["label"].values()) == state.label
+    assert end == {"contact": True, "missing": 5, "lost": 0, "late": 0, "broken": 0, "truth": recording.labels}
 
 
 def test_errors_reach_the_caller(run):

@@ -120,10 +120,11 @@ def test_every_speed_has_its_matched_samples_on_the_grid():
 
 def test_the_verb_writes_page_picture_and_numbers(tmp_path):
     arguments = ["tradeoff", "--out", str(tmp_path), "--sets", "1", "--speed", "0.6", "--speed", "1.2"]
-    done = CliRunner().invoke(app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant"])
+    done = CliRunner().invoke(app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"])
     assert done.exit_code == 0, done.output
     assert {p.name for p in tmp_path.iterdir()} >= {f"tradeoff.{end}" for end in ("html", "png", "csv", "json")}
-    assert "constant" in json.loads((tmp_path / "tradeoff.json").read_text())
+    kept = json.loads((tmp_path / "tradeoff.json").read_text())
+    assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
     assert lines[0].startswith("antenna,speed,level,window,accuracy")
     assert len(lines) == 1 + 2 * 6 * len(list_windows(load_declared()))

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler active --out out/active
@@ -27,6 +29,7 @@ def active(
     copies: Annotated[int, typer.Option(min=1, help="how often each touch is felt")] = 4,
     movie: Annotated[bool, typer.Option(help="write a movie of the first and the last policy")] = True,
     log_json: Annotated[bool, typer.Option("--log-json", help="progress as JSON on stderr")] = False,
+    as_json: Json = False,
 ) -> None:
     """Policies against each other: accuracy of an ideal observer by deadline, work, and what steering gains."""
     from feeler.active import Observer, compare_policies, film_policy, load_contest, parse_policy, write_active
@@ -59,7 +62,11 @@ def active(
         f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise {comparison.noise:g} rad. "
     )
     conditions += ", ".join(f"{name} {version}" for name, version in list_versions().items())
-    typer.echo(f"page: {write_active(measured, comparison, out, tuple(films), conditions)}")
+    page = write_active(measured, comparison, out, tuple(films), conditions)
+    if as_json:
+        say_json({**measured.to_dict(), "page": page})
+    else:
+        typer.echo(f"page: {page}")
 
 
 def register(app: typer.Typer) -> None:

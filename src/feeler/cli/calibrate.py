@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
 EXAMPLES = """Examples:
 
@@ -54,7 +56,7 @@ def calibrate(
     session_start: Annotated[
         str, typer.Option(help="with --data and --out: when it was recorded, 2026-05-01T09:00:00+02:00; writes NWB too")
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own animals."""
     from feeler.cli.choose import choose_antenna
@@ -71,7 +73,6 @@ def calibrate(
 def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, as_json) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
     from feeler.cli.progress import ProgressBar
-    from feeler.report.section import to_json
 
     traces = load_traces(data, **read)
     hinges = make_hinges(profile, antenna)
@@ -79,7 +80,7 @@ def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, 
     with ProgressBar("animals") as progress:
         result = fit_traces(traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress)
     if as_json:
-        typer.echo(json.dumps(to_json(_make_plain(result, hinges))))
+        say_json(_make_plain(result, hinges))
     else:
         _tell_fit(traces, hinges, result, by, _explain(profile, antenna.name))
     if by == "trace" and result.residual.max() > BAD:
@@ -216,7 +217,7 @@ def _fit_targets(
     if as_json:
         measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
         parameters = dict(zip(found.names, map(float, found.p), strict=True))
-        typer.echo(json.dumps({"parameters": parameters, "measured": measured, "error": found.error}))
+        say_json({"parameters": parameters, "measured": measured, "error": found.error})
         return
     typer.echo(f"targets '{goal.name}' ({goal.status}); {profile}, {method}, {starts} start(s)")
     for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):

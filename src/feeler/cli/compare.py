@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler compare exponential constant
@@ -25,11 +27,9 @@ def compare(
         Path | None, typer.Option(help="TOML with a table [[object]] each; default: the paper's six")
     ] = None,
     speed: Annotated[float, typer.Option(help="m/s")] = 0.06,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
-    import json
-
     from feeler.cli.choose import choose_antenna
     from feeler.comparison import compare_antennas, write_comparison
     from feeler.errors import InvalidInput
@@ -68,7 +68,10 @@ def compare(
         f"{speed:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
     page = write_comparison(data, out, conditions)
-    typer.echo(json.dumps({**data.to_plain(), "page": str(page)}) if as_json else f"page: {page}")
+    if as_json:
+        say_json({**data.to_plain(), "page": page})
+    else:
+        typer.echo(f"page: {page}")
 
 
 def register(app: typer.Typer) -> None:

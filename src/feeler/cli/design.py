@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler design task.toml --new                      a commented task file to be edited
@@ -28,6 +30,7 @@ def design(
     cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler, or local")] = None,
     robot: Annotated[bool, typer.Option(help="the result as flexure hinges, and their tolerance")] = False,
     movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
+    as_json: Json = False,
 ) -> None:
     """Search the antennas that tell a task's touches apart best, and judge the best on touches nobody has looked at."""
     from feeler.cli.choose import choose_executor
@@ -48,10 +51,10 @@ def design(
     kept = say_what_stays(f"every simulated antenna is in {out / JOURNAL}")
     with choose_executor(workers, cluster) as executor, kept, _Watcher(plan, out) as watch:
         found = carry_out(plan, out, watch=watch, executor=executor)
-        _report(found, out, robot, movie, executor)
+        _report(found, out, robot, movie, executor, as_json)
 
 
-def _report(found, out: Path, robot: bool, movie: bool, executor) -> None:
+def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool) -> None:
     from feeler.design.making import measure_tolerance
     from feeler.design.page import write_design
     from feeler.provenance import list_versions
@@ -64,6 +67,9 @@ def _report(found, out: Path, robot: bool, movie: bool, executor) -> None:
         f"{task.level:g}; seeds of the draws {task.seeds}; timestep {task.timestep:g} ms. "
     ) + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
+    if as_json:
+        say_json({**found.to_plain(), "antenna": out / "antenna.toml", "page": page})
+        return
     typer.echo(
         f"final draws: {100 * found.final.errors:.1f} % wrong, the reference {100 * found.reference_final.errors:.1f} %: errors "
         f"avoided {100 * fewer:.0f} ± {100 * error:.0f} %"

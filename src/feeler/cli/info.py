@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler info set.zarr
@@ -16,17 +18,15 @@ EXAMPLES = """Examples:
 def info(
     files: Annotated[list[Path], typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file")],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in them is executed."""
-    import json
-
     from feeler.limits import Limits
     from feeler.tensors.inspect import describe_file
 
     found = {file: describe_file(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}
     if as_json:
-        typer.echo(json.dumps([{"file": str(file), "says": lines} for file, lines in found.items()]))
+        say_json([{"file": file, "says": lines} for file, lines in found.items()])
     for lines in [] if as_json else found.values():
         typer.echo("\n".join(lines))
 

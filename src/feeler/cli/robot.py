@@ -1,6 +1,5 @@
 """``feeler robot``: calibrate, check, convert, fit and classify the recordings of a robotic antenna."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +12,6 @@ from feeler.cli.robot_options import (
     Engine,
     Files,
     Gaps,
-    Json,
     Numbers,
     Objects,
     Out,
@@ -25,6 +23,7 @@ from feeler.cli.robot_options import (
     make_touches,
     tell,
 )
+from feeler.cli.say import Json, say_json
 
 EXAMPLES = """Examples:
 
@@ -88,13 +87,12 @@ def calibrate(
     as_json: Json = False,
 ) -> None:
     """Fit capacitance to angle, one line per hinge, and say how good it is."""
-    from feeler.report.section import to_json
     from feeler.robot import load_calibration_table, save_calibration
 
     calibration = load_calibration_table(table)
     save_calibration(calibration, out)
     if as_json:
-        typer.echo(json.dumps(to_json(vars(calibration))))
+        say_json(vars(calibration))
         return
     typer.echo(calibration.report())
     typer.echo(f"saved to {out}" + (f", robot {calibration.robot}" if calibration.robot else ""))
@@ -117,7 +115,7 @@ def check(
         rows = [
             {"file": p.name, **dict(zip(names, row, strict=True))} for p, row in zip(recordings, known, strict=True)
         ]
-        typer.echo(json.dumps(rows))
+        say_json(rows)
         return
     for path, recording in zip(recordings, read, strict=True):
         typer.echo(f"{path.name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
@@ -174,7 +172,7 @@ def fit(
     if as_json:
         factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
         rings = {"recording": vars(result.target), "model": vars(result.reached)}
-        typer.echo(json.dumps({**factors, **rings, "source": read.source}))
+        say_json({**factors, **rings, "source": read.source})
         return
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
@@ -219,7 +217,7 @@ def classify(
     answers = [judge_touch(classifier, values, one.labels) for values, one in zip(aligned, read, strict=True)]
     found = [{"file": path.name, **answer.to_plain()} for path, answer in zip(recordings, answers, strict=True)]
     if as_json:
-        typer.echo(json.dumps(found))
+        say_json(found)
     for path, answer in [] if as_json else zip(recordings, answers, strict=True):
         typer.echo(f"{path.name}: {answer}")
     if out is not None:
@@ -254,7 +252,7 @@ def gap(
     found = {name: {what: score.share(what) for what in score.correct} for name, score in scores.items()}
     contacts = next(iter(scores.values())).total
     if as_json:
-        typer.echo(json.dumps({"contacts": contacts, "robots": robots, "seed": seed, "shares": found}))
+        say_json({"contacts": contacts, "robots": robots, "seed": seed, "shares": found})
     for name, shares in [] if as_json else found.items():
         value, low, high = shares["all"]
         typer.echo(f"{name:20} {value:5.0%} read right ({low:.0%} to {high:.0%}); feature {shares['feature'][0]:.0%}")

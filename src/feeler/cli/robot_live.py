@@ -20,6 +20,7 @@ from feeler.cli.robot_options import (
     require,
     tell,
 )
+from feeler.cli.say import Json, say_json
 
 
 def stream(
@@ -35,6 +36,7 @@ def stream(
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
+    as_json: Json = False,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
     from feeler.decoding.link import Link
@@ -52,21 +54,25 @@ def stream(
     if lines is not None and lines.n_hinges != n:
         raise InvalidInput(f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors.")
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
+    link = Link(n)
     if recording is None:
-        link = Link(decoder.n_sensors_)
         arriving = open_serial(source) if serial else read_lines(sys.stdin.buffer)
-        samples = read_samples(arriving, decoder.n_sensors_, link)
+        samples = read_samples(arriving, n, link)
     else:
         samples = zip(recording.time, recording.values.T, strict=True)
         if recording.quantity == "angle":
             lines = None
         else:
             require(lines, source)
-    _decode(decoder.start(), samples, lines, every)
-    if recording is None and (wrong := link.describe()):
-        typer.echo(f"of the board's samples: {wrong}")
-    if recording is not None and (noted := name_notes(recording.labels)):
-        typer.echo(noted)
+    running = decoder.start()
+    state = _decode(running, samples, lines, every, say_json if as_json else _say_state)
+    contact = state is not None and state.since_contact >= 0
+    labels = None if recording is None else recording.labels
+    if as_json:
+        sent = {"lost": link.lost, "late": link.late, "broken": link.broken, "truth": labels}
+        say_json({"contact": contact, "missing": running.missed, **sent})
+    else:
+        _say_end(contact, running.missed, link.describe(), name_notes(labels or {}))
 
 
 def board(
@@ -107,21 +113,38 @@ def replay(
         sys.stdout.flush()
 
 
-def _decode(running, samples, lines, every: int) -> None:
-    from feeler.robot.answer import name_touch
+def _decode(running, samples, lines, every: int, say):
+    """The last state; ``say`` is given each change, and every so many samples after contact."""
+    from feeler.robot.answer import describe_touch
 
     last, state = "waiting", None
     for time, values in samples:
         angle = values if lines is None else lines.slope * values + lines.offset
         state = running.update(angle, time)
-        changed = state.state != last
-        if changed or (state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"):
-            label = name_touch(state.label) if state.label else ""
-            typer.echo(f"{state.since_contact:6d} ms  {state.state:8} {state.probability:5.2f}  {label}")
+        if state.state != last or (
+            state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"
+        ):
+            known = {"since_contact": state.since_contact, "state": state.state, "probability": state.probability}
+            say({**known, "label": describe_touch(state.label) if state.label else None})
         last = state.state
         if state.state == "over":
             break
-    if state is None or state.since_contact < 0:
+    return state
+
+
+def _say_state(known) -> None:
+    from feeler.robot.answer import name_touch
+
+    label = name_touch(tuple(known["label"].values())) if known["label"] else ""
+    typer.echo(f"{known['since_contact']:6d} ms  {known['state']:8} {known['probability']:5.2f}  {label}")
+
+
+def _say_end(contact: bool, missed: int, wrong: str, noted: str) -> None:
+    if not contact:
         typer.echo("no contact")
-    elif running.missed:
-        typer.echo(f"{running.missed} samples were missing")
+    elif missed:
+        typer.echo(f"{missed} samples were missing")
+    if wrong:
+        typer.echo(f"of the board's samples: {wrong}")
+    if noted:
+        typer.echo(noted)

@@ -11,7 +11,6 @@ AntennaName = Annotated[str, typer.Option("--antenna", help="robot file (feeler 
 Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm")]
 Numbers = Annotated[str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")]
 Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
-Json = Annotated[bool, typer.Option("--json", help="print JSON in place of words")]
 Out = Annotated[Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")]
 Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
 Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler touch --feature ball --size 1.53 --location 0.5 --speed 0.6
@@ -59,6 +61,7 @@ def touch(
         typer.Option(help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"),
     ] = None,
     log_json: Annotated[bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")] = False,
+    as_json: Json = False,
 ) -> None:
     """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many times into a store."""
     import feeler
@@ -86,14 +89,15 @@ def touch(
             processes,
             cluster,
             log_json,
+            as_json,
         )
     elif len(trials) > 1:
         raise InvalidInput(f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one.")
     else:
-        _show(chosen, trials[0], duration, options, out, movie)
+        _show(chosen, trials[0], duration, options, out, movie, as_json)
 
 
-def _fill(store, antenna, trials, options, workers, processes, cluster: str | None, log_json: bool) -> None:
+def _fill(store, antenna, trials, options, workers, processes, cluster: str | None, log_json: bool, as_json) -> None:
     """Simulate what the store lacks, and say what it then holds."""
     import feeler
     from feeler.cli.choose import choose_executor
@@ -104,10 +108,14 @@ def _fill(store, antenna, trials, options, workers, processes, cluster: str | No
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
         with ProgressBar("touches", log_json=log_json) as progress, say_what_stays(f"finished touches are in {store}"):
             tensors = feeler.touch(antenna, trials, store=store, executor=executor, progress=progress, **options)
-        typer.echo(f"{store}: {tensors.sizes['trial']} of {len(trials)} touches finished ({executor.describe()})")
+        finished = tensors.sizes["trial"]
+        if as_json:
+            say_json({"store": store, "finished": finished, "touches": len(trials)})
+        else:
+            typer.echo(f"{store}: {finished} of {len(trials)} touches finished ({executor.describe()})")
 
 
-def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> None:
+def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_json: bool) -> None:
     """One touch as tensor, picture and movie."""
     import numpy as np
     from matplotlib.figure import Figure
@@ -143,6 +151,11 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool) -> N
     facts = [["peak hinge angle [°]", peak], ["peak curvature [1/mm]", curvature], ["peak force [mN]", force]]
     section.table(["of this touch", ""], [*facts, ["timestep [ms]", tensors.attrs["timestep"]]])
     write_page(out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section)
+    if as_json:
+        known = {"peak_hinge_angle": peak, "peak_curvature": curvature, "peak_force": force}
+        units = dict(zip(known, ("deg", "1/mm", "mN"), strict=True))
+        say_json({"touch": trial.label, **known, "units": units, "page": out / "touch.html"})
+        return
     typer.echo(f"{trial.label}: peak hinge angle {peak:.3g}°, peak curvature {curvature:.3g} /mm")
     typer.echo(f"wrote {out}/touch.html, tensor.nc, tensor.png, tensor.svg, tensor.pdf{', movie.mp4' if movie else ''}")
 

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from feeler.cli.say import Json, say_json
+
 HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
 EXAMPLES = """Examples:
 
@@ -46,7 +48,7 @@ def tracks(
     out: Annotated[
         Path | None, typer.Option(help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a flagellum's posture."""
     from feeler.tracking import load_tracks, measure_exploration
@@ -66,7 +68,7 @@ def tracks(
     ]
     trials = trials if scale is None else [trial.scaled(scale) for trial in trials]
     if points:
-        _measure_posture(files, trials, points, out)
+        _measure_posture(files, trials, points, out, as_json)
         return
     head, abdomen = _pair("--body", body)
     given = {"tips": _pair("--tips", tips), "bases": _pair("--bases", bases) if bases else None}
@@ -78,7 +80,10 @@ def tracks(
         landmarks={**given, "head": head, "abdomen": abdomen},
     )
     found = _describe(files, trials, result)
-    typer.echo(json.dumps(found) if as_json else _write_words(found))
+    if as_json:
+        say_json(found)
+    else:
+        typer.echo(_write_words(found))
     if out is not None:
         _save(out, files, trials, result, found)
 
@@ -191,28 +196,40 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
-def _measure_posture(files: list[Path], trials: list, points: str, out: Path | None) -> None:
+def _measure_posture(files: list[Path], trials: list, points: str, out: Path | None, as_json: bool) -> None:
     """Say how a flagellum bends, and keep it as netCDF."""
     from feeler.tracking import measure_posture
 
+    found: list[dict[str, Any]] = []
     for file, trial in zip(files, trials, strict=True):
         posture = measure_posture(trial, _split(points) or ())
-        unit = posture.position.attrs["units"]
-        seen = int(np.isfinite(posture.bend).all("joint").sum())
-        largest = ", ".join(
-            f"{name} {value:.1f}°"
-            for name, value in zip(
-                posture.joint.values, np.rad2deg(np.abs(posture.bend).max("time")).values, strict=True
+        found.append(_describe_posture(file, trial, posture))
+        if not as_json:
+            one = found[-1]
+            largest = ", ".join(f"{name} {value:.1f}°" for name, value in one["largest_bend"].items())
+            typer.echo(
+                f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']} of {one['frames']} frames "
+                f"whole; largest bend {largest}"
             )
-        )
-        typer.echo(
-            f"{file.name}: {float(posture.piece_length.sum()):.4g} {unit} long, {seen} of {trial.n_frames} frames whole; "
-            f"largest bend {largest}"
-        )
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
             posture.to_netcdf(out / f"{file.stem}.posture.nc", engine="h5netcdf")
             typer.echo(f"wrote {out}/{file.stem}.posture.nc", err=True)
+    if as_json:
+        say_json(found)
+
+
+def _describe_posture(file: Path, trial: Any, posture: Any) -> dict[str, Any]:
+    """All that is said of a flagellum; bends in degrees."""
+    largest = np.rad2deg(np.abs(posture.bend).max("time")).values
+    return {
+        "file": file.name,
+        "length": float(posture.piece_length.sum()),
+        "frames": trial.n_frames,
+        "whole": int(np.isfinite(posture.bend).all("joint").sum()),
+        "largest_bend": dict(zip(map(str, posture.joint.values), map(float, largest), strict=True)),
+        "units": {"length": posture.position.attrs["units"], "largest_bend": "deg"},
+    }
 
 
 def _split(text: str) -> tuple[str, ...] | None:

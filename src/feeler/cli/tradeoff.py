@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler tradeoff --out out/tradeoff
@@ -24,6 +26,7 @@ def tradeoff(
     ] = None,
     sets: Annotated[int | None, typer.Option(min=1, help="how often the touches are drawn anew")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
+    as_json: Json = False,
 ) -> None:
     """Accuracy, bits, work and force of touches at six speeds, by time, distance and samples since contact."""
     from feeler.cli.choose import choose_antenna
@@ -47,7 +50,11 @@ def tradeoff(
         f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, {declared.sets} sets, seed "
         f"{declared.seed}. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
     )
-    typer.echo(f"page: {write_tradeoff(measured, declared, out, conditions)}")
+    page = write_tradeoff(measured, declared, out, conditions)
+    if as_json:
+        say_json({"antennas": {name: found.to_dict() for name, found in measured.items()}, "page": page})
+    else:
+        typer.echo(f"page: {page}")
 
 
 def register(app: typer.Typer) -> None:

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from feeler.cli.say import Json, say_json
+
 EXAMPLES = """Examples:
 
   feeler validate set.zarr
@@ -16,19 +18,15 @@ EXAMPLES = """Examples:
 def validate(
     files: Annotated[list[Path], typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file")],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Check files against the data contract, checksums included; exit code 1 if anything is wrong."""
-    import json
-
     from feeler.limits import Limits
     from feeler.tensors.inspect import find_problems
 
     found = {file: find_problems(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}
     if as_json:
-        typer.echo(
-            json.dumps([{"file": str(f), "valid": not problems, "problems": problems} for f, problems in found.items()])
-        )
+        say_json([{"file": f, "valid": not problems, "problems": problems} for f, problems in found.items()])
     for file, problems in [] if as_json else found.items():
         typer.echo(f"{file}: {'valid' if not problems else f'{len(problems)} problem(s)'}")
         for problem in problems:

@@ -1,10 +1,11 @@
 """``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run along one."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from feeler.cli.say import Json, say_json
 
 EXAMPLES = """Examples:
 
@@ -30,14 +31,13 @@ def wall(
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
     out: Annotated[Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
     import numpy as np
 
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
-    from feeler.report.section import to_json
     from feeler.wall import Posture, approach, map_distance
 
     if not near <= far:
@@ -48,7 +48,7 @@ def wall(
     sweeps = {Path(name).stem: approach(choose_antenna(name), posture, distances) for name in names}
     maps = {name: map_distance(sweep) for name, sweep in sweeps.items()}
     if as_json:
-        typer.echo(json.dumps({name: to_json(_make_plain(sweeps[name], found)) for name, found in maps.items()}))
+        say_json({name: _make_plain(sweeps[name], found) for name, found in maps.items()})
     else:
         _tell(sweeps, maps)
     if out is not None:
@@ -114,11 +114,10 @@ def follow(
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
     friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
     oracle: Annotated[bool, typer.Option(help="steer by the true distance instead")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print JSON in place of words")] = False,
+    as_json: Json = False,
 ) -> None:
     """Run a body along a wall with one turn, steered by its antenna."""
     from feeler.cli.choose import choose_antenna
-    from feeler.report.section import to_json
     from feeler.wall import FOLLOWING, Controller, follow, make_turn
 
     run = follow(
@@ -132,9 +131,7 @@ def follow(
     if as_json:
         known = {name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")}
         known |= {"duration": run.time[-1], "r2": None if run.map is None else run.map.r2}
-        typer.echo(
-            json.dumps({**{name: to_json(value) for name, value in known.items()}, "units": {"time": "ms", "*": "mm"}})
-        )
+        say_json({**known, "units": {"time": "ms", "*": "mm"}})
         return
     end = "ran into the wall" if run.collided else "passed"
     words = (

@@ -60,6 +60,22 @@ class DesignOutcome:
         error = touches.std(ddof=1) / np.sqrt(touches.size) if touches.size > 1 else np.nan
         return float(touches.mean() / other.errors), float(error / other.errors)
 
+    def to_plain(self) -> dict[str, Any]:
+        """As JSON: scores, and what each start came to."""
+        return {
+            "looks": self.looks,
+            "fewer_errors": self.compare(),
+            "final": _describe(self.final),
+            "reference_final": _describe(self.reference_final),
+            "reference_test": _describe(self.reference_test),
+            "ends": [
+                {"x": end.best.x.tolist(), "speed": end.design.speed, "counts": end.counts, "seconds": end.seconds}
+                | {"history": end.history, "optimiser_bits": end.best.bits, "test": _describe(test)}
+                for end, test in zip(self.ends, self.tests, strict=True)
+            ],
+            "names": self.plan.space.names,
+        }
+
 
 @checked
 def carry_out(
@@ -113,20 +129,7 @@ def _keep(found: DesignOutcome, out: Path) -> None:
     note = f"designed: {found.final.bits:.4g} bits on final draws, the reference {found.reference_final.bits:.4g}"
     sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
     save_antenna(found.best, out / "antenna.toml", sources)
-    data = {
-        "looks": found.looks,
-        "fewer_errors": found.compare(),
-        "final": _describe(found.final),
-        "reference_final": _describe(found.reference_final),
-        "reference_test": _describe(found.reference_test),
-        "ends": [
-            {"x": end.best.x.tolist(), "speed": end.design.speed, "counts": end.counts, "seconds": end.seconds}
-            | {"history": end.history, "optimiser_bits": end.best.bits, "test": _describe(test)}
-            for end, test in zip(found.ends, found.tests, strict=True)
-        ],
-        "names": found.plan.space.names,
-    }
-    (out / "design.json").write_text(json.dumps(data, indent=1, sort_keys=True), encoding="utf-8")
+    (out / "design.json").write_text(json.dumps(found.to_plain(), indent=1, sort_keys=True), encoding="utf-8")
 
 
 def _describe(one: Score) -> dict[str, Any]:

@@ -44,9 +44,9 @@ class Answer:
     def to_plain(self) -> dict[str, Any]:
         """As JSON; None stands where there was no contact."""
         plain = {
-            "label": _plain(self.label),
+            "label": describe_touch(self.label),
             "probability": None if np.isnan(self.probability) else self.probability,
-            "runner_up": None if self.runner_up is None else _plain(self.runner_up),
+            "runner_up": None if self.runner_up is None else describe_touch(self.runner_up),
             "runner_up_probability": None if self.runner_up is None else self.runner_up_probability,
         }
         return {**plain, "truth": self.truth, "right": self.right, "known": self.known}
@@ -88,6 +88,7 @@ def _agree(found: str | float, noted: str | float) -> bool:
     return bool(np.isclose(found, noted, rtol=1e-6))
 
 
-def _plain(label: Label) -> dict[str, str | float | None]:
+def describe_touch(label: Label) -> dict[str, str | float | None]:
+    """A label as JSON."""
     feature, location, speed = (None if value != value else value for value in label)
     return {"feature": feature, "location": location, "speed": speed}
