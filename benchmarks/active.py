@@ -4,7 +4,7 @@ python benchmarks/active.py compare     # every policy and set that the journal 
 python benchmarks/active.py speed       # steps of 64 environments per second of one core
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
-python benchmarks/active.py learn       # recurrent PPO; needs decode, and sb3-contrib
+python benchmarks/active.py learn judge # recurrent PPO, which needs sb3-contrib, and what it learned
 python benchmarks/active.py walls       # wall following as a closed loop
 python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the others write their own parts
 """
@@ -139,36 +139,53 @@ def decode() -> None:
 
 
 def learn() -> None:
-    """Recurrent PPO on what the decoder believes, each seed once; against fixed speeds with the same decoder."""
-    from feeler.active import RecurrentDecoder, TouchTask
-    from feeler.active.training import make_learned, measure_deciders, save_policy, train_policy
+    """Recurrent PPO on what the observer believes, each seed that has no weights yet."""
+    from feeler.active.learned import find_weights
+    from feeler.active.practice import Practice
+    from feeler.active.training import save_policy, train_policy
 
     comparison = load_contest()
-    asked = comparison.learning
-    task = TouchTask(noise=comparison.noise, duration=comparison.duration, seed=comparison.seed)
-    decoder = RecurrentDecoder.load(HERE / "active_decoder.safetensors", task)
-    found = json.loads(RESULTS.read_text()).get("learning", {})
-
-    def measure(name: str, choose) -> None:
-        right, reward = measure_deciders(task, decoder, choose, comparison.deadlines, n=asked["test"])
-        half = 1.96 * right.std(axis=0) / np.sqrt(len(right))
-        found[name] = {"accuracy": right.mean(axis=0), "half": half, "reward": reward.mean()}
-        keep(learning=found)
-        print(name, right.mean(axis=0).round(3), round(reward.mean(), 3), flush=True)
-
-    for seed in asked["seeds"]:
-        if f"learned:{seed}" not in found:
+    asked, antenna = dict(comparison.learning), cockroach()
+    seeds, first, n = (asked.pop(name) for name in ("seeds", "first", "practices"))
+    practices = [Practice(comparison.make_task(antenna, first + k)) for k in range(n)]
+    for seed in seeds:
+        if not find_weights(seed).is_file():
             began = time.process_time()
-            model = train_policy(task, decoder, steps=asked["steps"], lanes=asked["lanes"], seed=seed)
-            save_policy(model, HERE / f"active_policy{seed}.safetensors", {"seed": seed, **asked})
-            print(f"trained in {time.process_time() - began:.0f} s CPU", flush=True)
-            measure(f"learned:{seed}", make_learned(model))
-    for speed in (0.12, 0.3, 0.6, 1.2):
-        if f"fixed:{speed}" not in found:
-            measure(f"fixed:{speed}", lambda seen, _, speed=speed: np.full(len(seen), speed / task.max_speed))
-    if "random" not in found:
-        rng = np.random.default_rng(0)
-        measure("random", lambda seen, _: rng.uniform(-1, 1, len(seen)))
+            model = train_policy(practices, comparison.deadlines, seed=seed, **asked)
+            save_policy(model, find_weights(seed), {"seed": seed, **comparison.learning})
+            keep_learned(f"seed {seed}", seconds=time.process_time() - began)
+
+
+def keep_learned(name: str, **values: object) -> None:
+    """Add to what is kept of the learned policy."""
+    found = json.loads(RESULTS.read_text()).get("learning", {})
+    keep(learning=found | {name: found.get(name, {}) | values})
+    print(name, values, flush=True)
+
+
+def judge() -> None:
+    """The learned policies under the exact observer, on the sets that policies are judged on; and practice against it."""
+    from feeler.active import Observer, make_learned, parse_policy
+    from feeler.active.practice import Practice, practise
+
+    comparison, antenna = load_contest(), cockroach()
+    for number in range(1, comparison.sets, 2):
+        task = comparison.make_task(antenna, number)
+        observer, practice = Observer(task, period=comparison.period, random_state=number), Practice(task)
+        found = json.loads(RESULTS.read_text())["learning"]
+        if f"practice {number}" not in found:
+            names = [*comparison.fixed, *comparison.steered]
+            right = {n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines] for n in names}
+            keep_learned(f"practice {number}", **right)
+        for deadline in comparison.deadlines:
+            for seed in comparison.learning["seeds"]:
+                name = f"seed {seed} set {number}"
+                if f"{deadline:g}" in found.get(name, {}):
+                    continue
+                episodes = observer.run(make_learned(seed, deadline), comparison.copies, deadline)
+                last = {"accuracy": episodes.accuracy[-1], "hits": episodes.hits[-1], "work": episodes.work[-1].mean()}
+                last["speed"] = episodes.speed[1:].mean(axis=1)
+                keep_learned(name, **{f"{deadline:g}": last})
 
 
 def walls() -> None:
@@ -202,5 +219,5 @@ def walls() -> None:
 
 
 if __name__ == "__main__":
-    for word in sys.argv[1:] or ["compare", "speed", "places", "decode", "learn", "walls", "write"]:
+    for word in sys.argv[1:] or ["compare", "speed", "places", "decode", "learn", "judge", "walls", "write"]:
         globals()[word]()

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from feeler.active import compare_policies, judge_energy, judge_steering, load_contest
+from feeler.active import compare_policies, judge_energy, judge_learned, judge_steering, load_contest
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
@@ -62,6 +62,17 @@ def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
     found = judge_steering(sure, comparison).sel(deadline=20.0)
     assert float(found["gain"]) == pytest.approx(10.5)
     assert bool(found["pays"]) == (10.5 - float(found["half"]) > 0)
+
+
+def test_what_was_learned_is_held_against_who_was_chosen_on_other_sets(comparison):
+    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.4, 0.9, 0.5], [0.6, 0.6, 0.6, 0.6]])
+    seeds = np.array([[0.7, 0.8], [0.6, 0.7]])[:, :, None] * np.ones(2)
+    learned = xr.Dataset({"accuracy": (("seed", "set", "deadline"), seeds)}, {"set": [1, 3], "deadline": [10.0, 20.0]})
+    found = judge_learned(learned, measured, comparison).sel(deadline=20.0)
+    assert [float(found[name]) for name in ("learned", "least", "most")] == pytest.approx([70, 65, 75])
+    assert float(found["fixed_gain"]) == pytest.approx(15)  # 65 - 50 on set 1, 75 - 60 on set 3
+    assert float(found["fixed_half"]) == pytest.approx(0, abs=1e-9)
+    assert float(found["steered_gain"]) == pytest.approx(25)
 
 
 def test_a_budget_leaves_out_what_costs_more(comparison):

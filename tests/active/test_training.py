@@ -1,47 +1,77 @@
-"""A little training already does better than chance moves."""
+"""A little training already does better than chance moves; practice is the observer where speed stays; weights move bodies."""
 
 import numpy as np
 import pytest
 
 import feeler
-from feeler.active import RecurrentDecoder, TouchTask, record_episodes
-from feeler.active.training import Deciders, make_learned, measure_deciders, save_policy, train_policy
-from feeler.tensors.models import read_model
+from feeler.active import Observer, TouchTask, parse_policy
+from feeler.active.learned import KIND, VERSION, make_actor, see
+from feeler.active.practice import STEP, Practice, Practised, practise
+from feeler.errors import InvalidInput
+from feeler.tensors.models import load_model
 
-pytest.importorskip("sb3_contrib")
 OBJECTS = [feeler.Ball(radius=1.0), feeler.Box(half_width=4.0, half_height=4.0)]
+DEADLINE = 30.0
 
 
 @pytest.fixture(scope="module")
-def task():
-    return TouchTask(features=OBJECTS, pool=64, gap=(4.0, 6.0), locations=0.7, duration=30.0, noise=0.01)
+def practice():
+    task = TouchTask(features=OBJECTS, pool=8, gap=(4.0, 8.0), locations=0.7, duration=DEADLINE, noise=0.03, seed=1)
+    return Practice(task)
 
 
 @pytest.fixture(scope="module")
-def decoder(task):
-    return RecurrentDecoder(task, hidden=16).fit(record_episodes(task, 192, seed=1), passes=12)
+def model(practice):
+    pytest.importorskip("sb3_contrib")
+    from feeler.active.training import train_policy
+
+    return train_policy([practice], [DEADLINE], steps=768, groups=8, rollout=12, rate=3e-3)
 
 
-def test_a_little_training_does_better_than_chance_moves(task, decoder, tmp_path):
-    """Chance moves go back and forth and seldom reach the object: what there is to learn is to go ahead."""
-    rng = np.random.default_rng(0)
-    model = train_policy(task, decoder, steps=1152, lanes=32)
-    _, learned = measure_deciders(task, decoder, make_learned(model), [30.0], n=64)
-    _, chance = measure_deciders(task, decoder, lambda seen, begun: rng.uniform(-1, 1, len(seen)), [30.0], n=64)
-    assert learned.mean() > chance.mean()
-    save_policy(model, tmp_path / "policy.safetensors", {"steps": 1152})
-    assert read_model(tmp_path / "policy.safetensors").kind == "RecurrentPPO"
+def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(practice, model):
+    from feeler.active.training import make_trained
+
+    observer, rng = Observer(practice.task, period=5.0), np.random.default_rng(0)
+    learned = observer.run(make_trained(model, DEADLINE), copies=4).accuracy[-1]
+    chance = observer.run(lambda known: rng.choice(observer.menu, len(known.way)), copies=1).accuracy[-1]
+    assert learned > chance + 0.05
 
 
-def test_who_stands_still_earns_nothing_to_speak_of(task, decoder):
-    _, still = measure_deciders(task, decoder, lambda seen, begun: np.zeros(len(seen)), [30.0], n=32)
-    _, ahead = measure_deciders(task, decoder, lambda seen, begun: np.full(len(seen), 0.5), [30.0], n=32)
-    assert still.mean() < 0.05 < ahead.mean()
+def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path):
+    from feeler.active.training import save_policy
+
+    save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
+    stored = load_model(tmp_path / "policy.safetensors", kind=KIND, version=VERSION)
+    assert stored.settings["steps"] == 768
+    policy, state = make_actor(stored.arrays, DEADLINE), None
+    bodies = Practised(practice, DEADLINE, np.random.default_rng(0))
+    while bodies.known.left > 0:
+        begun = np.full(8, bodies.known.time == 0)
+        action, state = model.predict(see(bodies.known, DEADLINE), state, begun, deterministic=True)
+        chosen = policy(bodies.known)
+        np.testing.assert_array_equal(chosen, Observer(practice.task).menu[action])
+        bodies.step(chosen)
 
 
-def test_deciders_draw_by_their_seed(task, decoder):
-    one, two = Deciders(task, decoder, 2, seed=3), Deciders(task, decoder, 2, seed=3)
-    for _ in range(3):
-        (seen, reward, _), (other, same, _) = one.step(np.ones(2)), two.step(np.ones(2))
-    np.testing.assert_array_equal(seen, other)
-    np.testing.assert_array_equal(reward, same)
+def test_practice_is_the_observer_where_speed_stays(practice):
+    """At one speed nothing is left out but that places are rounded: what is felt is the observer's, and so is the accuracy."""
+    observer, row, felt = Observer(practice.task), int(np.flatnonzero(practice.speeds == 0.3)[0]), []
+    seen = observer.run(parse_policy("fixed:0.3"), 40, watch=(0, lambda arena: felt.append(arena.felt)))
+    place = np.rint(0.3 * np.arange(1, DEADLINE + 1) / STEP).astype(int)
+    np.testing.assert_allclose(practice.felt[row, place], np.array(felt) / practice.task.noise, atol=1e-5)
+    many = np.mean([practise(practice, parse_policy("fixed:0.3"), DEADLINE, seed) for seed in range(40)])
+    assert many == pytest.approx(seen.accuracy[-1], abs=0.04)
+
+
+def test_who_stands_still_in_practice_learns_nothing(practice):
+    share = max(np.bincount(practice.label)) / len(practice.label)
+    assert practise(practice, parse_policy("fixed:0"), DEADLINE) == pytest.approx(share)
+
+
+def test_a_policy_of_other_objects_and_seeds_never_trained_are_named(practice):
+    bodies = Practised(practice, DEADLINE, np.random.default_rng(0))
+    with pytest.raises(InvalidInput, match="no policy was learned with seed 99"):
+        parse_policy("learned:99,50")
+    arrays = {"lstm_actor.weight_ih_l0": np.zeros((4, 12), np.float32)}
+    with pytest.raises(InvalidInput, match="was learned for 6 objects, the task has 2"):
+        make_actor(arrays, DEADLINE)(bodies.known)

@@ -4,10 +4,11 @@ Environments for Gymnasium are in ``feeler.active.environment``, which needs the
 """
 
 from feeler.active.arena import Arena, Reading
-from feeler.active.compare import compare_policies, judge_energy, judge_steering
+from feeler.active.compare import compare_policies, judge_energy, judge_learned, judge_steering
 from feeler.active.deciding import decide, measure_calibration
 from feeler.active.declared import Contest, load_contest
 from feeler.active.follow import FollowTask
+from feeler.active.learned import make_learned
 from feeler.active.noticing import Noticer, make_noticer
 from feeler.active.observer import Episodes, Known, Observer, compute_posterior
 from feeler.active.page import film_policy, write_active
@@ -42,8 +43,10 @@ __all__ = [
     "decide",
     "film_policy",
     "judge_energy",
+    "judge_learned",
     "judge_steering",
     "load_contest",
+    "make_learned",
     "make_noticer",
     "measure_calibration",
     "parse_policy",

@@ -21,7 +21,7 @@ from feeler.provenance import compute_digest
 from feeler.tradeoff import average_sets
 
 BEGINNING = b'{"key": "'
-CODE = ("feeler.active.observer", "feeler.active.policies")  # what a journal's numbers follow from
+CODE = ("feeler.active.observer", "feeler.active.policies", "feeler.active.learned")  # what a journal's numbers follow from
 
 
 @checked
@@ -180,6 +180,34 @@ def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
     return xr.Dataset(
         {name: ("deadline", value) for name, value in data.items()}, {"deadline": measured["deadline"].values}
     )
+
+
+@checked
+def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
+    """What learning gains over the policies that :func:`judge_steering` chose, on the sets it judges on.
+
+    Parameters
+    ----------
+    learned
+        ``accuracy`` (seed, set, deadline), the numbers of the sets being its coordinate ``set``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes; ``fixed_gain`` ± ``fixed_half``
+        and ``steered_gain`` ± ``steered_half`` [points] over the best fixed and the best steered policy (deadline,), 95 % over sets.
+    """
+    verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
+    seeds = accuracy.mean("set")
+    data = {"learned": seeds.mean("seed"), "least": seeds.min("seed"), "most": seeds.max("seed")}
+    for kind in ("fixed", "steered"):
+        best = xr.DataArray([str(name) for name in verdict[kind].values], dims="deadline")
+        other = 100 * measured["accuracy"].sel(policy=best, deadline=measured["deadline"]).isel(
+            set=learned["set"].values
+        )
+        gains = average_sets(accuracy.mean("seed").drop_vars("set") - other.drop_vars("policy"))
+        data |= {f"{kind}_gain": gains["mean"], f"{kind}_half": gains["half"]}
+    return xr.Dataset(data)
 
 
 @checked

@@ -66,6 +66,8 @@ def parse_policy(text: str) -> Policy:
     make = POLICIES[name]
     try:
         return make(*(float(word) for word in rest.split(",") if word))
+    except InvalidInput:
+        raise
     except (TypeError, ValueError):
         raise InvalidInput(f"{name!r} takes numbers, {(make.__doc__ or '').strip()} Got {rest!r}.") from None
 
