@@ -21,7 +21,11 @@ from feeler.provenance import compute_digest
 from feeler.tradeoff import average_sets
 
 BEGINNING = b'{"key": "'
-CODE = ("feeler.active.observer", "feeler.active.policies", "feeler.active.learned")  # what a journal's numbers follow from
+CODE = (
+    "feeler.active.observer",
+    "feeler.active.policies",
+    "feeler.active.learned",
+)  # what a journal's numbers follow from
 
 
 @checked
@@ -195,7 +199,7 @@ def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
     -------
     xarray.Dataset
         ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes; ``fixed_gain`` ± ``fixed_half``
-        and ``steered_gain`` ± ``steered_half`` [points] over the best fixed and the best steered policy (deadline,), 95 % over sets.
+        and ``steered_gain`` ± ``steered_half`` [points] over the best fixed and the best steered policy (deadline,).
     """
     verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
     seeds = accuracy.mean("set")
