@@ -6,6 +6,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.dispersion.blocks import check_tensors
+from feeler.tensors.labels import label_like
 
 
 class PeakEncoder:
@@ -24,10 +25,11 @@ class PeakEncoder:
     def __init__(self, random_state: Annotated[int, "≥ 0"] = 0):
         self._rng = np.random.default_rng(random_state)
 
-    def __call__(self, tensors: Any) -> np.ndarray:
+    def __call__(self, tensors: Any) -> Any:
         """(trial, 2, 1): position along the antenna, time."""
         array = check_tensors(tensors, least=1)
         _, n_sensors, n_samples = array.shape
         peak = np.unravel_index(array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples))
         dither = self._rng.uniform(-0.5, 0.5, (len(array), 2))
-        return ((np.stack(peak, axis=1) + 0.5 + dither) / (n_sensors, n_samples))[:, :, None]
+        found = ((np.stack(peak, axis=1) + 0.5 + dither) / (n_sensors, n_samples))[:, :, None]
+        return label_like(found, tensors, ("trial", "component", "time"), "peak")

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.model_selection import train_test_split
 from sklearn.utils.validation import check_is_fitted
 
+from feeler.decoding.tensors import TensorClassifier
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, load_model, save_model
 
@@ -16,10 +16,10 @@ INSTALL = "pip install 'feeler[cnn]'"
 KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25  # [P] supplement, CNN layers
 
 
-class TouchNetwork(ClassifierMixin, BaseEstimator):
+class TouchNetwork(TensorClassifier):
     """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25 → classes, softmax.
 
-    A scikit-learn classifier of flat tensors, so that ``compute_sweep`` takes it (``n_jobs=1``: PyTorch has threads
+    A scikit-learn classifier of tensors, flat ones too, so that ``compute_sweep`` takes it (``n_jobs=1``: PyTorch has threads
     of its own). Training is seeded; it stops early on a validation part of the *training* set, and keeps the weights of
     the best validation loss.
 
@@ -91,7 +91,7 @@ class TouchNetwork(ClassifierMixin, BaseEstimator):
             self._train(torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate))
         return self
 
-    def predict_proba(self, X):
+    def decide(self, X):
         """Probability of each class, (trial, class)."""
         check_is_fitted(self, "network_")
         torch = import_torch()
@@ -100,10 +100,6 @@ class TouchNetwork(ClassifierMixin, BaseEstimator):
         with torch.no_grad():
             parts = [torch.softmax(self.network_(part), dim=1).cpu().numpy() for part in data.split(64)]
         return np.concatenate(parts)
-
-    def predict(self, X):
-        """Most probable class of each trial."""
-        return self.classes_[self.predict_proba(X).argmax(axis=1)]
 
     def save(self, path: str | Path) -> None:
         """Weights and settings as a versioned safetensors file; never pickle."""

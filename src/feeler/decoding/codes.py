@@ -8,6 +8,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_like
 
 CODES = ("joint", "sparse", "ridge", "raw")
 """Activations fitted together with the bases (the paper's recipe), activations for fixed bases with and without the
@@ -28,8 +29,8 @@ class Encoder(Protocol):
 
 
 @checked
-def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES) -> dict[str, np.ndarray]:
-    """Every kind of code of the same tensors, after one fit of the bases.
+def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES) -> dict[str, Any]:
+    """Every kind of code of the same tensors, after one fit of the bases; labelled where the tensors are.
 
     Parameters
     ----------
@@ -48,11 +49,13 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = COD
         if encoder is None:
             raise InvalidInput("codes need an encoder; only 'raw' does without.")
         codes["joint"] = encoder.fit(array).activations_
-    return {kind: codes[kind] if kind == "joint" else encode_with(array, encoder, kind) for kind in kinds}
+    codes |= {kind: encode_with(array, encoder, kind) for kind in kinds if kind != "joint"}
+    dims = {kind: ("trial", "sensor" if kind == "raw" else "component", "time") for kind in kinds}
+    return {kind: label_like(codes[kind], tensors, dims[kind], kind) for kind in kinds}
 
 
 @checked
-def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str) -> np.ndarray:
+def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
         raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
@@ -60,7 +63,7 @@ def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: En
         return tensors
     if encoder is None:
         raise InvalidInput(f"the code {kind!r} needs an encoder; only 'raw' does without.")
-    return np.asarray(encoder.transform(tensors, code=kind))
+    return encoder.transform(tensors, code=kind)
 
 
 @checked

@@ -2,13 +2,14 @@
 
 import numpy as np
 from scipy.linalg import eigh
-from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.base import BaseEstimator, ClassNamePrefixFeaturesOutMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_like
 
 
-class PrincipalComponents(TransformerMixin, BaseEstimator):
+class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
     """PCA through the smaller of the Gram and the covariance matrix: exact, and only the components asked for.
 
     scikit-learn's ``PCA`` with the same ``n_components``, up to sign; its automatic solver would be a randomised
@@ -60,11 +61,16 @@ class PrincipalComponents(TransformerMixin, BaseEstimator):
         self.explained_variance_ratio_ = self.explained_variance_ * (n - 1) / max(total, np.finfo(float).tiny)
         return self
 
+    @property
+    def _n_features_out(self) -> int:
+        """By which scikit-learn names the columns of ``set_output``."""
+        return len(self.components_)
+
     def transform(self, X):
-        """Coordinates of ``X`` along the components, (trial, component)."""
+        """Coordinates of ``X`` along the components, (trial, component); labelled where ``X`` is."""
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=float, reset=False)
-        return (X - self.mean_) @ self.components_.T
+        values = validate_data(self, X, dtype=float, reset=False)
+        return label_like((values - self.mean_) @ self.components_.T, X, ("trial", "component"), "coordinate")
 
 
 def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:

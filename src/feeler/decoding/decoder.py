@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
-from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
 from feeler.decoding.onset import OnsetFinder
 from feeler.decoding.stream import Stream, StreamState
+from feeler.decoding.tensors import TensorClassifier
 from feeler.errors import FeelerError, InvalidInput
 from feeler.limits import find_limits
 from feeler.tensors.models import Model, load_model, save_model
@@ -43,7 +43,7 @@ RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
 }
 
 
-class StreamDecoder(BaseEstimator):
+class StreamDecoder(TensorClassifier):
     """Posterior over touches while they happen.
 
     Parameters
@@ -251,6 +251,14 @@ class StreamDecoder(BaseEstimator):
         stream = self.start()
         values = np.asarray(values, dtype=float)
         return [stream.update(values[:, k], None if time is None else time[k]) for k in range(values.shape[1])]
+
+    def decide(self, X: Sequence[np.ndarray]) -> np.ndarray:
+        """Posterior (touch, class) when each touch (sensor, time) has ended; NaN where no contact was noticed."""
+        found = np.full((len(X), len(self.classes_)), np.nan)
+        for row, touch in zip(found, X, strict=True):
+            for state in self.replay(np.asarray(touch))[-1:]:
+                row[:] = np.nan if state.since_contact < 0 else state.posterior
+        return found
 
 
 def _score_log(evidence: np.ndarray, true: np.ndarray, n_classes: int) -> float:

@@ -30,7 +30,12 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
             columns.append(np.asarray(trials[name]))
         except (KeyError, TypeError, IndexError):
             raise InvalidInput(f"the trials have no coordinate {name!r}; labels need {', '.join(by)}.") from None
-    return np.array([" ".join(_write(value) for value in row) for row in zip(*columns, strict=True)])
+    return np.array([write_label(row) for row in zip(*columns, strict=True)])
+
+
+def write_label(label: Any) -> Any:
+    """A label of several parts as one text; any other as it is."""
+    return " ".join(_write(part) for part in label) if isinstance(label, tuple) else label
 
 
 def _write(value: Any) -> str:

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import find_peaks
 from scipy.special import log_softmax, softmax
-from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.svm import SVC
 from sklearn.utils.validation import check_is_fitted
 
+from feeler.decoding.tensors import NO_CONTACT, TensorClassifier
 from feeler.errors import InvalidInput
 
-NO_CONTACT = ("no contact", float("nan"), float("nan"))
-"""What a touch without contact is called."""
 BEFORE, AFTER = 1500, 400  # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
 PROMINENCE = 0.2  # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
 MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
@@ -106,7 +104,7 @@ def add_noisy_copies(
     return noisy, index
 
 
-class TransferClassifier(ClassifierMixin, BaseEstimator):
+class TransferClassifier(TensorClassifier):
     """One-versus-one linear support vector machine on noisy copies of aligned tensors.
 
     Parameters
@@ -164,14 +162,9 @@ class TransferClassifier(ClassifierMixin, BaseEstimator):
         self.temperature_ = float(TEMPERATURES[int(np.argmax(scores))])
         return self
 
-    def predict_proba(self, X: np.ndarray) -> np.ndarray:
-        """Probability (trial, class), ``softmax(votes / T)``; NaN without contact. Call ``temper`` first: T is 1 else."""
-        return softmax(self.decide(X) / self.temperature_, axis=1)
-
-    def score(self, X: np.ndarray, y: Sequence[tuple], sample_weight: np.ndarray | None = None) -> float:
-        """Share of labels that are right in all three parts."""
-        right = [found == true for found, true in zip(self.predict(X), y, strict=True)]
-        return float(np.average(right, weights=sample_weight))
+    def _weigh(self, scores: np.ndarray) -> np.ndarray:
+        """``softmax(votes / T)``: call ``temper`` first, T is 1 else."""
+        return softmax(scores / self.temperature_, axis=1)
 
     def decide(self, X: np.ndarray) -> np.ndarray:
         """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors without contact."""
@@ -195,10 +188,6 @@ class TransferClassifier(ClassifierMixin, BaseEstimator):
             order = np.argsort(-votes, kind="stable")[:k]
             ranked.append([NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order])
         return ranked
-
-    def predict(self, X: np.ndarray) -> list[tuple]:
-        """The best label of each tensor; ``NO_CONTACT`` where there was none."""
-        return [best[0] for best in self.predict_top(X, 1)]
 
 
 def _spread(decision: np.ndarray, n_classes: int) -> np.ndarray:

@@ -9,15 +9,16 @@ from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, check_tensors, iterate_blocks
 from feeler.dispersion.index import INDICES
 from feeler.errors import InvalidInput
+from feeler.tensors.labels import label_like
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Closest:
-    """Each tensor's closest match among the others."""
+    """Each tensor's closest match among the others; arrays, or labelled ones where the tensors were."""
 
-    trial: np.ndarray
+    trial: Any
     """Position of the match (trial,)."""
-    value: np.ndarray
+    value: Any
     """Index between the tensor and its match (trial,)."""
 
 
@@ -69,7 +70,8 @@ def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, 
         else:
             _improve(best[columns], match[columns], score.T, rows.start)
         _improve(best[rows], match[rows], score, columns.start)
-    return Closest(trial=match, value=sign * best)
+    trial, value = (label_like(values, tensors, ("trial",), index) for values in (match, sign * best))
+    return Closest(trial=trial, value=value)
 
 
 def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from feeler.checked import checked
 from feeler.dispersion.blocks import BLOCK, check_tensors
@@ -25,15 +26,15 @@ class Dispersion:
     average: dict[str, dict[Hashable, Interval]]
     """``average[index][group]``: mean over the group's closest matches, with its bootstrap interval."""
 
-    def values(self, index: str, group: Hashable) -> np.ndarray:
-        """Each tensor's index with its closest match (trial of the group,)."""
+    def values(self, index: str, group: Hashable) -> Any:
+        """Each tensor's index with its closest match (trial of the group,); labelled where the tensors were."""
         return self.closest[index][group].value
 
 
 @checked
 def compute_dispersion(
     tensors: Any,
-    groups: Sequence[Hashable] | None = None,
+    groups: Sequence[Hashable] | np.ndarray | None = None,
     *,
     indices: Sequence[str] | None = None,
     options: dict[str, dict[str, Any]] | None = None,
@@ -90,12 +91,12 @@ def compute_dispersion(
     return Dispersion(groups=tuple(sets), closest=closest, average=average)
 
 
-def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np.ndarray]:
+def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
     """The tensors of each group, at least two."""
     if isinstance(tensors, Mapping) and not hasattr(tensors, "dims"):
-        sets = {name: np.ascontiguousarray(check_tensors(array, least=1)) for name, array in tensors.items()}
+        sets = {name: _check(array) for name, array in tensors.items()}
     else:
-        array = check_tensors(tensors, least=1)
+        array = _check(tensors)
         labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
         if len(labels) != len(array):
             raise InvalidInput(f"{len(labels)} group names for {len(array)} tensors; give one per tensor.")
@@ -104,3 +105,11 @@ def _split(tensors: Any, groups: Sequence[Hashable] | None) -> dict[Hashable, np
         if len(array) < 2:
             raise InvalidInput(f"group {name!r} has one tensor; a closest match needs at least two.")
     return sets
+
+
+def _check(tensors: Any) -> Any:
+    """Tensors (trial, vector, time) of finite numbers, with their labels if they have any."""
+    array = np.ascontiguousarray(check_tensors(tensors, least=1))
+    if not isinstance(tensors, xr.DataArray):
+        return array
+    return tensors.transpose("trial", ..., "time").copy(data=array) if {"trial", "time"} <= {*tensors.dims} else array

@@ -165,14 +165,14 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return tags
 
     def inverse_transform(self, X):
-        """Tensors (trial, sensor, time) from activations (trial, component, time)."""
+        """Tensors (trial, sensor, time) from activations (trial, component, time); labelled where these are."""
         check_is_fitted(self, "components_")
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
             raise InvalidInput(
                 f"Activations need the shape (trial, {len(self.components_)}, time); got {activations.shape}."
             )
-        return reconstruct(self.components_, activations)
+        return label_like(reconstruct(self.components_, activations), X, ("trial", "sensor", "time"), "reconstruction")
 
     def score(self, X, y=None):
         """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²; 1 is best."""

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.transfer import NO_CONTACT, PARTS, TransferClassifier
+from feeler.decoding.tensors import NO_CONTACT
+from feeler.decoding.transfer import PARTS, TransferClassifier
 from feeler.robot.touches import Label
 
 

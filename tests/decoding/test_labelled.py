@@ -1,0 +1,125 @@
+"""Decoders answer labelled tensors with labelled arrays that hold the same numbers, and their tags are true."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from sklearn.utils import get_tags
+from sklearn.utils.estimator_checks import parametrize_with_checks
+
+from feeler.decoding import (
+    PeakEncoder,
+    PrincipalComponents,
+    StreamDecoder,
+    make_codes,
+    make_labels,
+    make_lda,
+    make_svm,
+)
+from feeler.decoding.cnn import TouchNetwork
+from feeler.decoding.tensors import NO_CONTACT
+from feeler.decoding.transfer import TransferClassifier
+from feeler.dispersion import compute_dispersion
+from feeler.encoding import ConvolutiveNMF
+
+FLAT = [PrincipalComponents(2), make_lda(None), make_svm(None), make_lda(2), make_svm(2)]
+NETWORK = TouchNetwork((16, 40), max_epochs=2)
+WITH_NAMES = [make_lda(3), make_svm(3), NETWORK]
+CLASSIFIERS = [*WITH_NAMES, TransferClassifier(2, 0.01), StreamDecoder(window=10, max_lag=3)]
+PARTS = ("feature", "location", "speed")
+
+
+def name(estimator):
+    return "-".join(type(step).__name__ for _, step in getattr(estimator, "steps", [("", estimator)]))
+
+
+@pytest.fixture(scope="module")
+def touches():
+    """Twelve bumps that wander along sixteen sensors, four of each class, with the labels of touches."""
+    rng, time = np.random.default_rng(0), np.arange(40.0)
+    place = np.repeat([3.0, 8.0, 13.0], 4)
+    bump = np.exp(-0.5 * (np.arange(16)[None, :, None] - place[:, None, None]) ** 2 / 4)
+    values = bump * np.where(time > 12, 0.3, 0.0) + 1e-3 * rng.random((12, 16, 40))
+    coords = {
+        "feature": ("trial", np.repeat(["ball", "box", "wedge"], 4)),
+        "location": ("trial", place / 16),
+        "speed": ("trial", np.full(12, 0.3)),
+        "sensor": np.arange(16),
+        "time": ("time", time, {"units": "ms"}),
+    }
+    return xr.DataArray(values, dims=("trial", "sensor", "time"), coords=coords, name="angle")
+
+
+@pytest.mark.parametrize("decoder", CLASSIFIERS, ids=name)
+def test_answers_are_labelled_as_the_touches_are_and_the_same(decoder, touches):
+    names, parts = make_labels(touches, by=PARTS), [touches[part].values.tolist() for part in PARTS]
+    labels = names if decoder in WITH_NAMES else list(zip(*parts, strict=True))
+    found = decoder.fit(touches.values, labels).predict(touches)
+    assert found.dims == ("trial",) and found["feature"].values.tolist() == parts[0]
+    assert found.values.tolist() == list(decoder.predict(touches.values)) == list(labels)
+    assert decoder.score(touches, labels) == decoder.score(touches.values, labels) == 1
+    if not hasattr(decoder, "predict_proba"):
+        return
+    chance = decoder.predict_proba(touches)
+    assert chance.dims == ("trial", "class") and chance["class"].values.tolist() == sorted({*names})
+    assert chance["speed"].values.tolist() == parts[2]
+    np.testing.assert_array_equal(chance, decoder.predict_proba(touches.values))
+    np.testing.assert_allclose(chance.sum("class"), 1, rtol=1e-5)
+
+
+def test_what_did_not_touch_has_no_class(touches):
+    labels = list(touches["feature"].values)
+    for decoder in (TransferClassifier(2, 0.01), StreamDecoder(window=10, max_lag=3)):
+        decoder.fit(touches.values, labels)
+        still = touches.where(decoder.__class__ is StreamDecoder, np.nan) * 0
+        assert decoder.predict(still[:1]).values.tolist() == [NO_CONTACT]
+        assert np.isnan(decoder.predict_proba(still[:1])).all()
+
+
+def test_codes_closest_matches_and_coordinates_are_labelled(touches):
+    encoder = ConvolutiveNMF(n_components=2, n_lags=5, n_restarts=1, max_iter=5, random_state=0, warn=False)
+    codes, plain = (make_codes(x, encoder) for x in (touches, touches.values))
+    for kind, code in codes.items():
+        assert code.dims == ("trial", "sensor" if kind == "raw" else "component", "time")
+        assert code["location"].dims == ("trial",)
+        np.testing.assert_array_equal(code, plain[kind])
+    back = encoder.inverse_transform(codes["joint"])
+    assert back.dims == touches.dims and back["time"].attrs["units"] == "ms"
+    table = touches.stack(entry=("sensor", "time"))
+    assert PrincipalComponents(2).fit_transform(table)["feature"].dims == ("trial",)
+    assert PeakEncoder()(touches)["feature"].dims == ("trial",)
+
+
+def test_a_groups_closest_matches_know_their_touches(touches):
+    found, plain = (compute_dispersion(x, touches["feature"], indices=["pearson"]) for x in (touches, touches.values))
+    value = found.values("pearson", "box")
+    assert value["location"].values.tolist() == [8 / 16] * 4
+    np.testing.assert_array_equal(value, plain.values("pearson", "box"))
+    assert found.average == plain.average
+
+
+def list_known(estimator):
+    """What scikit-learn says of its own Pipeline (PER_ESTIMATOR_XFAIL_CHECKS)."""
+    words, names = (
+        "a pipeline fits the steps it was given",
+        ("dont_overwrite_parameters", "estimators_overwrite_params"),
+    )
+    return {f"check_{check}": words for check in names} if hasattr(estimator, "steps") else {}
+
+
+@parametrize_with_checks(FLAT, expected_failed_checks=list_known)
+def test_whoever_takes_tables_is_an_estimator_to_scikit_learn(estimator, check):
+    check(estimator)
+
+
+@pytest.mark.parametrize(
+    "estimator", [TransferClassifier(), StreamDecoder(), TouchNetwork(), ConvolutiveNMF()], ids=name
+)
+def test_whoever_takes_tensors_says_so(estimator):
+    tags = get_tags(estimator).input_tags
+    assert tags.three_d_array and not tags.two_d_array
+
+
+@pytest.mark.parametrize("estimator", FLAT[1:], ids=name)
+def test_a_pipeline_takes_both(estimator):
+    tags = get_tags(estimator)
+    assert tags.input_tags.three_d_array and tags.input_tags.two_d_array and tags.estimator_type == "classifier"
