@@ -62,7 +62,7 @@ def compare_twins(tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: P
     """
     fitted = fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
     first, second = np.split(fitted.codes, 2)
-    options = {
+    options: dict[str, Any] = {
         "ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "noise": NOISES["relative"](each="vector"),
         "estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state,
     }  # fmt: skip
