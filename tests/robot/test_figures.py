@@ -1,6 +1,7 @@
 """Figures 6, S2 and S7 draw from their data alone and are marked for what they are; examples and commands work."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -106,6 +107,40 @@ def test_the_way_from_a_table_to_an_answer(run):
     assert "at 0.9 of the length, 0.27 m/s" in said
     fitted = run("robot", "fit", EXAMPLES["release"]).output
     assert "p1 = " in fitted and "source: surrogate" in fitted
+
+
+def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
+    asked = (
+        "robot",
+        "check",
+        EXAMPLES["recording"],
+        EXAMPLES["release"],
+        "--calibration",
+        "calibration.json",
+        "--json",
+    )
+    checked = run(*asked, "--out", "checked")
+    assert json.loads(checked.stdout) == json.loads((tmp_path / "checked/robot.json").read_text())
+    page = (tmp_path / "checked/robot.html").read_text()
+    assert page.count("data:image/png") == 1 and all(
+        Path(EXAMPLES[name]).name in page for name in ("recording", "release")
+    )
+    fitted = run("robot", "fit", EXAMPLES["release"], "--json", "--out", "fitted")
+    found = json.loads(fitted.stdout)
+    assert found == json.loads((tmp_path / "fitted/robot.json").read_text())
+    page = (tmp_path / "fitted/robot.html").read_text()
+    assert f"p1 = {found['stiffness_factor']:.4f}" in page and f"{1e3 * found['recording']['frequency']:.3f}" in page
+
+
+def test_a_stream_leaves_a_page_of_what_it_thought(run, tmp_path):
+    said = run("robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json", "--out", "s")
+    answers = [json.loads(line) for line in said.stdout.splitlines()]
+    kept = json.loads((tmp_path / "s/robot.json").read_text())
+    last = [answer for answer in answers if "probability" in answer][-1]
+    belief = np.array(kept["posterior"])
+    assert belief.shape == (len(kept["time"]), len(kept["classes"])) and np.allclose(belief.sum(axis=1), 1)
+    assert np.isclose(belief.max(axis=1), last["probability"], rtol=1e-9).any()
+    assert (tmp_path / "s/robot.html").read_text().count("data:image/png") == 1
 
 
 def test_conversion_gives_a_valid_set(run, tmp_path):

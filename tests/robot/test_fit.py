@@ -7,6 +7,7 @@ from feeler.antenna import compute_modes
 from feeler.errors import InvalidInput
 from feeler.robot import (
     Recording,
+    compare_tips,
     compute_tip,
     fit_factors,
     make_posture,
@@ -67,6 +68,15 @@ def test_planted_factors_come_back(factors):
     assert fit.damping_factor == pytest.approx(factors[1], rel=1e-3)
     assert fit.error < 9e-4  # the paper's minimum error
     assert fit.target.frequency == pytest.approx(compute_modes(robot, 1).frequency[0], rel=0.01)
+
+
+def test_tips_of_a_release_and_of_the_antenna_that_made_it_are_one():
+    robot = make_robot()
+    motion = simulate_release(robot, make_posture(robot), 1500.0)
+    moved = Recording(time=100.0 + np.arange(motion.shape[1]), values=motion + 0.01)  # begun late, off zero
+    recorded, model = compare_tips(moved, robot)
+    assert recorded[0] == pytest.approx(15.0, abs=1.0)  # make_posture's deflection [mm]
+    assert np.abs(recorded - model).max() < 0.02 * 15.0  # but for what still rings where rest is taken
 
 
 def test_engines_release_alike():

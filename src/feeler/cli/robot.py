@@ -105,22 +105,21 @@ def check(
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
+    out: Out = None,
     as_json: Json = False,
 ) -> None:
     """Say what a recording holds, what is wrong with it and what would be mended."""
-    read = Robot(antenna).read(recordings, calibration, outside, gaps)
+    from feeler.cli.robot_pages import describe_recording, write_recordings
+
+    read, names = Robot(antenna).read(recordings, calibration, outside, gaps), [path.name for path in recordings]
     if as_json:
-        known = [(one.n_sensors, float(one.time[-1]), one.source, list(one.history)) for one in read]
-        names = ("channels", "duration_ms", "source", "history")
-        rows = [
-            {"file": p.name, **dict(zip(names, row, strict=True))} for p, row in zip(recordings, known, strict=True)
-        ]
-        say_json(rows)
-        return
-    for path, recording in zip(recordings, read, strict=True):
-        typer.echo(f"{path.name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
+        say_json([describe_recording(*pair) for pair in zip(names, read, strict=True)])
+    for name, recording in [] if as_json else zip(names, read, strict=True):
+        typer.echo(f"{name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
         for line in recording.history:
             typer.echo(f"  {line}")
+    if out is not None:
+        typer.echo(f"page: {write_recordings(out, names, read)}", err=True)
 
 
 @app.command()
@@ -153,26 +152,24 @@ def fit(
     method: Annotated[str, typer.Option(help="update (fast) or powell (the paper's)")] = "update",
     engine: Engine = None,
     timestep: Timestep = None,
+    out: Out = None,
     as_json: Json = False,
 ) -> None:
     """Fit the stiffness and damping factors p1 and p2 to a recorded release."""
+    from feeler.cli.robot_pages import describe_fit, write_fit
     from feeler.errors import InvalidInput
-    from feeler.robot import fit_factors, make_flexures
+    from feeler.robot import compare_tips, fit_factors, make_flexures
 
     robot, sheet = Robot(antenna), tell(thickness=thickness, length=length)
     if sheet and antenna != "robot":
         raise InvalidInput("--thickness and --length belong to the paper's robot; write yours into the robot file.")
-    read = robot.read([recording], calibration, "refuse", "refuse")[0]
-    result = fit_factors(
-        read,
-        **({"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}),
-        method=method,
-        **tell(engine=engine, timestep=timestep),
-    )
+    read, how = robot.read([recording], calibration, "refuse", "refuse")[0], tell(engine=engine, timestep=timestep)
+    theory = {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
+    result = fit_factors(read, **theory, method=method, **how)
+    if out is not None:
+        typer.echo(f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}", err=True)
     if as_json:
-        factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
-        rings = {"recording": vars(result.target), "model": vars(result.reached)}
-        say_json({**factors, **rings, "source": read.source})
+        say_json(describe_fit(read, result))
         return
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(

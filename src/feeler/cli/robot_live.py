@@ -12,6 +12,7 @@ from feeler.cli.robot_options import (
     Engine,
     Numbers,
     Objects,
+    Out,
     Robot,
     Speeds,
     Timestep,
@@ -36,6 +37,7 @@ def stream(
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
+    out: Out = None,
     as_json: Json = False,
 ) -> None:
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
@@ -65,7 +67,9 @@ def stream(
         else:
             require(lines, source)
     running = decoder.start()
-    state = _decode(running, samples, lines, every, say_json if as_json else _say_state)
+    kept: list[tuple] = []
+    keep = kept.append if out is not None else lambda sample: None
+    state = _decode(running, samples, lines, every, say_json if as_json else _say_state, keep)
     contact = state is not None and state.since_contact >= 0
     labels = None if recording is None else recording.labels
     if as_json:
@@ -73,6 +77,10 @@ def stream(
         say_json({"contact": contact, "missing": running.missed, **sent})
     else:
         _say_end(contact, running.missed, link.describe(), name_notes(labels or {}))
+    if out is not None and kept:
+        from feeler.cli.robot_pages import write_stream
+
+        typer.echo(f"page: {write_stream(out, decoder.classes_, kept)}", err=True)
 
 
 def board(
@@ -113,14 +121,15 @@ def replay(
         sys.stdout.flush()
 
 
-def _decode(running, samples, lines, every: int, say):
-    """The last state; ``say`` is given each change, and every so many samples after contact."""
+def _decode(running, samples, lines, every: int, say, keep):
+    """The last state; ``say`` is given each change, and every so many samples after contact; ``keep`` all of them."""
     from feeler.robot.answer import describe_touch
 
     last, state = "waiting", None
     for time, values in samples:
         angle = values if lines is None else lines.slope * values + lines.offset
         state = running.update(angle, time)
+        keep((time, angle, state))
         if state.state != last or (
             state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"
         ):

@@ -5,10 +5,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 
+from feeler.decoding.stream import StreamState
 from feeler.report import Section, write_page
+from feeler.report.section import to_json
 from feeler.robot.answer import Answer, name_notes, name_touch
+from feeler.robot.factors import RobotFit
+from feeler.robot.recording import Recording
 
 
 def write_answers(
@@ -41,6 +46,93 @@ def write_answers(
     ]
     section.table(["file", "answer", "probability", "runner-up", "truth", "verdict"], rows)
     return write_page(out / "robot.html", "What the robot touched", f"{len(names)} recordings.", section)
+
+
+def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
+    """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong or was mended."""
+    rows = [describe_recording(name, one) for name, one in zip(names, recordings, strict=True)]
+    section = _begin(out, "Recordings", rows)
+
+    def draw(figure: Any) -> None:
+        axes = figure.subplots(len(names), 1, squeeze=False)[:, 0]
+        for ax, name, one in zip(axes, names, recordings, strict=True):
+            colors = plt.get_cmap("viridis")(np.linspace(0, 0.9, one.n_sensors))
+            for channel, (values, color) in enumerate(zip(np.degrees(one.values), colors, strict=True), 1):
+                ends = channel in (1, one.n_sensors)
+                ax.plot(one.time, values, color=color, label=f"channel {channel}" if ends else None)
+            ax.set_title(name, fontsize=7)
+            ax.set_ylabel("angle [°]")
+        axes[0].legend(loc="upper right")
+        axes[-1].set_xlabel("time [ms]")
+
+    section.figure("robot", "Every channel, dark at the base, bright at the tip.", draw, height=0.6 + 1.5 * len(names))
+    cells = [
+        [r["file"], r["channels"], r["duration_ms"], r["source"], "; ".join(r["history"]) or "nothing"] for r in rows
+    ]
+    section.table(["file", "channels", "duration [ms]", "source", "found and mended"], cells)
+    return write_page(out / "robot.html", "What the recordings hold", f"{len(names)} recordings.", section)
+
+
+def describe_recording(name: str, one: Recording) -> dict[str, Any]:
+    """What ``feeler robot check`` says of a recording, as plain data."""
+    known = {"channels": one.n_sensors, "duration_ms": float(one.time[-1])}
+    return {"file": name, **known, "source": one.source, "history": list(one.history)}
+
+
+def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
+    """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the fitted model moves it."""
+    section = _begin(out, "The release, recorded and fitted", describe_fit(recording, result))
+
+    def draw(figure: Any) -> None:
+        ax = figure.subplots()
+        for tip, name, style in zip(tips, ("recording", "model"), ("-", "--"), strict=True):
+            ax.plot(recording.time, tip, style, label=name)
+        ax.set(xlabel="time since the release [ms]", ylabel="tip off its rest [mm]")
+        ax.legend()
+
+    section.figure("robot", "The tip after its release.", draw, height=2.6)
+    rings = (("recording", result.target), ("model", result.reached))
+    rows = [[name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"] for name, r in rings]
+    section.table(["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"], rows)
+    lead = f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error {result.error:.2g}."
+    return write_page(out / "robot.html", "The robot's two factors", lead, section)
+
+
+def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
+    """What ``feeler robot fit`` says, as plain data."""
+    factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
+    return {**factors, "recording": vars(result.target), "model": vars(result.reached), "source": recording.source}
+
+
+def write_stream(out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]) -> Path:
+    """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was thought of it."""
+    angle = np.degrees(np.array([values for _, values, _ in kept]))
+    time = np.array([np.nan if at is None else at for at, *_ in kept], dtype=float)
+    time, unit = (time, "ms") if np.isfinite(time).all() else (np.arange(len(kept)), "samples")
+    belief = np.array([state.posterior for *_, state in kept])
+    shown = np.argsort(belief[-1])[::-1][:4]
+    end = kept[-1][2]
+    numbers = {"time": time, "state": [state.state for *_, state in kept], "classes": classes, "posterior": belief}
+    section = _begin(out, "What the sensors said, and what was thought of it", numbers)
+
+    def draw(figure: Any) -> None:
+        above, below = figure.subplots(2, 1, sharex=True)
+        for values, color in zip(angle.T, plt.get_cmap("viridis")(np.linspace(0, 0.9, angle.shape[1])), strict=True):
+            above.plot(time, values, color=color)
+        above.set_ylabel("angle [°]")
+        for number in shown:
+            below.plot(time, belief[:, number], label=name_touch(classes[number]))
+        below.set(xlabel=f"time [{unit}]", ylabel="probability", ylim=(0, 1.02))
+        below.legend(fontsize=7)
+
+    section.figure(
+        "robot",
+        "Above: every channel, dark at the base, bright at the tip. Below: the four touches most probable at the end.",
+        draw,
+        height=4.0,
+    )
+    said = "no contact" if end.label is None else f"{name_touch(end.label)}, {end.probability:.0%}, {end.state}"
+    return write_page(out / "robot.html", "A touch while it happened", f"At the end: {said}.", section)
 
 
 def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int) -> Path:
@@ -76,7 +168,7 @@ def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, fl
 
 def _begin(out: Path, title: str, numbers: object) -> Section:
     out.mkdir(parents=True, exist_ok=True)
-    (out / "robot.json").write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
+    (out / "robot.json").write_text(json.dumps(to_json(numbers), indent=1) + "\n", encoding="utf-8")
     return Section(name="robot", title=title, folder=out, vector=False)
 
 

@@ -3,7 +3,15 @@
 from feeler.robot.comparison import compute_comparison, make_profiles
 from feeler.robot.dataset import make_dataset
 from feeler.robot.description import RobotFile, load_robot, write_robot
-from feeler.robot.factors import RobotFit, fit_factors, make_posture, measure_ringing, simulate_release, solve_factors
+from feeler.robot.factors import (
+    RobotFit,
+    compare_tips,
+    fit_factors,
+    make_posture,
+    measure_ringing,
+    simulate_release,
+    solve_factors,
+)
 from feeler.robot.gap import Gap
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
 from feeler.robot.mending import find_bad_channels, repair
@@ -44,6 +52,7 @@ __all__ = [
     "add_robots",
     "align_recordings",
     "choose_before",
+    "compare_tips",
     "compute_comparison",
     "compute_tip",
     "draw_robots",

@@ -183,18 +183,15 @@ def fit_factors(
         hinges = make_flexures() if hinges is None else hinges
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(damping=theory.stiffness, name=name)
-    angle = _check_release(recording, theory)
-    tip = compute_tip(theory, angle)
-    target = measure_ringing(recording.time, tip)
-    rest = angle[:, -max(angle.shape[1] // 4, 2) :].mean(axis=1)
-    posture, duration = angle[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
+    target = measure_ringing(recording.time, compute_tip(theory, _check_release(recording, theory)))
+    release = _find_release(recording)
     count = 0
 
     def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
         nonlocal count
         count += 1
         antenna = theory.replace(stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness)
-        motion = simulate_release(antenna, posture, duration, engine=engine, timestep=timestep)
+        motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
         try:
             return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
         except InvalidInput:
@@ -214,6 +211,18 @@ def fit_factors(
         n_evaluations=count,
         antenna=antenna,
     )
+
+
+@checked
+def compare_tips(
+    recording: Recording, antenna: Antenna, *, engine: str = DEFAULT_ENGINE, timestep: float | None = None
+) -> np.ndarray:
+    """Tip [mm] (2, time) of a recorded release off its rest, and of ``antenna`` let go of the same posture."""
+    recorded = compute_tip(antenna, _check_release(recording, antenna))
+    motion = simulate_release(antenna, *_find_release(recording), engine=engine, timestep=timestep)
+    after = recording.time - recording.time[0]
+    model = np.interp(after, np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion))
+    return np.array([recorded - recorded[-max(recorded.size // 4, 2) :].mean(), model])
 
 
 @checked
@@ -257,6 +266,12 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
 
 def _distance(reached: Ringing, target: Ringing) -> float:
     return float(np.hypot(reached.frequency / target.frequency - 1, reached.damping_ratio / target.damping_ratio - 1))
+
+
+def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
+    """Angles off rest that are let go of, and how long the record goes on."""
+    rest = recording.values[:, -max(recording.values.shape[1] // 4, 2) :].mean(axis=1)
+    return recording.values[:, 0] - rest, float(np.ptp(recording.time)) + INTERVAL
 
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
