@@ -12,6 +12,7 @@ from feeler.calibration import fit_traces, load_traces
 from feeler.cli.app import app
 from feeler.presets import cockroach
 from feeler.tracking import make_synthetic_tracks, save_dltdv
+from tests.tensors._sets import judge
 
 
 def run(*words):
@@ -34,7 +35,16 @@ def test_the_fitted_antenna_is_kept_and_its_numbers_stand_in_the_page(tmp_path):
     rows = [f"{t},{x}" for t, x in zip(first.time, first.displacement[0], strict=True)]
     (tmp_path / "trace.csv").write_text("\n".join(["time_ms,first", *rows]) + "\n")
     calibrated = tmp_path / "out"
-    run("calibrate", "--data", tmp_path / "trace.csv", "--out", calibrated)
+    run(
+        "calibrate",
+        "--data",
+        tmp_path / "trace.csv",
+        "--out",
+        calibrated,
+        "--session-start",
+        "2026-05-01T09:00:00+02:00",
+    )
+    assert judge(calibrated / "calibration.nwb") == []
     expected = fit_traces(load_traces(tmp_path / "trace.csv"), cockroach())
     antenna, plain = load_antenna(calibrated / "antenna.toml"), cockroach()
     np.testing.assert_allclose(antenna.stiffness / plain.stiffness, expected.p[0], rtol=1e-12)

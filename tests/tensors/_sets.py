@@ -1,4 +1,4 @@
-"""Small sets of trials that any process computes alike."""
+"""Small sets of trials that any process computes alike, and what judges a file of them."""
 
 import json
 from pathlib import Path
@@ -64,3 +64,11 @@ def fill(path, configuration=CONFIGURATION, n_trials=N_TRIALS, order=1, **option
         for index in range(n_trials)[::order]:
             if index not in store.finished:
                 store.append(index, make_trial(index))
+
+
+def judge(path):
+    """All that nwbinspector holds against a file by DANDI's settings, but for suggestions."""
+    from nwbinspector import Importance, configure_checks, inspect_nwbfile, load_config
+
+    found = inspect_nwbfile(nwbfile_path=path, checks=configure_checks(config=load_config("dandi")))
+    return [(m.check_function_name, m.message) for m in found if m.importance != Importance.BEST_PRACTICE_SUGGESTION]

@@ -1,6 +1,7 @@
 """``feeler tracks``: how fast an animal moves its antennae, and how they bend, from tracked landmarks."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -48,6 +49,10 @@ def tracks(
     out: Annotated[
         Path | None, typer.Option(help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)")
     ] = None,
+    session_start: Annotated[
+        str, typer.Option(help="with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too")
+    ] = "",
+    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
     as_json: Json = False,
 ) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a flagellum's posture."""
@@ -67,11 +72,15 @@ def tracks(
         for file in files
     ]
     trials = trials if scale is None else [trial.scaled(scale) for trial in trials]
+    head, abdomen = _pair("--body", body)
+    given = {"tips": _pair("--tips", tips), "bases": _pair("--bases", bases) if bases else None}
+    if session_start:
+        flagella = list(zip(given["bases"] or (head, head), given["tips"] or (), strict=True))
+        edges = list(pairwise(_split(points) or ())) if points else [*flagella, (head, abdomen)]
+        _save_poses(out, trials, edges, session_start, subject)
     if points:
         _measure_posture(files, trials, points, out, as_json)
         return
-    head, abdomen = _pair("--body", body)
-    given = {"tips": _pair("--tips", tips), "bases": _pair("--bases", bases) if bases else None}
     result = measure_exploration(
         trials,
         length=length,
@@ -182,6 +191,21 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
     section.text(_write_words(found).splitlines()[-1])
     write_page(out / "tracks.html", "How fast the antennae move", ", ".join(file.name for file in files), section)
     typer.echo(f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True)
+
+
+def _save_poses(out: Path | None, trials: list, edges: list, session_start: str, subject: str) -> None:
+    """tracks.nwb: all landmarks of all trials."""
+    from feeler.cli.choose import parse_start
+    from feeler.errors import InvalidInput
+    from feeler.tracking import save_poses
+
+    if out is None:
+        raise InvalidInput("--session-start is for tracks.nwb in the folder --out; give --out too.")
+    out.mkdir(parents=True, exist_ok=True)
+    name = f"tracks {out.resolve().name}"
+    save_poses(trials, out / "tracks.nwb", session_start=parse_start(session_start), identifier=name,
+               edges=edges, subject=subject)  # fmt: skip
+    typer.echo(f"wrote {out}/tracks.nwb", err=True)
 
 
 def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:

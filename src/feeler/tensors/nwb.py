@@ -58,30 +58,58 @@ def save_nwb(
     InvalidInput
         No time zone, or no variable over (trial, time).
     """
-    try:
-        from pynwb import NWBHDF5IO, NWBFile
-    except ImportError as error:
-        raise MissingExtra("NWB files need pynwb: pip install 'feeler[nwb]'.") from error
-    if session_start.tzinfo is None or not identifier:
-        raise InvalidInput("session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text.")
-    if sex not in SEXES:
-        raise InvalidInput(f"sex must be one of {', '.join(SEXES)}, got {sex!r}.")
+    require_pynwb()
     dataset = complete(dataset)
     series = [str(name) for name, item in dataset.variables.items() if {"trial", "time"} <= set(item.dims)]
     if not series or "time" not in dataset.coords:
         raise InvalidInput("NWB takes variables over (trial, time) with a coordinate time [ms]; there is none.")
-    file = NWBFile(
-        session_description=f"feeler: {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}",
-        identifier=identifier,
-        session_start_time=session_start.astimezone(UTC),
+    antennas = np.unique(np.atleast_1d(dataset["antenna"].values)).tolist() if "antenna" in dataset.variables else []
+    file = make_file(
+        identifier,
+        session_start,
+        words=f"feeler: {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}",
+        about=f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the notes.",
+        subject=make_subject(subject, species, sex, age, device=", ".join(map(str, antennas)).replace("/", "_")),
         notes=_describe(dataset, series),
-        keywords=["tactile", "antenna", "feeler"],
-        experiment_description=f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the notes.",
         experimenter=experimenter or None,
         institution=institution or None,
-        subject=_make_subject(dataset, subject, species, sex, age),
     )
     _add_trials(file, dataset, _add_series(file, dataset, series))
+    write_file(file, path)
+
+
+def require_pynwb() -> None:
+    """MissingExtra where the extra ``nwb`` is not whole."""
+    try:
+        import ndx_pose  # noqa: F401
+        import pynwb  # noqa: F401
+    except ImportError as error:
+        raise MissingExtra("NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'.") from error
+
+
+def make_file(
+    identifier: str, session_start: datetime, *, words: str, about: str, subject: Any, **more: str | None
+) -> Any:
+    """An NWB file in memory, with what nwbinspector asks of every one."""
+    from pynwb import NWBFile
+
+    if session_start.tzinfo is None or not identifier:
+        raise InvalidInput("session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text.")
+    return NWBFile(
+        session_description=words,
+        identifier=identifier,
+        session_start_time=session_start.astimezone(UTC),
+        keywords=["tactile", "antenna", "feeler"],
+        experiment_description=about,
+        subject=subject,
+        **more,
+    )
+
+
+def write_file(file: Any, path: str | os.PathLike) -> None:
+    """Write it whole or not at all."""
+    from pynwb import NWBHDF5IO
+
     temporary = Path(path).with_name(f".{Path(path).name}.tmp.nwb")
     try:
         with NWBHDF5IO(str(temporary), "w") as io:
@@ -98,12 +126,14 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
     return json.dumps({"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str)
 
 
-def _make_subject(dataset: xr.Dataset, subject: str, species: str, sex: str, age: str) -> Any:
+def make_subject(subject: str, species: str = "", sex: str = "U", age: str = "", device: str = "") -> Any:
+    """Who or what was recorded: an animal where ``subject`` names one, else a model or device, if it has a name."""
     from pynwb.file import Subject
 
-    names = np.unique(np.atleast_1d(dataset["antenna"].values)).tolist() if "antenna" in dataset.variables else []
+    if sex not in SEXES:
+        raise InvalidInput(f"sex must be one of {', '.join(SEXES)}, got {sex!r}.")
     return Subject(
-        subject_id=subject or ", ".join(map(str, names)).replace("/", "_") or "unknown",
+        subject_id=subject or device or "unknown",
         species=species or UNIDENTIFIED,
         sex=sex,
         age=age or "P0D/",

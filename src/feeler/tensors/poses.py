@@ -1,4 +1,4 @@
-"""What the guard's process does with a pose tracker's HDF5 file: SLEAP's, DeepLabCut's or movement's.
+"""What the guard's process does with a pose tracker's HDF5 file: SLEAP's, DeepLabCut's, movement's or ndx-pose's.
 
 It stands here and not in the room of tracking, whose libraries that process would have to load first.
 """
@@ -23,11 +23,13 @@ def read_poses(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
             return _take_sleap(file)
         if {"position", "keypoints", "individuals"} <= file.keys():
             return _take_movement(file)
+        if "nwb_version" in file.attrs:
+            return _take_ndx_pose(file)
         for group in file.values():
             if isinstance(group, h5py.Group) and "table" in group:
                 return _take_deeplabcut(group["table"])
         raise InvalidInput(
-            "it is none of SLEAP's analysis (tracks, node_names), DeepLabCut's table, or movement's netCDF; it holds "
+            "it is none of SLEAP's analysis (tracks, node_names), DeepLabCut's table, movement's netCDF, or NWB; it holds "
             f"{', '.join(list(file)[:8])}. A .slp project must be exported as analysis first."
         )
 
@@ -58,6 +60,49 @@ def _take_movement(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     if "fps" in file.attrs and np.isfinite(file.attrs["fps"]):
         about["frame_rate"] = float(np.ravel(file.attrs["fps"])[0])
     return about, arrays
+
+
+def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """NWB's poses: a PoseEstimation per film, in it a series per landmark with data (frame, axis) and confidence (frame,)."""
+    films = _find(file["processing"], "PoseEstimation") if "processing" in file else {}
+    series = [_find(film, "PoseEstimationSeries") for film in films.values()]
+    names = list(series[0]) if series else []
+    for skeleton in _find(file["processing"], "Skeleton").values() if names else ():
+        nodes = [_decode(node) for node in skeleton["nodes"][:]]
+        names = nodes if {*nodes} == {*names} else names  # HDF5 sorts by name, a skeleton holds the order
+    if not names or any({*one} != {*names} for one in series):
+        raise InvalidInput("it holds no poses (ndx-pose), or other landmarks in each; read its series with pynwb.")
+    frames = [min(len(one["data"]) for one in film.values()) for film in series]
+    shape = len(films), max(frames), len(names)
+    arrays = {"position": np.full((*shape, series[0][names[0]]["data"].shape[1]), np.nan), "likelihood": np.ones(shape)}
+    for k, (film, n) in enumerate(zip(series, frames, strict=True)):
+        for j, one in enumerate(film[name] for name in names):
+            arrays["position"][k, :n, j] = one["data"][:n] * (1e3 * _read_metres(one) or 1.0)
+            if "confidence" in one:
+                arrays["likelihood"][k, :n, j] = one["confidence"][:n]
+    first = next(iter(series[0].values()))
+    about = {"kind": "ndx-pose", "names": names, "individuals": [*films], "frames": frames}
+    about["unit"] = "mm" if _read_metres(first) else "px"
+    rate = first["starting_time"].attrs["rate"] if "starting_time" in first else 1 / np.diff(first["timestamps"][:2])[0]
+    return {**about, "frame_rate": float(rate)}, arrays
+
+
+def _read_metres(series: Any) -> float:
+    """What turns a series into metres; 0 where it is in pixels."""
+    held = series["data"].attrs
+    return float(held.get("conversion", 1.0)) if _decode(held.get("unit", "")).lower() in ("meters", "m") else 0.0
+
+
+def _find(group: Any, kind: str) -> dict[str, Any]:
+    """The groups of one neurodata type within, by their own names; links are not followed."""
+    found: dict[str, Any] = {}
+
+    def look(name: str, item: Any) -> None:
+        if _decode(item.attrs.get("neurodata_type", "")) == kind:
+            found[name.rsplit("/", 1)[-1]] = item
+
+    group.visititems(look)
+    return found
 
 
 class _Plain(pickle.Unpickler):

@@ -12,6 +12,7 @@ from feeler.errors import InvalidInput
 
 MAX_MEMBERS = 10_000
 DESCRIPTION = "feeler_description"
+NO_TENSORS = "this NWB file holds no tensors by feeler. Poses are read by feeler tracks, other series with pynwb."
 Answer = tuple[dict[str, Any], dict[str, Any]]
 
 
@@ -20,6 +21,8 @@ def read_hdf5(path: str) -> Answer:
     import h5py
 
     file = h5py.File(path, "r")
+    if "nwb_version" in file.attrs and "notes" not in file.get("general", ()):
+        raise InvalidInput(NO_TENSORS)
     _refuse_links(file, set())
     if "nwb_version" in file.attrs:
         return _read_nwb(file)
@@ -75,7 +78,7 @@ def _read_nwb(file: Any) -> Answer:
         content = json.loads(file["general/notes"].asstr()[()])
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise InvalidInput("this NWB file was not written by feeler; read its series with pynwb.") from error
+        raise InvalidInput(NO_TENSORS) from error
     arrays = {name: np.array([float(x) if isinstance(x, str) else x for x in item]) for name, item in numbers.items()}
     for name, kind in series.items():
         titles = sorted(title for title in file["acquisition"] if title.rpartition("_")[0] == name)

@@ -3,6 +3,7 @@
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.tracking.angle import SIDES, compute_antenna_angle
 from feeler.tracking.exploration import Exploration, measure_exploration
+from feeler.tracking.nwb import save_poses
 from feeler.tracking.posture import measure_posture
 from feeler.tracking.speed import Sweeps, find_sweeps
 from feeler.tracking.synthetic import make_synthetic_tracks, save_dltdv
@@ -24,4 +25,5 @@ __all__ = [
     "parse_table",
     "read_table",
     "save_dltdv",
+    "save_poses",
 ]

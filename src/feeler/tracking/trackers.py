@@ -1,4 +1,4 @@
-"""What trackers write: DeepLabCut, SLEAP, Anipose and movement, each turned into names, places and likelihoods.
+"""What trackers write: DeepLabCut, SLEAP, Anipose, movement and ndx-pose, each turned into names, places and likelihoods.
 
 Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of their own (:mod:`feeler.tensors.poses`).
 """
@@ -16,7 +16,7 @@ from feeler.errors import InvalidInput
 from feeler.guard import open_guarded
 from feeler.tensors.table import Table, parse_table, read_text
 
-HDF5_ENDINGS = (".h5", ".hdf5", ".nc")
+HDF5_ENDINGS = (".h5", ".hdf5", ".nc", ".nwb")
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
@@ -32,6 +32,7 @@ class Found:
     frame_rate: float | None = None
     """Frames per second, where the file holds it."""
     software: str = ""
+    unit: str = "px"
     notes: dict[str, str] = field(default_factory=dict)
 
 
@@ -140,10 +141,12 @@ def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
     if (n_animals, n_points) != (len(about["individuals"]), len(about["names"])) or n_axes not in (2, 3):
         raise InvalidInput(f"{source}: its names do not fit places of shape {position.shape}.")
     k = about["individuals"].index(_choose(about["individuals"], individual, source))
+    n = about["frames"][k] if "frames" in about else None
     return Found(
         names=tuple(about["names"]),
-        position=position[k],
-        likelihood=None if score is None else score[k].astype(float),
+        position=position[k, :n],
+        likelihood=None if score is None else score[k, :n].astype(float),
+        unit=about.get("unit", "px"),
         frame_rate=about.get("frame_rate"),
         software=kind,
     )

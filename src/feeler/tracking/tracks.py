@@ -94,7 +94,8 @@ def load_tracks(
     individual: str | None = None,
     plane: str | None = None,
 ) -> Tracks:
-    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement (netCDF), DLTdv, or a table.
+    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement (netCDF), ndx-pose (NWB), DLTdv,
+    or a table.
 
     A table has two columns ``NAME_x, NAME_y`` per landmark and, if it likes, ``NAME_likelihood``. Places whose likelihood is
     below ``min_likelihood`` become NaN and are counted in ``doubted``; nothing is filled in.
@@ -104,7 +105,7 @@ def load_tracks(
     path
         The tracker's file; what wrote it is seen by its content.
     frame_rate
-        Frames per second of the film; needed unless the file holds it (movement).
+        Frames per second of the film; needed unless the file holds it (movement, NWB).
     landmarks
         What DLTdv's points 1, 2, … are; default: left_tip, right_tip, head, abdomen for four points [C]. For a
         generic table: which landmarks to take, default all.
@@ -117,7 +118,7 @@ def load_tracks(
     min_likelihood
         Least likelihood (score, confidence) that counts as seen; 0 takes all. 0.6 is DeepLabCut's and movement's default.
     individual
-        Which animal of a file with several.
+        Which animal of a file with several, or which trial of an NWB file.
     plane
         Of places in space (Anipose, movement): ``xy``, ``xz`` or ``yz``. They count as seen with y upwards.
 
@@ -155,6 +156,7 @@ def load_tracks(
         position=position,
         landmarks=found.names,
         interval=1e3 / frame_rate,
+        unit=found.unit,
         source=source,
         notes=notes,
         doubted=doubted,

@@ -1,0 +1,96 @@
+"""Tracked landmarks as poses in Neurodata Without Borders (ndx-pose), one clock for all films; needs the extra ``nwb``."""
+
+import os
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from feeler.checked import checked
+from feeler.errors import InvalidInput
+from feeler.tensors.nwb import PAUSE, make_file, make_subject, require_pynwb, write_file
+from feeler.tracking.tracks import Tracks
+
+
+@checked
+def save_poses(
+    trials: Sequence[Tracks],
+    path: str | os.PathLike,
+    *,
+    session_start: datetime,
+    identifier: str,
+    edges: Sequence[tuple[str, str]] = (),
+    subject: str = "",
+) -> None:
+    """Write films of one animal as NWB: a table of trials, and for each a ``PoseEstimation`` with a series per landmark.
+
+    All films share the session's clock: each begins 1 s after the one before has ended, because tracks do not hold when they
+    were filmed. ``load_tracks(path, individual="trial_000000")`` reads one again.
+
+    Parameters
+    ----------
+    trials
+        With the same landmarks, in px or mm (stored in mm, with the factor to metres).
+    session_start, identifier, subject
+        As :func:`feeler.tensors.nwb.save_nwb` has them.
+    edges
+        Which landmarks are joined, for instance neighbours along a flagellum.
+
+    Raises
+    ------
+    MissingExtra
+        pynwb or ndx-pose is not installed.
+    InvalidInput
+        No trial, other landmarks in one of them, an edge to an unknown one, or no time zone.
+    """
+    require_pynwb()
+    names = trials[0].landmarks if trials else ()
+    if not names or any(one.landmarks != names for one in trials):
+        raise InvalidInput("poses need at least one film, and in all of them the same landmarks in the same order.")
+    if unknown := [name for edge in edges for name in edge if name not in names]:
+        raise InvalidInput(f"an edge joins {unknown[0]!r}; the tracks hold {', '.join(names)}.")
+    file = make_file(
+        identifier, session_start, words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
+        about=f"{len(trials)} films of tracked landmarks; missing places are NaN", subject=make_subject(subject),
+    )  # fmt: skip
+    from ndx_pose import Skeleton, Skeletons
+
+    places = np.array([[names.index(name) for name in edge] for edge in edges], dtype=np.uint8).reshape(-1, 2)
+    skeleton = Skeleton(name="skeleton", nodes=list(names), edges=places)
+    module = file.create_processing_module("behavior", "tracked landmarks")
+    module.add(Skeletons(skeletons=[skeleton]))
+    begin = 0.0
+    for number, one in enumerate(trials):
+        poses = _make_poses(one, f"trial_{number:06d}", skeleton, begin)
+        module.add(poses)
+        end = begin + float(one.time[-1]) * 1e-3
+        file.add_trial(start_time=begin, stop_time=end, timeseries=list(poses.pose_estimation_series.values()))
+        begin = end + PAUSE
+    write_file(file, path)
+
+
+def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
+    """One film; a series per landmark."""
+    from ndx_pose import PoseEstimation, PoseEstimationSeries
+
+    unit = {"unit": "meters", "conversion": 1e-3} if tracks.unit == "mm" else {"unit": "pixels"}
+    series = [
+        PoseEstimationSeries(
+            name=name,
+            data=tracks.of(name) * (1.0, -1.0),
+            reference_frame="(0, 0) is the centre of the film's first pixel; x to the right, y downwards",
+            description=f"place of {name}; NaN where it was not seen",
+            starting_time=begin,
+            rate=float(np.round(1e3 / tracks.interval, 6)),
+            **unit,
+        )
+        for name in tracks.landmarks
+    ]
+    return PoseEstimation(
+        name=title,
+        pose_estimation_series=series,
+        description=f"{tracks.source} landmarks, as feeler read them",
+        source_software=tracks.notes.get("software", "unknown"),
+        skeleton=skeleton,
+    )
