@@ -64,7 +64,7 @@ def save_nwb(
     if not series or "time" not in dataset.coords:
         raise InvalidInput("NWB takes variables over (trial, time) with a coordinate time [ms]; there is none.")
     antennas = np.unique(np.atleast_1d(dataset["antenna"].values)).tolist() if "antenna" in dataset.variables else []
-    file = make_file(
+    file = make_nwb(
         identifier,
         session_start,
         words=f"feeler: {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}",
@@ -75,7 +75,7 @@ def save_nwb(
         institution=institution or None,
     )
     _add_trials(file, dataset, _add_series(file, dataset, series))
-    write_file(file, path)
+    write_nwb(file, path)
 
 
 def require_pynwb() -> None:
@@ -87,7 +87,7 @@ def require_pynwb() -> None:
         raise MissingExtra("NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'.") from error
 
 
-def make_file(
+def make_nwb(
     identifier: str, session_start: datetime, *, words: str, about: str, subject: Any, **more: str | None
 ) -> Any:
     """An NWB file in memory, with what nwbinspector asks of every one."""
@@ -106,7 +106,7 @@ def make_file(
     )
 
 
-def write_file(file: Any, path: str | os.PathLike) -> None:
+def write_nwb(file: Any, path: str | os.PathLike) -> None:
     """Write it whole or not at all."""
     from pynwb import NWBHDF5IO
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.tensors.nwb import PAUSE, make_file, make_subject, require_pynwb, write_file
+from feeler.tensors.nwb import PAUSE, make_nwb, make_subject, require_pynwb, write_nwb
 from feeler.tracking.tracks import Tracks
 
 
@@ -50,7 +50,7 @@ def save_poses(
         raise InvalidInput("poses need at least one film, and in all of them the same landmarks in the same order.")
     if unknown := [name for edge in edges for name in edge if name not in names]:
         raise InvalidInput(f"an edge joins {unknown[0]!r}; the tracks hold {', '.join(names)}.")
-    file = make_file(
+    file = make_nwb(
         identifier, session_start, words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
         about=f"{len(trials)} films of tracked landmarks; missing places are NaN", subject=make_subject(subject),
     )  # fmt: skip
@@ -67,7 +67,7 @@ def save_poses(
         end = begin + float(one.time[-1]) * 1e-3
         file.add_trial(start_time=begin, stop_time=end, timeseries=list(poses.pose_estimation_series.values()))
         begin = end + PAUSE
-    write_file(file, path)
+    write_nwb(file, path)
 
 
 def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
