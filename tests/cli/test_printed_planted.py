@@ -214,7 +214,7 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
         [state("waiting", -1, 0.0), state("touching", 0, 0.25, ("ball", 0.7, 0.3)), state("touching", 1, 0.5)]
     )
     running = SimpleNamespace(update=lambda angle, time: next(states))
-    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50, say=_say_state)
+    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50, say=_say_state, keep=lambda sample: None)
     _say_end(True, 3, "", "")
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
