@@ -166,9 +166,11 @@ def keep_learned(name: str, **values: object) -> None:
 def judge() -> None:
     """The learned policies under the exact observer, on the sets that policies are judged on; and practice against it."""
     from feeler.active import Observer, make_learned, parse_policy
+    from feeler.active.learned import find_weights
     from feeler.active.practice import Practice, practise
 
     comparison, antenna = load_contest(), cockroach()
+    seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]
     for number in range(1, comparison.sets, 2):
         task = comparison.make_task(antenna, number)
         observer, practice = Observer(task, period=comparison.period, random_state=number), Practice(task)
@@ -178,7 +180,7 @@ def judge() -> None:
             right = {n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines] for n in names}
             keep_learned(f"practice {number}", **right)
         for deadline in comparison.deadlines:
-            for seed in comparison.learning["seeds"]:
+            for seed in seeds:
                 name = f"seed {seed} set {number}"
                 if f"{deadline:g}" in found.get(name, {}):
                     continue

@@ -123,14 +123,15 @@ def test_a_diverging_antenna_is_said_and_the_next_wish_goes_on():
     assert all("made a mistake" not in header["message"] for header, _ in page.find("error"))
 
 
-def run_hand(page, aims, pace=1.0):
-    page.ask({"type": "hand", "wish": {"antenna": {}, "location": 0.6}, "pace": pace})
+def run_hand(page, aims, pace=1.0, race=False, wish=None):
+    page.ask({"type": "hand", "wish": {"antenna": {}, "location": 0.6} | (wish or {}), "pace": pace, "race": race})
     while not page.find("touch", "begin"):
         time.sleep(0.002)
     for aim in aims:
         page.ask({"type": "aim", **aim})
         time.sleep(0.05)
-    page.ask({"type": "aim", "what": "end"})
+    if not race:  # which ends by itself
+        page.ask({"type": "aim", "what": "end"})
     page.wait()
 
 

@@ -113,9 +113,10 @@ class Observer:
         copies: int = 10,
         duration: float | None = None,
         *,
+        touches: Sequence[int] | None = None,
         watch: tuple[int, Callable[[Arena], None]] | None = None,
     ) -> Episodes:
-        """Let bodies feel each touch ``copies`` times, moving by a policy.
+        """Let bodies feel each touch (or those of ``touches``) ``copies`` times, moving by a policy.
 
         Every policy meets the same noise. ``watch``: a touch, and what is called with the arena after each millisecond that the
         first body which feels it has moved; the touch is the lane.
@@ -126,7 +127,7 @@ class Observer:
             A policy that gives no speeds.
         """
         k, duration = len(self.starts), duration or self.task.duration
-        rng, true = np.random.default_rng([self.seed, 1]), np.repeat(np.arange(k), copies)
+        rng, true = self.make_noise(), np.repeat(np.arange(k) if touches is None else touches, copies)
         for lane, start in enumerate(self.starts):
             self._arena.begin(lane, np.random.default_rng(0), start)
         evidence, speed, work = np.zeros((true.size, k)), np.zeros(true.size), np.zeros(true.size)
@@ -141,7 +142,7 @@ class Observer:
             work = work.copy()
             for branch in branches:
                 own = branch.episodes
-                seen = watch[1] if watch is not None and watch[0] * copies in own else None
+                seen = watch[1] if watch is not None and np.argmax(true == watch[0]) in own else None
                 felt = self._go(branch, speed[own[0]], seen)
                 evidence[own] += self._weigh(felt, true[own], noise[own])
                 work[own] = self._arena.work[true[own]]
@@ -151,6 +152,10 @@ class Observer:
         speeds[0] = speeds[min(1, len(speeds) - 1)]
         time = self.period * np.arange(len(rows))
         return Episodes(time=time, target=self.label[true], belief=belief, speed=speeds, work=works)
+
+    def make_noise(self) -> np.random.Generator:
+        """What draws the noise of a run: standard normal numbers (episode, sample, sensor) for each period."""
+        return np.random.default_rng([self.seed, 1])
 
     def _read(self, speeds: object, n: int) -> np.ndarray:
         """The nearest speeds of the menu (episode,)."""

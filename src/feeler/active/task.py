@@ -18,6 +18,7 @@ from feeler.physics.scene import Scene, make_scene
 from feeler.provenance import compute_digest
 from feeler.stimulus.ninety import make_features
 from feeler.stimulus.sample import SampledTrials, sample_trials
+from feeler.stimulus.trial import Trial
 from feeler.wall.course import Course
 
 SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
@@ -179,10 +180,14 @@ class TouchTask(ActiveTask):
     def make_start(self, index: int) -> Start:
         """The beginning of touch number ``index``."""
         antenna = self.antenna[index % len(self.antenna)] if isinstance(self.antenna, SampledAntennas) else self.antenna
-        scene = make_scene(antenna, self.trials[index])
+        scene = make_scene(antenna, self.get_trial(index))
         x, y = scene.objects[0].velocity
         still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
         return Start(scene=still, direction=(-x, -y), target=self.get_target(index))
+
+    def get_trial(self, index: int) -> Trial:
+        """Touch ``index``, at 1 mm/ms."""
+        return self.trials[index]
 
     def get_target(self, index: int) -> float:
         """Number of the object of touch ``index``."""

@@ -3,13 +3,16 @@
 import time
 from collections.abc import Callable
 from threading import Event, Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from feeler.physics.lanes import Simulations
 from feeler.studio.touching import INTERVAL, Readings, describe_scene, find_sensed, hash_tensor, make_simulation
 from feeler.studio.wish import TouchWish, read_number
+
+if TYPE_CHECKING:
+    from feeler.studio.race import Race
 
 FRAME = 1 / 60  # s
 LONGEST = 4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
@@ -43,15 +46,17 @@ class Hand:
         """End the run."""
         self._ended.set()
 
-    def run(self, wish: TouchWish, pace: float, say: Say, stop: Event) -> None:
-        """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
+    def run(self, wish: TouchWish, pace: float, say: Say, stop: Event, race: "Race | None" = None) -> None:
+        """Simulate until the hand lets go; ``pace`` is simulated time per real time. In a ``race`` only the base can be taken,
+        time runs from its first motion on, and who is sure has come to the end."""
         with self._lock:
             self._aims = {}
         self._ended.clear()
         simulation, readings, commands = make_simulation(wish), Readings(), hold_all(wish)
         apply(simulation, commands)
         antenna = wish.antenna.make()
-        say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
+        begin = {"part": "begin", "total": LONGEST, **describe_scene(wish)}
+        say(begin if race is None else begin | {"race": race.describe()})
         readings.add(simulation)
         sensed = [readings.rows[0]["angle"][find_sensed(antenna)]]
         done, sent, due = 1, 0, 1.0
@@ -60,24 +65,33 @@ class Hand:
             due = min(due + pace * 1e3 * FRAME / INTERVAL, done + 40)
             while done < min(int(due), LONGEST) and not stop.is_set():
                 new = self._steer(simulation, done, max(GLIDE, 1.5e3 * FRAME * pace))
+                new = [command for command in new if race is None or command[1] < 0]
                 commands += new
                 apply(simulation, new)
-                if _is_still(simulation, commands):
+                if _is_still(simulation, commands) and (race is None or done == 1):
                     due = float(done)
                     break
                 simulation.step(INTERVAL)
                 readings.add(simulation)
                 sensed.append(readings.rows[-1]["angle"][find_sensed(antenna)])
                 done += 1
+                if race is not None:
+                    race.apply(new)
+                    race.step()
+                    if race.over:
+                        self._ended.set()
+                        break
             if readings.rows:
-                say({"part": "piece", "first": sent}, **readings.take())
+                known = {} if race is None else {"belief": np.array(race.belief[sent:])}
+                say({"part": "piece", "first": sent}, **readings.take(), **known)
                 sent = done
             if done >= LONGEST:
                 break
             self._ended.wait(max(0.0, FRAME - (time.monotonic() - began)))
         if not stop.is_set():
             tensor = np.array(sensed).T
-            say({"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview, "commands": commands})
+            end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview, "commands": commands}
+            say(end if race is None else end | {"race": race.judge()})
 
     def _steer(self, simulation: Simulations, sample: int, glide: float) -> list[Command]:
         """Commands that bring everything nearer to where the hand wants it, where they change."""

@@ -26,7 +26,7 @@ FILES = {
     "": ("index.html", "text/html; charset=utf-8"),
     **{f"{name}.js": (f"{name}.js", "text/javascript; charset=utf-8") for name in (
         "main", "studio", "dom", "colours", "link", "state", "record", "scene", "editor", "tensor", "charts", "panels", "share",
-        "tour", "wall", "board")},
+        "tour", "wall", "board", "race")},
     "studio.css": ("studio.css", "text/css; charset=utf-8"),
 }  # fmt: skip
 HEADERS = {

@@ -159,7 +159,12 @@ class Session:
         wish = TouchWish.read(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
         about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message), "hand": True}
-        self._hand.run(wish, pace, partial(self._tell, about), stop)
+        race = None
+        if message.get("race") is True:
+            from feeler.studio.race import Race  # loads what nobody else here needs
+
+            race = Race(wish)
+        self._hand.run(wish, pace, partial(self._tell, about), stop, race)
 
     def _follow(self, message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaWish.read(message.get("antenna")).make()

@@ -20,7 +20,7 @@ export function makeScene(app) {
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function draw(c, w, h) {
     const colours = app.colours, record = app.records.A, length = record.antenna ? record.antenna.length : 42;
-    const own = app.store.state.mode === "board"; // it may bend to either side
+    const own = app.store.state.mode === "board" || record.race; // it may bend to either side, or has some way to go
     scale = Math.min(w / (1.14 * length), h / ((own ? 1.1 : 0.8) * length));
     ox = (w - length * scale) / 2 - 0.01 * w;
     oy = (own ? 0.5 : app.store.state.touch.side === "left" ? 0.2 : 0.8) * h;
@@ -254,7 +254,7 @@ export function makeScene(app) {
   /** @param {CanvasRenderingContext2D} c @param {number} h @param {any} colours */
   function drawHint(c, h, colours) {
     const words = !app.link.live || app.store.state.mode === "board" ? "" : app.store.state.mode === "hand"
-      ? (app.handOn ? "drag the object, or the base (Shift: turn it)" : "take the object, or the base, and touch")
+      ? (app.handOn ? (app.records.A.race ? "take the base and touch" : "drag the object, or the base (Shift: turn it)") : "take the object, or the base, and touch")
       : app.hinted ? "" : "drag the object along the antenna · wheel: size";
     c.fillStyle = colours.soft;
     c.font = "12px system-ui, sans-serif";

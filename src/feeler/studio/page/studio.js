@@ -4,6 +4,7 @@ import { makeCode, makeSet, makeVerdict } from "./charts.js";
 import { readColours } from "./colours.js";
 import { announce, make, makeChoice, show, write } from "./dom.js";
 import { makeEditor } from "./editor.js";
+import { RUN_UP, makeRace } from "./race.js";
 import { linkModel, linkRecorded, linkServer } from "./link.js";
 import { makeAntennaPanel, makePanel, makeTags, makeTouchPanel, makeWallPanel } from "./panels.js";
 import { TouchRecord } from "./record.js";
@@ -212,7 +213,7 @@ class App {
       if (header.live && !this.listening) return;
       if (header.wish) this.adopt(header);
       if (header.live) { this.own(header.robot); this.play(false); this.setStatus("live"); this.studySoon(); }
-      if (header.hand) this.time = 0;
+      if (header.hand) { this.time = 0; this.setStatus("hand"); }
       return;
     }
     if (header.id !== record.id) return;
@@ -230,6 +231,7 @@ class App {
       record.hash = header.hash;
       record.mode = header.mode || record.mode;
       if (header.hand) { record.commands = header.commands; this.handOn = false; }
+      if (header.race) record.race.result = header.race;
       this.root.dataset.hash = header.hash;
       this.note("whole", header.slot);
       this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
@@ -330,11 +332,21 @@ class App {
 
   // by hand
 
-  startHand() {
+  startHand(race = false) {
     this.handOn = true;
     this.play(false);
-    this.send({ type: "hand", slot: "A", wish: makeWish(this.store.state, "A", false), pace: this.handPace });
+    this.send({ type: "hand", slot: "A", wish: makeWish(this.store.state, "A", false), pace: this.handPace, race });
     this.setStatus("hand");
+  }
+
+  /** Against a policy: one object, and some way to it. */
+  startRace() {
+    this.store.change((s) => {
+      s.B = null;
+      s.touch.objects = [];
+      s.touch.lead = Number((RUN_UP / s.touch.speed).toPrecision(4));
+    });
+    this.startHand(true);
   }
 
   /** @param {number} what @param {number} x @param {number} y @param {number} turn */
@@ -494,7 +506,7 @@ function build(app) {
   const { root } = app;
   const editor = makeEditor(app), scene = makeScene(app), tensor = makeTensor(app), wall = makeWall(app);
   const antennaPanel = makeAntennaPanel(app, editor), touchPanel = makeTouchPanel(app), wallPanel = makeWallPanel(app), boardPanel = makeBoardPanel(app);
-  const verdict = makeVerdict(app), code = makeCode(app), set = makeSet(app), share = makeShare(app), tour = makeTour(app);
+  const verdict = makeVerdict(app), code = makeCode(app), set = makeSet(app), share = makeShare(app), tour = makeTour(app), race = makeRace(app);
   const modes = makeChoice("Mode", /** @type {any} */ (MODES), () => app.store.state.mode, (mode) => app.store.change((/** @type {any} */ s) => { s.mode = mode; }));
   const undo = make("button", { type: "button", class: "plain", title: "Undo (Ctrl Z)", "aria-label": "Undo", text: "↶", onclick: () => app.store.undo() });
   const redo = make("button", { type: "button", class: "plain", title: "Redo (Ctrl Y)", "aria-label": "Redo", text: "↷", onclick: () => app.store.redo() });
@@ -515,7 +527,8 @@ function build(app) {
   const rate = make("select", { "aria-label": "Slow motion", onchange: () => { app.rate = Number(rate.value); app.handPace = Math.min(app.rate, 1); app.refresh(); } },
     ...RATES.map((value) => make("option", { value: String(value), text: value === 1 ? "real time" : `${1 / value >= 30 ? Math.round(1 / value) : write(1 / value, 2)} × slower`, selected: value === app.rate })));
   const letGo = make("button", { type: "button", class: "plain strong", text: "Let go", onclick: () => app.endHand() });
-  const transport = make("div", { class: "transport" }, play, scrub, clock, rate, letGo);
+  const raceButton = make("button", { type: "button", class: "plain strong", text: "Race", title: "Move the base yourself against a policy: who is sure of the shape first?", onclick: () => app.startRace() });
+  const transport = make("div", { class: "transport" }, play, scrub, clock, rate, raceButton, letGo);
   const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity, (value) => { app.quantity = value; app.refresh(); });
   const scale = make("span", { class: "scale" });
 
@@ -533,7 +546,7 @@ function build(app) {
   root.append(header,
     make("div", { class: "columns" },
       make("div", { class: "left" }, antennaPanel.element, touchPanel.element, wallPanel.element, boardPanel.element),
-      make("div", { class: "middle" }, stagePanel, tensorPanel),
+      make("div", { class: "middle" }, stagePanel, race.element, tensorPanel),
       make("div", { class: "right" }, studyPanel, verdictPanel, codePanel, setPanel)),
     tour.element, note, make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
 
@@ -551,6 +564,7 @@ function build(app) {
     if (onWall) { wall.scene.redraw(); wall.chart.redraw(); } else { scene.redraw(); tensor.redraw(); }
     verdict.redraw();
     code.redraw();
+    race.update();
     if (panels) updatePanels(mode, onWall);
   }
 
@@ -573,6 +587,7 @@ function build(app) {
     redo.disabled = !app.store.future.length;
     play.textContent = app.playing ? "❚❚" : "▶";
     show(letGo, app.handOn);
+    show(raceButton, live && mode === "hand" && !app.handOn);
     const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (app.away ? "away" : app.status || "busy")];
     status.textContent = word;
     status.title = title;
