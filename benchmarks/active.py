@@ -174,7 +174,7 @@ def judge() -> None:
     for number in range(1, comparison.sets, 2):
         task = comparison.make_task(antenna, number)
         observer, practice = Observer(task, period=comparison.period, random_state=number), Practice(task)
-        found = json.loads(RESULTS.read_text())["learning"]
+        found = json.loads(RESULTS.read_text()).get("learning", {})
         if f"practice {number}" not in found:
             names = [*comparison.fixed, *comparison.steered]
             right = {n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines] for n in names}

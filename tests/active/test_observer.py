@@ -93,6 +93,13 @@ def test_to_look_ahead_changes_nothing_and_standing_still_tells_nothing(observer
     assert np.all(gains[0] <= 1.0)
 
 
+def test_bodies_may_feel_some_touches_only(observer):
+    some = observer.run(parse_policy("fixed:1.2"), copies=20, touches=[5, 2])
+    assert some.target.tolist() == [observer.label[5]] * 20 + [observer.label[2]] * 20
+    whole = observer.run(parse_policy("fixed:1.2"), copies=20, touches=range(8))
+    np.testing.assert_array_equal(whole.belief, observer.run(parse_policy("fixed:1.2"), copies=20).belief)
+
+
 def test_a_greedy_body_learns_more_than_a_random_one(observer):
     greedy, chance = (observer.run(parse_policy(name), copies=4) for name in ("greedy:10", "random:3,5"))
     assert greedy.accuracy[2] > chance.accuracy[2]

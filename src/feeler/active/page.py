@@ -125,7 +125,7 @@ def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: fl
         points, angle, _ = look_at(arena, touch)
         frames.append((points, angle, float(arena.reading.base[touch, 2])))
 
-    episodes = observer.run(policy, 1, duration, touches=[touch], watch=(touch, watch))
+    episodes = observer.run(policy, 1, duration, watch=(touch, watch))
     points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
     row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(int)
     labels = tuple(f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features)
@@ -135,6 +135,6 @@ def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: fl
         points=points,
         angle=angle,
         speed=speed,
-        belief=episodes.belief[row, 0],
+        belief=episodes.belief[row, touch],
         labels=labels,
     )
