@@ -35,9 +35,16 @@ Frames = Iterator[tuple[bytes, bytes]]
 
 
 def open_guarded(
-    function: str, path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
+    function: str,
+    path: str | os.PathLike,
+    limits: Limits | None = None,
+    *,
+    trusted: bool = False,
+    words: tuple[str, ...] = (),
 ) -> tuple[Any, dict[str, Any]]:
     """What ``function`` (``"module:name"``) makes of a file or folder: JSON, arrays by name; ``trusted``: here, without limits.
+
+    ``words`` are given to the function after the path.
 
     Raises
     ------
@@ -45,10 +52,10 @@ def open_guarded(
         Damaged, of another kind, over the limits, or its library crashed or hung over it.
     """
     if trusted:
-        content, arrays = resolve_name(function)(os.fspath(path))
+        content, arrays = resolve_name(function)(os.fspath(path), *words)
         return content, {key: item[...] for key, item in arrays.items()}
     limits, name = find_limits(limits), Path(path).name
-    frames = _ask(function, os.fspath(path), limits, name)
+    frames = _ask(function, os.fspath(path), limits, name, words)
     content, plan = json.loads(_take(frames, b"j", name))
     limits.check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name)  # before memory is taken
     return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
@@ -72,12 +79,13 @@ def _take(frames: Frames, wanted: bytes, name: str) -> bytes:
     return part
 
 
-def _ask(function: str, path: str, limits: Limits, name: str) -> Frames:
+def _ask(function: str, path: str, limits: Limits, name: str, words: tuple[str, ...]) -> Frames:
     """Frames from a process that runs :func:`main`."""
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
     seconds = limits.max_seconds + 30 * size / 2**30
     command = [sys.executable, "-P", "-m", "feeler.guard", function, path, str(limits.max_bytes), str(seconds)]
+    command += words
     environment = {**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]
@@ -96,10 +104,10 @@ def _ask(function: str, path: str, limits: Limits, name: str) -> Frames:
             process.kill()
 
 
-def answer(function: str, path: str, max_bytes: int) -> Frames:
+def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
     """The frames of one file; any failure becomes the last of them."""
     try:
-        content, arrays = resolve_name(function)(path)
+        content, arrays = resolve_name(function)(path, *words)
         plan = [[name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()]
         for name, kind, _ in plan:
             if not TYPE.fullmatch(kind):
@@ -132,7 +140,7 @@ def _cut(item: Any) -> Iterator[bytes]:
 
 def main() -> None:
     """Answer on standard output; what libraries print goes elsewhere."""
-    function, path, max_bytes, seconds = sys.argv[1:]
+    function, path, max_bytes, seconds, *words = sys.argv[1:]
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     limits = {"DATA": int(max_bytes) + BASE, "CPU": math.ceil(float(seconds)), "CORE": 0, "FSIZE": 0}
@@ -140,7 +148,7 @@ def main() -> None:
         with contextlib.suppress(AttributeError, ValueError, OSError):  # what this system has
             kind = getattr(resource, f"RLIMIT_{name}")
             resource.setrlimit(kind, (min(wanted, resource.getrlimit(kind)[1] % (1 << 64)),) * 2)  # -1: without limit
-    for kind, part in answer(function, path, int(max_bytes)):
+    for kind, part in answer(function, path, int(max_bytes), *words):
         out.writelines((_FRAME.pack(kind, len(part)), part))
     out.flush()
 

@@ -13,13 +13,15 @@ EXAMPLES = """Examples:
 
   feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-1
 
+  feeler convert run.mcap:joint_states touch.csv            a ROS 2 recording's topic, as feeler robot check FILE names them
+
   feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-2 --subject c1
     --species "Periplaneta americana" --sex F --age P90D --experimenter "Doe, Jane" --institution "Insect lab"
 """
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file")],
+    source: Annotated[Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file, or MCAP:TOPIC")],
     target: Annotated[Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")],
     variable: Annotated[str, typer.Option(help="variable of a CSV")] = "angle",
     trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,
@@ -37,10 +39,14 @@ def convert(
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
     from feeler.limits import Limits
+    from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 
     if target.exists():
         raise InvalidInput(f"{target} exists already. Choose another name.")
+    if find_bag(source) is not None:
+        _convert_bag(source, target)
+        return
     wanted = list_options(target.suffix.lower())
     given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier, "subject": subject}
     given |= {"species": species, "sex": sex, "age": age, "experimenter": experimenter, "institution": institution}
@@ -49,6 +55,20 @@ def convert(
     options = {name: value for name, value in given.items() if name in wanted}
     save(load(source, Limits(max_bytes=int(max_gib * 2**30))), target, **options)
     typer.echo(f"wrote {target}")
+
+
+def _convert_bag(source: Path, target: Path) -> None:
+    """A robot's recording as CSV; tensors need its antenna, which this verb does not ask for."""
+    from feeler.errors import InvalidInput
+    from feeler.robot import load_recording, save_recording
+
+    if target.suffix.lower() != ".csv":
+        raise InvalidInput(
+            f"a recording becomes tensors with its antenna: feeler robot convert {source} --antenna robot.toml --out {target}."
+        )
+    recording = load_recording(source, n_channels=None)
+    save_recording(recording, target, digits=9)
+    typer.echo(f"wrote {target}: {recording.n_sensors} channels, {recording.time.size} samples")
 
 
 def register(app: typer.Typer) -> None:

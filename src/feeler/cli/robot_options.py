@@ -5,7 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-Files = Annotated[list[Path], typer.Argument(help="CSV recordings: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad)")]
+Files = Annotated[
+    list[Path], typer.Argument(help="CSV: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad), or ROS 2: MCAP:TOPIC")
+]
 Calibration = Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")]
 AntennaName = Annotated[str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")]
 Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm")]

@@ -9,6 +9,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
+from feeler.tensors.bags import find_bag, read_bag
 from feeler.tensors.table import Table, read_table
 
 N_CHANNELS = 8  # [P]
@@ -78,11 +79,15 @@ def load_recording(
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:
-    """Read a CSV recording: a time column and one column per hinge, named and numbered from the base.
+    """Read a recording: a CSV of a time column and one column per hinge, named and numbered from the base, or ROS 2's MCAP.
 
     The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1`` with ``unit=``. Notes
     above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``# time unit:``, ``# feature:``, ``# size:``
     [mm], ``# location:``, ``# speed:`` [m/s]. Columns are put in the order of their numbers and the history says so.
+
+    ``run.mcap``, or a bag's folder, gives its one topic of numbers, ``run.mcap:TOPIC`` one of several and ``run.mcap:TOPIC:UNIT``
+    says its unit (extra ``ros``, see :func:`feeler.tensors.bags.read_bag`). Joints stand in the order of their
+    numbers, which ROS does not keep, or in their own where they have none.
 
     Parameters
     ----------
@@ -94,9 +99,10 @@ def load_recording(
     Raises
     ------
     InvalidInput
-        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable table.
+        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable file.
     """
-    table = read_table(path)
+    bag = find_bag(path)
+    table = read_table(path) if bag is None else _number_joints(read_bag(*bag))
     time = _read_time(table, time_unit)
     numbers, columns, found = _find_channels(table)
     _check_numbers(table.source, numbers, n_channels)
@@ -110,11 +116,27 @@ def load_recording(
         robot=table.notes.get("robot", ""),
         source=_read_source(table),
         labels=_read_labels(table),
-        history=(f"read from {table.source}",),
+        history=(
+            f"read from {table.source}",
+            *(f"channels are {names}" for names in [table.notes.get("channels")] if names),
+        ),
     )
     if not np.array_equal(order, np.arange(order.size)):
         return recording.noted("columns put in the order of their hinge numbers")
     return recording
+
+
+def _number_joints(table: Table) -> Table:
+    """Channels of a bag in the order of the numbers that end their names, or in their own order where some have none."""
+    names = table.columns[1:]
+    ends = [int(found[1]) for name in names if (found := re.search(r"(\d{1,9})\D*$", name))]
+    order = np.argsort(ends) if len({*ends}) == len(names) else np.arange(len(names))
+    return replace(
+        table,
+        columns=("time_ms", *(f"hinge{k + 1}" for k in range(len(names)))),
+        values=table.values[:, [0, *(order + 1)]],
+        notes={**table.notes, "channels": ", ".join(names[k] for k in order)},
+    )
 
 
 def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
@@ -189,7 +211,7 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
     if chosen not in UNITS:
         raise InvalidInput(
             f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(UNITS)}. Name the columns "
-            "hinge1_deg or hinge1_pF, or give unit=."
+            "hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
         )
     return chosen
 

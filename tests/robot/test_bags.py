@@ -1,0 +1,148 @@
+"""ROS 2 recordings (MCAP), written by the format's own library with ROS 2's own message definitions, become recordings."""
+
+import json
+
+import numpy as np
+import pytest
+from mcap_ros2.writer import Writer
+from typer.testing import CliRunner
+
+from feeler.cli.app import app
+from feeler.errors import InvalidInput, MissingExtra
+from feeler.robot import load_recording
+from feeler.tensors.formats import load
+
+RULE = "=" * 80
+STAMP = (
+    f"builtin_interfaces/Time stamp\nstring frame_id\n{RULE}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
+)
+JOINT = f"""std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+{RULE}
+MSG: std_msgs/Header
+{STAMP}"""
+ARRAY = f"""MultiArrayLayout layout
+float64[] data
+{RULE}
+MSG: std_msgs/MultiArrayLayout
+MultiArrayDimension[] dim
+uint32 data_offset
+{RULE}
+MSG: std_msgs/MultiArrayDimension
+string label
+uint32 size
+uint32 stride"""
+SENT = 1_780_000_000_000_000_000  # ns; as doubles these would be off by a quarter of a microsecond
+NAMES = [f"hinge_{k}" for k in (0, 10, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9)]  # as joint_state_publisher sorts them
+RNG = np.random.default_rng(0)
+ANGLE, CAPACITANCE = RNG.random((50, 12)), RNG.random((50, 3))
+
+
+def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1):
+    """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
+    for part in range(parts):
+        file = path if parts == 1 else path / f"run_{part}.mcap"
+        with open(file, "wb") as stream, Writer(stream) as bag:
+            joint = bag.register_msgdef("sensor_msgs/msg/JointState", JOINT)
+            array = bag.register_msgdef("std_msgs/msg/Float64MultiArray", ARRAY)
+            text = bag.register_msgdef("std_msgs/msg/String", "string data")
+            bag.write_message("/rosout", text, {"data": "hello"}, SENT)
+            for k in np.array_split(np.arange(50), parts)[part].tolist():
+                at = SENT + 2_000_000 * k + 125
+                stamp = {"sec": at // 10**9, "nanosec": at % 10**9}
+                state = {"header": {"stamp": stamp, "frame_id": ""}, "name": names(k) if callable(names) else names,
+                         "position": ANGLE[k].tolist(), "velocity": [], "effort": []}  # fmt: skip
+                bag.write_message("/joint_states", joint, state, at + 900_000 * (k % 2))  # the log is late by turns
+                layout = {"dim": dims * [{"label": label, "size": 3, "stride": 3}], "data_offset": 0}
+                bag.write_message("/antenna/touch", array, {"layout": layout, "data": CAPACITANCE[k].tolist()}, at)
+            if metadata:
+                bag.add_metadata("feeler", metadata)
+    return path
+
+
+def test_joint_states_are_angles_at_their_own_times_in_the_order_of_their_numbers(tmp_path):
+    read = load_recording(f"{write(tmp_path / 'run.mcap')}:joint_states", n_channels=12)
+    assert read.quantity == "angle"
+    np.testing.assert_allclose(read.time, 2.0 * np.arange(50), atol=1e-9)
+    order = np.argsort([int(name[6:]) for name in NAMES])
+    np.testing.assert_array_equal(read.values, ANGLE[:, order].T)
+    assert read.history == (
+        "read from run.mcap:/joint_states",
+        "channels are " + ", ".join(f"hinge_{k}" for k in range(12)),
+    )
+
+
+@pytest.mark.parametrize(("label", "address"), [("pF", ":/antenna/touch"), ("row", ":antenna/touch:pF")])
+def test_an_array_has_the_unit_that_its_label_or_the_address_says(tmp_path, label, address):
+    notes = {"feature": "ball", "size": "4", "location": "0.9", "speed": "0.27", "source": "surrogate"}
+    path = write(tmp_path / "run.mcap", label=label, metadata=notes)
+    read = load_recording(f"{path}{address}", n_channels=3)
+    assert read.quantity == "capacitance" and read.source == "surrogate"
+    np.testing.assert_array_equal(read.values, CAPACITANCE.T)
+    assert read.labels == {"feature": "ball", "size": 4.0, "location": 0.9, "speed": 0.27}
+
+
+def test_a_bag_in_several_files_is_read_in_their_order(tmp_path):
+    (tmp_path / "bag").mkdir()
+    read = load_recording(f"{write(tmp_path / 'bag', parts=12)}:/antenna/touch", n_channels=3)
+    np.testing.assert_array_equal(read.values, CAPACITANCE.T)
+
+
+@pytest.mark.parametrize(
+    ("change", "address", "match"),
+    [
+        (
+            {},
+            "",
+            r"2 topics of numbers; it holds /antenna/touch \(std_msgs/msg/Float64MultiArray\), /joint_states .*, /rosout",
+        ),
+        ({}, ":touch", r"no topic 'touch' of numbers; it holds /antenna/touch"),
+        ({}, ":rosout", r"no topic 'rosout' of numbers; .* /rosout \(std_msgs/msg/String\)"),
+        ({"label": "volts"}, ":antenna/touch", r"unit of the channels is 'volts'; valid: .*run\.mcap:TOPIC:UNIT"),
+        ({"dims": 2}, ":antenna/touch", r"arrays have 2 dimensions; a message is one sample"),
+        ({"names": lambda k: NAMES if k < 9 else NAMES[::-1]}, ":joint_states", "joints change from hinge_0, hinge_10"),
+    ],
+)
+def test_what_is_wrong_with_a_bag_is_said(tmp_path, change, address, match):
+    with pytest.raises(InvalidInput, match=match):
+        load_recording(f"{write(tmp_path / 'run.mcap', **change)}{address}", n_channels=3)
+
+
+def test_a_bag_that_was_cut_is_damaged_and_no_bag_is_no_file(tmp_path):
+    path = write(tmp_path / "run.mcap")
+    path.write_bytes(path.read_bytes()[:-300])
+    with pytest.raises(InvalidInput, match=r"run\.mcap: (it has no index|is damaged)"):
+        load_recording(f"{path}:joint_states")
+    with pytest.raises(InvalidInput, match=r"no such file|No such file"):
+        load_recording(tmp_path / "none.mcap:joint_states")
+
+
+def test_without_its_package_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr("feeler.tensors.bags.find_spec", lambda name: None)
+    with pytest.raises(MissingExtra, match=r"pip install 'feeler\[ros\]'"):
+        load_recording(write(tmp_path / "run.mcap"))
+
+
+def test_the_verbs_take_a_bag(tmp_path):
+    def run(*words):
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        assert done.exit_code == 0, (done.output, done.exception)
+        return done.stdout
+
+    path = write(tmp_path / "run.mcap")
+    run("convert", f"{path}:antenna/touch", tmp_path / "touch.csv")
+    again = load_recording(tmp_path / "touch.csv", n_channels=3)
+    np.testing.assert_allclose(again.values, CAPACITANCE.T, rtol=1e-8)
+    run("robot", "new", tmp_path / "robot.toml", "--hinges", 12)
+    (said,) = json.loads(run("robot", "check", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--json"))
+    assert said["channels"] == 12 and "read from run.mcap:/joint_states" in said["history"]
+    run("robot", "convert", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--out", tmp_path / "set.nc")
+    tensors = load(tmp_path / "set.nc")
+    np.testing.assert_allclose(tensors["angle"].values[0, 1, ::2], ANGLE[:, 3], rtol=1e-9)
+    with pytest.raises(InvalidInput, match="becomes tensors with its antenna: feeler robot convert"):
+        CliRunner().invoke(app, ["convert", f"{path}:joint_states", str(tmp_path / "x.nc")], catch_exceptions=False)
+    with pytest.raises(InvalidInput, match="is a ROS 2 recording"):
+        load(path)
