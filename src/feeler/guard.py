@@ -79,13 +79,13 @@ def _take(frames: Frames, wanted: bytes, name: str) -> bytes:
     return part
 
 
-def _ask(function: str, path: str, limits: Limits, name: str, words: tuple[str, ...]) -> Frames:
+def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, ...]) -> Frames:
     """Frames from a process that runs :func:`main`."""
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
     seconds = limits.max_seconds + 30 * size / 2**30
     command = [sys.executable, "-P", "-m", "feeler.guard", function, path, str(limits.max_bytes), str(seconds)]
-    command += words
+    command += more
     environment = {**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]

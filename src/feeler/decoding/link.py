@@ -12,6 +12,7 @@ from operator import xor
 import numpy as np
 
 WRAP = 65536
+CLOCK = 2**32 / 1000  # ms after which a board's clock of microseconds in 32 bits begins anew (71.6 minutes)
 MAX_HOLE = 2000  # [C] samples in a row; a longer hole is a board that began anew
 
 
@@ -19,6 +20,11 @@ def frame_sample(number: int, time: float, values: np.ndarray) -> str:
     """One sample as a board sends it, without the end of the line."""
     body = f"{number % WRAP},{time:.3f}," + ",".join(f"{value:.6g}" for value in values)
     return f"${body}*{_sum(body):02X}"
+
+
+def unwrap_clock(time: np.ndarray) -> np.ndarray:
+    """Times (sample,) [ms] that go on where a board's clock began anew; times that fall by less than half of it stay."""
+    return time + CLOCK * np.cumsum(np.diff(time, prepend=time[:1]) < -CLOCK / 2)
 
 
 class Link:
@@ -31,7 +37,7 @@ class Link:
 
     def __init__(self, n_sensors: int) -> None:
         self.lost = self.late = self.broken = 0
-        self._n, self._last, self._time = n_sensors, -1, 0.0
+        self._n, self._last, self._time, self._turns = n_sensors, -1, 0.0, 0
 
     def take(self, line: str) -> list[tuple[float, np.ndarray]]:
         """The samples (time [ms], values) that a line adds: none, one, or one and those lost before it."""
@@ -43,12 +49,20 @@ class Link:
         if ahead == 0 or ahead > WRAP - MAX_HOLE:
             self.late += 1
             return []
-        missing = ahead - 1 if ahead <= MAX_HOLE else 0
-        step = (time - self._time) / (missing + 1)
-        holes = [(self._time + k * step, np.full(self._n, np.nan)) for k in range(1, missing + 1)]
+        if ahead > MAX_HOLE:  # a board that began anew, and its clock with it
+            self._turns, self._time = 0, time
+        before, missing, time = self._time, (ahead - 1 if ahead <= MAX_HOLE else 0), self.follow(time)
+        step = (time - before) / (missing + 1)
+        holes = [(before + k * step, np.full(self._n, np.nan)) for k in range(1, missing + 1)]
         self.lost += missing
-        self._last, self._time = number, time
+        self._last = number
         return [*holes, (time, values)]
+
+    def follow(self, time: float) -> float:
+        """The board's time [ms], going on where its clock began anew."""
+        self._turns += time + self._turns * CLOCK < self._time - CLOCK / 2
+        self._time = time + self._turns * CLOCK
+        return self._time
 
     def describe(self) -> str:
         """What was wrong, in words; empty where nothing was."""

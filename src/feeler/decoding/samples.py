@@ -48,7 +48,10 @@ def _decode(line: str | bytes) -> str:
 def take_line(line: str | bytes, n_sensors: int, link: Link) -> list[tuple[float | None, np.ndarray]]:
     """The samples that a line adds; one that begins with ``$`` is a board's, which ``link`` checks and counts."""
     text = _decode(line)
-    return [*link.take(text)] if text.lstrip().startswith("$") else [parse_sample(text, n_sensors)]
+    if text.lstrip().startswith("$"):
+        return [*link.take(text)]
+    time, values = parse_sample(text, n_sensors)
+    return [(None if time is None else link.follow(time), values)]
 
 
 def read_samples(

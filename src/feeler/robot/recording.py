@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from feeler.checked import checked
+from feeler.decoding.link import unwrap_clock
 from feeler.errors import InvalidInput
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
 from feeler.tensors.bags import find_bag, read_bag
@@ -103,7 +104,8 @@ def load_recording(
     """
     bag = find_bag(path)
     table = read_table(path) if bag is None else _number_joints(read_bag(*bag))
-    time = _read_time(table, time_unit)
+    written = _read_time(table, time_unit)
+    time = _check_time(table, unwrap_clock(written))
     numbers, columns, found = _find_channels(table)
     _check_numbers(table.source, numbers, n_channels)
     chosen = _choose_unit(table, found, unit)
@@ -118,7 +120,8 @@ def load_recording(
         labels=_read_labels(table),
         history=(
             f"read from {table.source}",
-            *(f"channels are {names}" for names in [table.notes.get("channels")] if names),
+            *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
+            *(["the board's clock of 32 bits began anew; time goes on"] if written[-1:] != time[-1:] else []),
         ),
     )
     if not np.array_equal(order, np.arange(order.size)):
@@ -149,7 +152,7 @@ def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
                     f"{table.source}: column {column!r} has no time unit; valid: {', '.join(TIME_UNITS)}. "
                     "Name the column time_ms, or give time_unit=."
                 )
-            return _check_time(table, table.column(column) * TIME_UNITS[unit])
+            return table.column(column) * TIME_UNITS[unit]
     raise InvalidInput(f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}.")
 
 
