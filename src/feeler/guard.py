@@ -123,8 +123,8 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
     except MemoryError:
         yield b"e", f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB).".encode()
     except Exception as error:  # whatever a library says of a damaged file is news about the file, not about us
-        words = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        yield b"e", f"is damaged or of another kind ({words}).".encode("utf-8", "replace")
+        said = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        yield b"e", f"is damaged or of another kind ({said}).".encode("utf-8", "replace")
 
 
 def _cut(item: Any) -> Iterator[bytes]:

@@ -90,6 +90,10 @@ def _write(path: Path) -> None:
     elif path.suffix == ".json":
         path.with_name("t.csv").write_bytes(TABLE)
         save_calibration(load_calibration_table(path.with_name("t.csv")), path)
+    elif path.suffix == ".mcap":
+        from tests.robot.test_bags import write
+
+        write(path, topics=("/antenna/touch",))
     elif path.suffix == ".nwb":
         from datetime import UTC, datetime
 

@@ -8,5 +8,7 @@ from feeler import guard
 @pytest.fixture(autouse=True)
 def in_process(monkeypatch):
     monkeypatch.setattr(
-        guard, "_ask", lambda function, path, limits, name: guard.answer(function, path, limits.max_bytes)
+        guard,
+        "_ask",
+        lambda function, path, limits, name, words: guard.answer(function, path, limits.max_bytes, *words),
     )

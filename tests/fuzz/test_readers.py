@@ -78,6 +78,7 @@ READERS = {
         read=lambda path: repair(load_recording(path, n_channels=None), gaps="bridge"),
         seeds=(files.RECORDING, files.CAPACITANCE),
     ),
+    "bag": Reader(read=lambda path: load_recording(path, n_channels=None), seeds=("run.mcap",)),
     "tracks": Reader(read=lambda path: load_tracks(path, frame_rate=30.0), seeds=(files.DLTDV, files.FOUR)),
     "landmarks": Reader(read=load_landmarks, seeds=(files.LANDMARKS, files.NAMED)),
     "traces": Reader(read=load_traces, seeds=(files.TRACES,)),

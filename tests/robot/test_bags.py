@@ -41,21 +41,23 @@ RNG = np.random.default_rng(0)
 ANGLE, CAPACITANCE = RNG.random((50, 12)), RNG.random((50, 3))
 
 
-def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1):
+def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1, topics=("/joint_states", "/antenna/touch")):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
         file = path if parts == 1 else path / f"run_{part}.mcap"
         with open(file, "wb") as stream, Writer(stream) as bag:
-            joint = bag.register_msgdef("sensor_msgs/msg/JointState", JOINT)
-            array = bag.register_msgdef("std_msgs/msg/Float64MultiArray", ARRAY)
-            text = bag.register_msgdef("std_msgs/msg/String", "string data")
-            bag.write_message("/rosout", text, {"data": "hello"}, SENT)
+            kinds = ("sensor_msgs/msg/JointState", JOINT), ("std_msgs/msg/Float64MultiArray", ARRAY)
+            joint, array = (bag.register_msgdef(*kind) for kind in kinds)
+            bag.write_message(
+                "/rosout", bag.register_msgdef("std_msgs/msg/String", "string data"), {"data": "hello"}, SENT
+            )
             for k in np.array_split(np.arange(50), parts)[part].tolist():
                 at = SENT + 2_000_000 * k + 125
-                stamp = {"sec": at // 10**9, "nanosec": at % 10**9}
-                state = {"header": {"stamp": stamp, "frame_id": ""}, "name": names(k) if callable(names) else names,
-                         "position": ANGLE[k].tolist(), "velocity": [], "effort": []}  # fmt: skip
-                bag.write_message("/joint_states", joint, state, at + 900_000 * (k % 2))  # the log is late by turns
+                if "/joint_states" in topics:
+                    header = {"stamp": {"sec": at // 10**9, "nanosec": at % 10**9}, "frame_id": ""}
+                    state = {"header": header, "name": names(k) if callable(names) else names}
+                    state |= {"position": ANGLE[k].tolist(), "velocity": [], "effort": []}
+                    bag.write_message("/joint_states", joint, state, at + 900_000 * (k % 2))  # the log is late by turns
                 layout = {"dim": dims * [{"label": label, "size": 3, "stride": 3}], "data_offset": 0}
                 bag.write_message("/antenna/touch", array, {"layout": layout, "data": CAPACITANCE[k].tolist()}, at)
             if metadata:
