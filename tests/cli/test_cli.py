@@ -1,8 +1,9 @@
 """The command line: one clear message and exit code 2, never a traceback."""
 
 import pytest
+import typer
 
-from feeler.cli.app import main
+from feeler.cli.app import app, main
 
 from ._command import run
 
@@ -35,6 +36,17 @@ def test_bad_input_is_one_message(tmp_path, arguments, message):
     assert result.stdout == ""  # nothing was begun
     assert "Traceback" not in result.stderr
     assert not list(tmp_path.rglob("*.nc"))
+
+
+def list_verbs(group, above="feeler"):
+    for name, command in group.commands.items():
+        yield from list_verbs(command, f"{above} {name}") if hasattr(command, "commands") else [f"{above} {name}"]
+
+
+@pytest.mark.parametrize("verb", [*list_verbs(typer.main.get_command(app))])
+def test_every_verb_shows_how_it_is_called(tmp_path, verb):
+    said = run(*verb.split()[1:], "--help", cwd=tmp_path).stdout
+    assert f"{verb} " in said.partition("Examples:")[2]
 
 
 def test_touch_writes_tensor_picture_and_movie(tmp_path):

@@ -31,13 +31,23 @@ EXAMPLES = """Examples:
 
   feeler robot calibrate surrogate_calibration_table.csv --out calibration.json
 
+  feeler robot check surrogate_ball_tip_fast.csv --calibration calibration.json
+
   feeler robot classify surrogate_ball_tip_fast.csv --calibration calibration.json
 
   feeler robot stream surrogate_ball_tip_fast.csv --calibration calibration.json
 
   feeler robot fit surrogate_release.csv
 
-A board of your own (feeler robot board writes an Arduino sketch), or a recording in its stead, as fast as it was recorded:
+  feeler robot convert surrogate_release.csv --out set.nc
+
+A recording by ROS 2 in the place of a CSV, by file and topic (extra: ros):
+
+  feeler robot check run.mcap:joint_states --antenna robot.toml
+
+A board of your own, or a recording in its stead, as fast as it was recorded:
+
+  feeler robot board sketch.ino --channels 12 --rate 200
 
   feeler robot stream /dev/ttyUSB0 --serial --calibration calibration.json
 
@@ -261,6 +271,9 @@ def gap(
 
 for verb in (stream, board, replay):
     app.command()(verb)
+for command in app.registered_commands:  # each shows the examples that are its own
+    own = [line for line in EXAMPLES.splitlines() if f"feeler robot {command.callback.__name__} " in f"{line} "]
+    command.epilog = "\n\n".join(["Examples:", *own])
 
 
 def register(parent: typer.Typer) -> None:

@@ -19,6 +19,10 @@ EXAMPLES = """Examples:
 
   feeler tracks walk.analysis.h5 --frame-rate 100 --individual track_0 --points base,p1,p2,p3,tip --scale 8
 
+  feeler tracks walk0.csv walk1.csv --frame-rate 200 --out out/walks --session-start 2026-05-01T09:00:00+02:00 --subject c1
+
+  feeler tracks out/walks/tracks.nwb --individual trial_000001
+
   feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks left_tip,right_tip,head,abdomen
 """
 

@@ -54,13 +54,17 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
 
 def _read_json(path: str | os.PathLike) -> dict:
     try:
-        if not Path(path).is_file() or Path(path).stat().st_size > MAX_FILE:
-            raise InvalidInput(f"{path} is not a file of at most {MAX_FILE:,} bytes.")
+        if not Path(path).is_file():
+            raise InvalidInput(f"cannot read {path!s}: no such file. `feeler robot calibrate` makes a calibration.")
+        if Path(path).stat().st_size > MAX_FILE:
+            raise InvalidInput(f"{path} is no sensor calibration: it has more than {MAX_FILE:,} bytes.")
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         if isinstance(error, InvalidInput):
             raise
-        raise InvalidInput(f"cannot read {path!s} as JSON: {str(error)[:200]}.") from error
+        raise InvalidInput(
+            f"cannot read {path!s} as JSON: {str(error)[:200]}. From a table `feeler robot calibrate` makes the calibration."
+        ) from error
     if not isinstance(content, dict):
         raise InvalidInput(f"{path} is no sensor calibration of feeler: it holds no object.")
     return content

@@ -77,7 +77,8 @@ def detect(path: str | os.PathLike) -> str:
             return name
     hint = next((words for magic, words in _HINTS.items() if start.startswith(magic)), "")
     known = ", ".join(form.words for form in FORMATS.values())
-    raise InvalidInput(f"{path.name} is {hint}." if hint else f"{path.name} is no file of feeler ({known}).")
+    others = "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate --data"
+    raise InvalidInput(f"{path.name} is {hint}." if hint else f"{path.name} is no file of feeler ({known}). {others}.")
 
 
 def _read_start(path: Path) -> bytes:
