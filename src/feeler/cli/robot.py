@@ -272,7 +272,11 @@ def gap(
 for verb in (stream, board, replay):
     app.command()(verb)
 for command in app.registered_commands:  # each shows the examples that are its own
-    own = [line for line in EXAMPLES.splitlines() if f"feeler robot {command.callback.__name__} " in f"{line} "]
+    own = [
+        line
+        for line in EXAMPLES.splitlines()
+        if f"feeler robot {getattr(command.callback, '__name__', '')} " in f"{line} "
+    ]
     command.epilog = "\n\n".join(["Examples:", *own])
 
 
