@@ -31,6 +31,7 @@ def test_poses_come_back_as_they_were(tmp_path, trials, unit):
         back = load_tracks(path, individual=f"trial_{k:06d}")
         assert (back.landmarks, back.unit, back.interval) == (film.landmarks, unit, pytest.approx(film.interval))
         np.testing.assert_allclose(back.position, film.position, rtol=1e-12)
+        assert back.source == film.source == "synthetic"
 
 
 def test_all_films_share_one_clock(tmp_path, trials):

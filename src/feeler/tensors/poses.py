@@ -82,6 +82,7 @@ def _take_ndx_pose(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
                 arrays["likelihood"][k, :n, j] = one["confidence"][:n]
     first = next(iter(series[0].values()))
     about = {"kind": "ndx-pose", "names": names, "individuals": [*films], "frames": frames}
+    about["sources"] = [_decode(film["description"][()]) if "description" in film else "" for film in films.values()]
     about["unit"] = "mm" if _read_metres(first) else "px"
     rate = first["starting_time"].attrs["rate"] if "starting_time" in first else 1 / np.diff(first["timestamps"][:2])[0]
     return {**about, "frame_rate": float(rate)}, arrays

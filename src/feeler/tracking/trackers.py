@@ -147,6 +147,7 @@ def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
         position=position[k, :n],
         likelihood=None if score is None else score[k, :n].astype(float),
         unit=about.get("unit", "px"),
+        notes={"source": about["sources"][k]} if "sources" in about else {},
         frame_rate=about.get("frame_rate"),
         software=kind,
     )
