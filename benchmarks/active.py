@@ -4,7 +4,8 @@ python benchmarks/active.py compare     # every policy and set that the journal 
 python benchmarks/active.py speed       # steps of 64 environments per second of one core
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
-python benchmarks/active.py learn judge # recurrent PPO, which needs sb3-contrib, and what it learned
+python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed; needs sb3-contrib
+python benchmarks/active.py judge store_learned  # the learned policies under the exact observer, beside the others
 python benchmarks/active.py walls       # wall following as a closed loop
 python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the others write their own parts
 """
@@ -15,8 +16,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from feeler.active.compare import compare_policies, judge_energy, judge_steering
+from feeler.active.compare import compare_policies, judge_energy, judge_learned, judge_steering
 from feeler.active.declared import load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
@@ -52,9 +54,36 @@ def write() -> None:
     verdict, energy = judge_steering(measured, comparison), judge_energy(measured, comparison)
     keep(steering=verdict.to_dict(), energy=energy, measured=measured.to_dict(), declared=vars(comparison))
     print(verdict.to_dataframe().to_string())
+    store()
+
+
+def store() -> None:
+    """What the report shows, kept with the package."""
     found = json.loads(RESULTS.read_text())
-    kept = {name: found[name] for name in ("measured", "declared", "places", "wall") if name in found}
+    kept = {name: found[name] for name in ("measured", "learned", "declared", "places", "wall") if name in found}
     STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
+
+
+def store_learned() -> None:
+    """The learned policies beside the others, and how far practice is off the exact observer [points]."""
+    comparison, results = load_contest(), json.loads(RESULTS.read_text())
+    found, measured = results["learning"], xr.Dataset.from_dict(results["measured"]).map(lambda v: v.astype(float))
+    seeds, sets = comparison.learning["seeds"], range(1, comparison.sets, 2)
+    runs = [[[found[f"seed {s} set {n}"][f"{d:g}"] for d in comparison.deadlines] for n in sets] for s in seeds]
+    fields = {
+        name: (("seed", "set", "deadline"), [[[one[name] for one in row] for row in rows] for rows in runs])
+        for name in ("accuracy", "hits", "work")
+    }
+    learned = xr.Dataset(fields, {"seed": seeds, "set": [*sets], "deadline": [*comparison.deadlines]})
+    practised = np.array([[found[f"practice {n}"][p] for n in sets] for p in (*comparison.fixed, *comparison.steered)])
+    exact = measured["accuracy"].sel(policy=[*comparison.fixed, *comparison.steered]).isel(set=[*sets])
+    off = 100 * (practised - exact)
+    judged = judge_learned(learned, measured, comparison)
+    rms = {"fixed": float((off[: len(comparison.fixed)] ** 2).mean() ** 0.5),
+           "steered": float((off[len(comparison.fixed) :] ** 2).mean() ** 0.5)}  # fmt: skip
+    keep(learned=learned.to_dict(), judged=judged.to_dict(), practice={"rms": rms, "mean": float(off.mean())})
+    print(judged.to_dataframe().round(2).to_string(), rms)
+    store()
 
 
 def speed() -> None:
@@ -221,5 +250,15 @@ def walls() -> None:
 
 
 if __name__ == "__main__":
-    for word in sys.argv[1:] or ["compare", "speed", "places", "decode", "learn", "judge", "walls", "write"]:
+    for word in sys.argv[1:] or [
+        "compare",
+        "speed",
+        "places",
+        "decode",
+        "learn",
+        "judge",
+        "walls",
+        "write",
+        "store_learned",
+    ]:
         globals()[word]()

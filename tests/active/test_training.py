@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import feeler
-from feeler.active import Observer, TouchTask, parse_policy
+from feeler.active import Observer, TouchTask, load_contest, parse_policy
 from feeler.active.learned import KIND, VERSION, make_actor, see
 from feeler.active.practice import STEP, Practice, Practised, practise
 from feeler.errors import InvalidInput
@@ -51,6 +51,14 @@ def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path
         chosen = policy(bodies.known)
         np.testing.assert_array_equal(chosen, Observer(practice.task).menu[action])
         bodies.step(chosen)
+
+
+@pytest.mark.parametrize("seed", load_contest().learning["seeds"])
+def test_the_weights_that_are_kept_steer_better_than_a_middling_speed(seed):
+    comparison = load_contest(known=12)
+    observer = Observer(comparison.make_task(feeler.presets.cockroach(), 1), period=comparison.period)
+    learned = observer.run(parse_policy(f"learned:{seed},50"), copies=1, duration=50.0)
+    assert learned.accuracy[-1] > observer.run(parse_policy("fixed:0.3"), copies=1, duration=50.0).accuracy[-1]
 
 
 def test_practice_is_the_observer_where_speed_stays(practice):

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.active.compare import judge_energy, judge_steering
+from feeler.active.compare import judge_energy, judge_learned, judge_steering
 from feeler.active.declared import Contest
 from feeler.active.observer import Observer, Policy
 from feeler.active.show import Film, look_at
@@ -47,13 +47,16 @@ def write_active(
     return write_page(out / "active.html", "How to move in order to know", LEAD, section)
 
 
-def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest) -> None:
-    """The figure, the verdict, and the tables."""
+def fill_comparison(
+    section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
+) -> None:
+    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.active.judge_learned` takes it, with ``work``."""
     section.figure(
         "active",
         "What an ideal observer knows by when, for the best and the other policies; and accuracy at the second deadline against "
-        "the work on the antenna until then. Bars: 95 % over sets.",
-        lambda figure: plot_comparison(measured, comparison, figure),
+        "the work on the antenna until then. Bars: 95 % over sets"
+        + ("." if learned is None else "; the learned policy on the sets of odd number, on which it is judged."),
+        lambda figure: plot_comparison(measured, comparison, figure, learned),
         height=3.2,
     )
     deadlines = [f"{d:g} ms" for d in measured["deadline"].values]
@@ -75,6 +78,26 @@ def fill_comparison(section: Section, measured: xr.Dataset, comparison: Contest)
                   f"{comparison.gain:g} points and the interval excludes 0.")  # fmt: skip
     section.table(["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"], judge_energy(measured, comparison),
                   "Among policies whose mean work until then keeps to the budget.")  # fmt: skip
+    if learned is not None:
+        _fill_learned(section, learned, measured, comparison)
+
+
+def _fill_learned(section: Section, learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> None:
+    found = judge_learned(learned, measured, comparison)
+    columns = ("learned", "least", "most", "fixed_gain", "fixed_half", "steered_gain", "steered_half")
+    rows = [[f"{d:g} ms", *(float(found[c].sel(deadline=d)) for c in columns)] for d in found["deadline"].values]
+    head = [
+        "deadline",
+        "learned [%]",
+        "least seed",
+        "greatest",
+        "over the best fixed",
+        "±",
+        "over the best steered",
+        "±",
+    ]
+    section.table(head, rows, f"Recurrent PPO on what the observer believes, the mean of {learned.sizes['seed']} seeds; points "
+                  "gained over the policies above, on the same sets and noise.")  # fmt: skip
 
 
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:
@@ -83,7 +106,9 @@ def _say(found: xr.Dataset, name: str, deadline: float) -> str:
     return f"{mean:.1f} ± {half:.1f}" if np.isfinite(half) else f"{mean:.1f}"
 
 
-def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -> None:
+def plot_comparison(
+    measured: xr.Dataset, comparison: Contest, figure: Figure, learned: xr.Dataset | None = None
+) -> None:
     """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2 inches."""
     left, right = figure.subplots(1, 2)
     at = min(1, measured.sizes["deadline"] - 1)
@@ -99,6 +124,12 @@ def plot_comparison(measured: xr.Dataset, comparison: Contest, figure: Figure) -
                           alpha=0.75, label=label if k == 0 else None)  # fmt: skip
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
+    if learned is not None:
+        mean = average_sets(100 * learned["accuracy"].mean("seed"))
+        style: dict[str, Any] = {"color": "black", "fmt": "s", "ms": 3, "capsize": 1.5, "lw": 0.8}
+        left.errorbar(learned["deadline"], mean["mean"], mean["half"], label="learned", **style)
+        last = mean.isel(deadline=at)
+        right.errorbar(float(learned["work"].mean(("seed", "set"))[at]), last["mean"], last["half"], **style)
     _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)

@@ -13,7 +13,7 @@ FILE = "measured.json"
 
 
 def load_stored(comparison: Contest) -> dict[str, Any]:
-    """The stored results: ``measured`` as a Dataset, and what else there is, as plain data.
+    """The stored results: ``measured`` and ``learned`` as Datasets, and what else there is, as plain data.
 
     Raises
     ------
@@ -27,5 +27,5 @@ def load_stored(comparison: Contest) -> dict[str, Any]:
                 f"the stored results were made with {name} {found['declared'][name]}, declared is {getattr(comparison, name)}. "
                 "Run: python benchmarks/active.py compare write"
             )
-    measured = xr.Dataset.from_dict(found["measured"])
-    return found | {"measured": measured.map(lambda values: values.astype(float))}  # null is NaN
+    datasets = {name: xr.Dataset.from_dict(found[name]) for name in ("measured", "learned") if name in found}
+    return found | {name: one.map(lambda values: values.astype(float)) for name, one in datasets.items()}  # null is NaN

@@ -34,7 +34,7 @@ def show(context: Context, section: Section) -> None:
         f"{100 * seen.accuracy[-1]:.3f} % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna "
         "and for policies of your own."
     )
-    fill_comparison(section, stored["measured"], comparison)
+    fill_comparison(section, stored["measured"], comparison, stored.get("learned"))
     drawn = {name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")}
     section.numbers("active", **drawn)
     verdict = judge_steering(stored["measured"], comparison)
