@@ -68,7 +68,9 @@ def store_learned() -> None:
     """The learned policies beside the others, and how far practice is off the exact observer [points]."""
     comparison, results = load_contest(), json.loads(RESULTS.read_text())
     found, measured = results["learning"], xr.Dataset.from_dict(results["measured"]).map(lambda v: v.astype(float))
-    seeds, sets = comparison.learning["seeds"], range(1, comparison.sets, 2)
+    seeds = comparison.learning["seeds"]
+    sets = [n for n in range(1, comparison.sets, 2) if f"practice {n}" in found
+            and all(len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds)]  # fmt: skip
     runs = [[[found[f"seed {s} set {n}"][f"{d:g}"] for d in comparison.deadlines] for n in sets] for s in seeds]
     fields = {
         name: (("seed", "set", "deadline"), [[[one[name] for one in row] for row in rows] for rows in runs])
@@ -201,10 +203,13 @@ def judge() -> None:
     comparison, antenna = load_contest(), cockroach()
     seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]
     for number in range(1, comparison.sets, 2):
-        task = comparison.make_task(antenna, number)
-        observer, practice = Observer(task, period=comparison.period, random_state=number), Practice(task)
         found = json.loads(RESULTS.read_text()).get("learning", {})
+        if all(len(found.get(f"seed {seed} set {number}", {})) == len(comparison.deadlines) for seed in seeds):
+            continue
+        task = comparison.make_task(antenna, number)
+        observer = Observer(task, period=comparison.period, random_state=number)
         if f"practice {number}" not in found:
+            practice = Practice(task)
             names = [*comparison.fixed, *comparison.steered]
             right = {n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines] for n in names}
             keep_learned(f"practice {number}", **right)
