@@ -240,6 +240,7 @@ def list_values(known: dict) -> dict:
         for name, pick in (("bits", lambda one: one["bits"]), ("rate", lambda one: one["p"][2])):
             values = [pick(one) for one in family["starts"]]
             found |= {f"family.{noise}.{name}.least": min(values), f"family.{noise}.{name}.most": max(values)}
+        found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])["p"][2]
     for name in ("exponential", "linear", "constant", "matched", "spline"):
         if "sensors" in known:
             found |= {f"sensors.{name}.{choice}": known["sensors"][name][choice]["fewest"] for choice in CHOICES}
