@@ -59,7 +59,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
             axes[2].plot(one["p"][2], one["bits"], "o", ms=4, color=colour, label=label)
         axes[2].plot(-0.0827, family["paper"]["bits"], "x", color=colour)
     axes[2].set(xlabel="stiffness rate p3 [1/joint]", ylabel="bits, optimiser's draws")
-    axes[2].legend()
+    axes[2].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     for colour, one in zip(PALETTE, stored["spline"].values(), strict=False):
         count, cost = np.array(one["history"]).T
         axes[3].step(count, cost, where="post", color=colour)
