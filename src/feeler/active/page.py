@@ -55,7 +55,11 @@ def fill_comparison(
         "active",
         "What an ideal observer knows by when, for the best and the other policies; and accuracy at the second deadline against "
         "the work on the antenna until then. Bars: 95 % over sets"
-        + ("." if learned is None else "; the learned policy on the sets of odd number, on which it is judged."),
+        + (
+            "."
+            if learned is None
+            else f"; the learned policy on sets {learned['set'].values.tolist()} of those on which policies are judged."
+        ),
         lambda figure: plot_comparison(measured, comparison, figure, learned),
         height=3.2,
     )
