@@ -240,6 +240,8 @@ def list_values(known: dict) -> dict:
         for name, pick in (("bits", lambda one: one["bits"]), ("rate", lambda one: one["p"][2])):
             values = [pick(one) for one in family["starts"]]
             found |= {f"family.{noise}.{name}.least": min(values), f"family.{noise}.{name}.most": max(values)}
+        stiffness = PLAN.reference.stiffness
+        found["family.rate"] = float(np.log(stiffness[-1] / stiffness[0]) / (len(stiffness) - 1))
         found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])["p"][2]
     for name in ("exponential", "linear", "constant", "matched", "spline"):
         if "sensors" in known:
