@@ -148,7 +148,11 @@ def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Ax
         beaten = np.any((work <= place[0]) & (right > place[1]))
         if not beaten and all(abs(place[0] - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named):
             named.append(place)
-            ax.annotate(names[k], place, fontsize=6, xytext=(4, -8), textcoords="offset points")
+            line = {"arrowstyle": "-", "lw": 0.4, "color": "grey", "relpos": (0, 0.5)}
+            at = (0.5, 0.62 - 0.07 * len(named))  # below the front, where no policy of these lies
+            ax.annotate(
+                names[k], place, fontsize=6, xytext=at, textcoords="axes fraction", va="center", arrowprops=line
+            )
 
 
 @checked
