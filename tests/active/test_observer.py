@@ -129,7 +129,7 @@ def test_a_policy_that_gives_no_speeds_is_named(observer, policy, said):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("hover", "unknown policy 'hover'; valid: fixed"),
+        ("hover", "unknown policy 'hover'; valid: learned, fixed"),
         ("fixed:fast", "takes numbers, One speed"),
         ("fixed:1,2", "takes numbers"),
         ("nowhere.py:policy", "there is no file nowhere.py"),

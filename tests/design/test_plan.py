@@ -102,7 +102,8 @@ def test_a_second_look_at_the_final_draws_is_counted(made):
 
 
 def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
-    folder, found = made
+    folder, _ = made
+    found = carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1)
     monkeypatch.setattr("feeler.cli.design._Watcher._draw", lambda *_: None)
     asked = ["design", str(folder / "task.toml"), "--out", str(folder / "out"), "--no-movie", "--workers", "1"]
     before = (folder / "out" / "journal.jsonl").stat().st_size

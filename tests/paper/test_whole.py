@@ -36,7 +36,9 @@ def test_the_section_writes_what_a_claim_asks_for(sections, claim):
 def test_a_kept_run_wrote_what_a_claim_asks_for(claim):
     """From the values that ``benchmarks/reproduce.py`` kept, so that a misspelt key fails whatever scale it is due at."""
     values = json.loads(RESULTS.read_text())["paper" if claim.due == "paper" else "quick"]["values"]
-    assert claim.section in values, "the kept run is older than this section; run: python benchmarks/reproduce.py quick paper"
+    assert claim.section in values, (
+        "the kept run is older than this section; run: python benchmarks/reproduce.py quick paper"
+    )
     assert claim.list_keys() <= set(values[claim.section]), f"no such value in section {claim.section}"
 
 

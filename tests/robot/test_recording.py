@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from feeler.errors import InvalidInput
@@ -231,6 +231,7 @@ def test_calibration_of_another_robot_is_refused():
 
 
 @settings(max_examples=200, deadline=None)
+@example(["time_ms", "hinge1_deg"], "", "")  # a header and nothing below it
 @given(
     st.lists(st.sampled_from(["time_ms", "t_s", "hinge1_deg", "c2_pF", "hinge2 (rad)", "c2", "x"]), max_size=4),
     st.text(alphabet="0123456789.,-\nNa", max_size=80),

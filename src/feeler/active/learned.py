@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import expit
 
 from feeler.active.observer import MENU, Known, Policy
-from feeler.active.policies import POLICIES
 from feeler.errors import InvalidInput
 from feeler.tensors.models import Model, load_model
 
@@ -78,7 +77,6 @@ def _load(seed: int) -> Model:
     return load_model(path, kind=KIND, version=VERSION, trusted=True)
 
 
-@POLICIES.register("learned")
 def make_learned(seed: float = 0.0, deadline: float = 50.0) -> Policy:
     """What recurrent PPO learned with a seed, told that it is asked at a deadline [ms]."""
     return make_actor(_load(int(seed)).arrays, deadline)

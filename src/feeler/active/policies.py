@@ -10,7 +10,7 @@ from feeler.active.observer import MENU, Known, Policy
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-POLICIES: Registry[Callable[..., Policy]] = Registry("policy")
+POLICIES: Registry[Callable[..., Policy]] = Registry("policy", {"learned": "feeler.active.learned:make_learned"})
 """What makes each policy, by name; ``POLICIES.register(name, make)`` adds one. Arguments are numbers."""
 
 

@@ -121,7 +121,7 @@ def load_recording(
         history=(
             f"read from {table.source}",
             *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
-            *(["the board's clock of 32 bits began anew; time goes on"] if written[-1:] != time[-1:] else []),
+            *(["the board's clock of 32 bits began anew; time goes on"] if not np.array_equal(written, time) else []),
         ),
     )
     if not np.array_equal(order, np.arange(order.size)):

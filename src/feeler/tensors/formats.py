@@ -16,7 +16,6 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.limits import Limits, find_limits
 from feeler.registry import Registry
-from feeler.tensors.bags import MAGIC
 from feeler.tensors.contract import find_breaches, refuse
 
 START = 512  # bytes by which a file is recognised
@@ -63,7 +62,7 @@ _HINTS = {
     b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
     b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",
     b"\x80": "a Python pickle, which can run programs when opened: it is never read",
-    MAGIC: "a ROS 2 recording (MCAP): feeler robot check and convert read it, feeler convert makes it a CSV",
+    b"\x89MCAP": "a ROS 2 recording (MCAP): feeler robot check and convert read it, feeler convert makes it a CSV",
     b"MATLAB 7.3": "MATLAB -v7.3: save it with '-v7', or as NetCDF",
 }
 
