@@ -83,7 +83,11 @@ def store_learned() -> None:
     judged = judge_learned(learned, measured, comparison)
     rms = {"fixed": float((off[: len(comparison.fixed)] ** 2).mean() ** 0.5),
            "steered": float((off[len(comparison.fixed) :] ** 2).mean() ** 0.5)}  # fmt: skip
-    keep(learned=learned.to_dict(), judged=judged.to_dict(), practice={"rms": rms, "mean": float(off.mean())})
+    declared = results["declared"] | {
+        "learning": dict(comparison.learning)
+    }  # what the policies beside were declared with stays
+    practice = {"rms": rms, "mean": float(off.mean())}
+    keep(learned=learned.to_dict(), judged=judged.to_dict(), practice=practice, declared=declared)
     print(judged.to_dataframe().round(2).to_string(), rms)
     store()
 

@@ -112,7 +112,7 @@ def train_policy(
         import torch
         from sb3_contrib import RecurrentPPO
     except ImportError as error:
-        raise MissingExtra("a learned policy needs sb3-contrib: pip install sb3-contrib.") from error
+        raise MissingExtra("to learn a policy needs sb3-contrib: pip install 'feeler[active]'.") from error
     torch.set_num_threads(1)  # so small a network is slower on more
     env = _make_vec_env(practices, deadlines, groups, seed)
     model = RecurrentPPO(

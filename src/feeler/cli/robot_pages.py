@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 
 from feeler.decoding.stream import StreamState
 from feeler.report import Section, write_page
@@ -56,12 +57,8 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
     def draw(figure: Any) -> None:
         axes = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for ax, name, one in zip(axes, names, recordings, strict=True):
-            colors = plt.get_cmap("viridis")(np.linspace(0, 0.9, one.n_sensors))
-            for channel, (values, color) in enumerate(zip(np.degrees(one.values), colors, strict=True), 1):
-                ends = channel in (1, one.n_sensors)
-                ax.plot(one.time, values, color=color, label=f"channel {channel}" if ends else None)
+            _plot_channels(one.time, one.values, ax)
             ax.set_title(name, fontsize=7)
-            ax.set_ylabel("angle [°]")
         axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time [ms]")
 
@@ -106,7 +103,7 @@ def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
 
 def write_stream(out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]) -> Path:
     """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was thought of it."""
-    angle = np.degrees(np.array([values for _, values, _ in kept]))
+    angle = np.array([values for _, values, _ in kept])
     time = np.array([np.nan if at is None else at for at, *_ in kept], dtype=float)
     time, unit = (time, "ms") if np.isfinite(time).all() else (np.arange(len(kept)), "samples")
     belief = np.array([state.posterior for *_, state in kept])
@@ -117,9 +114,7 @@ def write_stream(out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float
 
     def draw(figure: Any) -> None:
         above, below = figure.subplots(2, 1, sharex=True)
-        for values, color in zip(angle.T, plt.get_cmap("viridis")(np.linspace(0, 0.9, angle.shape[1])), strict=True):
-            above.plot(time, values, color=color)
-        above.set_ylabel("angle [°]")
+        _plot_channels(time, angle.T, above)
         for number in shown:
             below.plot(time, belief[:, number], label=name_touch(classes[number]))
         below.set(xlabel=f"time [{unit}]", ylabel="probability", ylim=(0, 1.02))
@@ -164,6 +159,14 @@ def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, fl
     ]
     section.table(["part", "read right, %", "from", "to", "feature right, %"], rows)
     return write_page(out / "robot.html", "What the gap costs", "Between simulation and surrogate robots.", section)
+
+
+def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes) -> None:
+    """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip; the first and the last are named."""
+    for k, values in enumerate(np.degrees(angle)):
+        label = f"channel {k + 1}" if k in (0, len(angle) - 1) else None
+        ax.plot(time, values, color=colormaps["viridis"](0.9 * k / max(len(angle) - 1, 1)), label=label)
+    ax.set_ylabel("angle [°]")
 
 
 def _begin(out: Path, title: str, numbers: object) -> Section:

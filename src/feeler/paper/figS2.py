@@ -59,7 +59,7 @@ def plot_path(tracks: Tracks, ax) -> None:
     for name, colour in zip(tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
     ax.set(xlabel="x [px]", ylabel="y [px]", aspect="equal")
-    ax.legend(fontsize=7, frameon=False)
+    ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def plot_trace(data: FigS2Data, ax) -> None:
