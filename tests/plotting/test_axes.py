@@ -90,13 +90,16 @@ def test_profiles_stand_over_the_hinges_in_their_units():
         np.testing.assert_allclose(read(ax.lines[0]), np.column_stack([place, values]))
 
 
-def test_accuracy_and_noise_are_in_per_cent(ax):
-    noisy = np.array([[0.9, 1.0], [0.4, 0.6]])
+@pytest.mark.parametrize("points", [2, 5], ids=["bars", "a band"])
+def test_accuracy_and_noise_are_in_per_cent(ax, points):
+    noisy = np.array([[0.9, 1.0], *[[0.4, 0.6]] * (points - 1)])
     empty = dict.fromkeys(("clean", "confusion", "kept_noisy", "kept_clean"), noisy)
-    plot_sweep(Sweep(ratios=np.array([0.05, 0.3]), classes=np.arange(4), noisy=noisy, **empty), ax)
-    np.testing.assert_allclose(read(ax.lines[0]), [[5, 95], [30, 50]])
-    band = ax.collections[0].get_paths()[0].vertices
-    assert (band[:, 1].min(), band[:, 1].max()) == pytest.approx((40, 100))  # mean ± 1 sd
+    plot_sweep(Sweep(ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty), ax)
+    np.testing.assert_allclose(read(ax.lines[0])[[0, -1]], [[5, 95], [30, 50]])
+    spread = ax.collections[0].get_paths()
+    assert len(spread) == (2 if points == 2 else 1)  # two points are not joined, by a band neither
+    ends = np.concatenate([path.vertices for path in spread])[:, 1]
+    assert (ends.min(), ends.max()) == pytest.approx((40, 100))  # mean ± 1 sd
 
 
 def make_dispersion(values):

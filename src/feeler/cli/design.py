@@ -27,7 +27,7 @@ def design(
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="of the search, not of the touches")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
-    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler, or local")] = None,
+    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler, or local:4 for 4 processes")] = None,
     robot: Annotated[bool, typer.Option(help="the result as flexure hinges, and their tolerance")] = False,
     movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
     as_json: Json = False,

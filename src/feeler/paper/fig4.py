@@ -158,7 +158,7 @@ def plot_ranks(data: Fig4Data, ax: Axes) -> None:
     for axis, values, colour, marker in curves:
         middle = values[:, 0]
         spread = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
-        axis.errorbar(ranks, middle, spread, color=colour, marker=marker, ms=4, capsize=2)
+        axis.errorbar(ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2)
     ax.set_xticks(ranks)
     ax.set_xlabel("number of bases M")
     ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=PALETTE[0])
@@ -240,10 +240,12 @@ def _show_ranks(section: Section, main: Fig4Data) -> None:
     if encoder is not None:
         for number, centre in enumerate(_centres(encoder.components_), start=1):
             section.values[f"encoding.centre.{number}"] = centre
-    section.text(
-        f"Restarts agree on their bases to {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching "
-        f"order and shift). Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}."
-    )
+    if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
+        section.text(
+            f"Restarts agree on their bases to {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after "
+            "matching order and shift)."
+        )
+    section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
 
 
 def _show_codes(section: Section, main: Fig4Data) -> None:

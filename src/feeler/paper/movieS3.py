@@ -1,6 +1,7 @@
 """Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that follows a wall by it."""
 
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -136,7 +137,7 @@ def show(context: Context, section: Section) -> None:
         f"A wall (green) comes nearer to every profile, {APPROACH_SLOWER:g} times slower than life; colours: curvature beyond "
         "rest, on one scale; red: the point of greatest bend while in contact. (Movie S3)",
     )
-    if context.effort.follows:
+    if context.effort.followers != 0:
         _follow(context, section)
 
 
@@ -148,7 +149,7 @@ def _follow(context: Context, section: Section) -> None:
     rows: list[list[object]] = []
     section.heading("Following a wall by it")
     shown = False
-    for name, antenna in context.profiles.items():
+    for name, antenna in islice(context.profiles.items(), context.effort.followers):
         angles: list[np.ndarray] = []
         try:
             run = follow(antenna, watch=_keep(angles))

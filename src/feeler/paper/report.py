@@ -26,7 +26,7 @@ OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
-    """Write ``report.html``, ``figures.pdf`` (not at smoke scale) and ``numbers.json``; copy each figure's files and
+    """Write ``report.html``, ``figures.pdf`` (at paper scale) and ``numbers.json``; copy each figure's files and
     numbers to ``figures/``."""
     templates: Any = open_templates("feeler.paper").get_template("report.html").module
     made = {str(block["name"]): section.name for section in sections for block in section.blocks if "name" in block}

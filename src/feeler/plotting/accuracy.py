@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 from feeler.decoding.curves import Curves
 from feeler.decoding.sweep import Sweep
-from feeler.plotting.look import PALETTE
+from feeler.plotting.look import FEWEST, PALETTE
 
 
 def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
@@ -36,4 +36,7 @@ def plot_sweep(sweep: Sweep, ax: Axes, **style: Any) -> None:
     """One accuracy curve on noisy copies, mean ± 1 SD."""
     mean, sd = 100 * sweep.noisy.mean(axis=1), 100 * sweep.noisy.std(axis=1)
     (line,) = ax.plot(100 * sweep.ratios, mean, **{"lw": 1, "marker": ".", "ms": 3, **style})
-    ax.fill_between(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0)
+    if len(mean) < FEWEST:
+        ax.vlines(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), lw=1)
+    else:
+        ax.fill_between(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0)

@@ -10,7 +10,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.container import ErrorbarContainer
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
@@ -66,13 +66,17 @@ def mark_places(axis: Axis, places: Iterable[float]) -> None:
     axis.set_ticks([], minor=True)
 
 
-def unjoin(figure: Figure, least: int = 5) -> None:
+FEWEST = 5
+"""Points of a curve; of fewer no line is drawn."""
+
+
+def unjoin(figure: Figure, least: int = FEWEST) -> None:
     """Curves of fewer points than ``least`` become points: a line between them would say what nobody measured.
 
     Only lines with marks are curves. What was dashed gets open marks, so that it still can be told from what was not.
     """
     loose: dict[object, bool] = {}
-    for ax in figure.findobj(Axes):
+    for ax in figure.axes:
         for line in ax.lines:
             if (
                 line.get_marker() not in ("None", "", None)
@@ -85,10 +89,16 @@ def unjoin(figure: Figure, least: int = 5) -> None:
             middle = container.lines[0] if isinstance(container, ErrorbarContainer) else None
             if middle is not None and middle.get_linestyle() == "None":
                 loose.setdefault(container.get_label(), False)
-    for legend in figure.findobj(Legend):
+    for legend in _list_legends(figure):
         for line, text in zip(legend.get_lines(), legend.get_texts(), strict=False):
             if text.get_text() in loose and line.get_marker() not in ("None", "", None):
                 _loosen(line, loose[text.get_text()])
+
+
+def _list_legends(figure: FigureBase) -> list[Legend]:
+    """Of the figure, its axes and its parts; to search all its artists would make every tick first."""
+    own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
+    return own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
 
 
 def _loosen(line: Line2D, was_dashed: bool) -> None:

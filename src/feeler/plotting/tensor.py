@@ -54,7 +54,8 @@ def plot_tensor_grid(
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
     grid = {"rows": rows, "columns": columns, "wide": wide, "high": high, "sensors": n_sensors, "start": float(time[0])}
     _remember(image, unit, grid | {"step": step})
-    levels = [(high * i + n_sensors - end, str(end)) for i in range(len(rows)) for end in (1, n_sensors)]
+    last_row = high * (len(rows) - 1)  # numbers beside every row would meet in a low picture
+    levels = [(last_row + n_sensors - end, str(end)) for end in (1, n_sensors)]
     ax.set_yticks([high * i + n_sensors / 2 for i in range(len(rows))], rows)
     ax.set_yticks([place for place, _ in levels], [words for _, words in levels], minor=True)
     last = n_samples - 1
