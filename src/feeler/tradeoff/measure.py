@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
-from feeler.information import compute_energies, compute_energy, measure_information, scale_peaks
+from feeler.information import Information, compute_energies, compute_energy, measure_information, scale_peaks
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.trial import Trial
@@ -84,6 +86,7 @@ def measure_tradeoff(
     declared: Declared,
     features: Sequence[Feature] | None = None,
     *,
+    workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -95,10 +98,12 @@ def measure_tradeoff(
         Speeds, task, noise and windows; see :func:`feeler.tradeoff.load_declared`.
     features
         What touches; default the paper's six.
+    workers
+        Threads, each with a set at a speed of its own; default one per core. The numbers do not depend on it.
     progress
         Called with (sets and speeds done, in all).
     options
-        What :func:`feeler.touch` takes beside: engine, timestep, workers …
+        What :func:`feeler.touch` takes beside: engine, timestep …
 
     Returns
     -------
@@ -106,17 +111,25 @@ def measure_tradeoff(
         ``accuracy`` and ``bits`` (set, speed, level, window), ``work`` of the object on the antenna [µJ], peak ``force``
         [mN] and time of last contact ``release`` [ms since contact] (set, speed), means over the touches of a set.
     """
-    rows, windows = [], list_windows(declared)
-    for number in range(declared.sets):
-        for speed in declared.speeds:
-            rows.append(_measure_set(antenna, declared, windows, number, speed, features, options))
+    windows, jobs = list_windows(declared), [*product(range(declared.sets), declared.speeds)]
+    found: dict[int, dict[str, Any]] = {}
+
+    def measure(job: tuple[int, float]) -> dict[str, Any]:
+        return _measure_set(antenna, declared, windows, *job, features, {"workers": 1} | options)
+
+    with hold_blas(), ThreadExecutor(workers) as own:  # small matrices: waking other threads takes longer than the work
+        for outcome in run_batch(measure, enumerate(jobs), executor=own, window=own.workers):
+            if outcome.error is not None:
+                raise outcome.error
+            found[outcome.index] = outcome.value
             if progress:
-                progress(len(rows), declared.sets * len(declared.speeds))
+                progress(len(found), len(jobs))
+    rows = [found[index] for index in range(len(jobs))]
     shape = (declared.sets, len(declared.speeds))
     values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     dims = {name: ("set", "speed", "level", "window") for name in FIELDS} | {name: ("set", "speed") for name in COSTS}
     return xr.Dataset(
-        {name: (dims[name], found.reshape(*shape, *found.shape[1:])) for name, found in values.items()},
+        {name: (dims[name], value.reshape(*shape, *value.shape[1:])) for name, value in values.items()},
         {
             "speed": list(declared.speeds),
             "level": [f"{kind} {size:g}" for kind, size in declared.noises],
@@ -150,11 +163,12 @@ def _measure_set(
     found = {name: np.empty((len(declared.noises), len(windows))) for name in FIELDS}
     scaled = {"common": angle, "relative": scale_peaks(angle)}
     energies = {kind: _list_energies(values, declared, windows, first, speed) for kind, values in scaled.items()}
-    with hold_blas():  # small matrices: waking other threads takes longer than the work
-        for i, (kind, size) in enumerate(declared.noises):
-            for j, energy in enumerate(energies[kind]):
-                known = measure_information(energy, size, n_draws=declared.draws, random_state=number)
-                found["accuracy"][i, j], found["bits"][i, j] = known.accuracy, known.bits
+    for i, (kind, size) in enumerate(declared.noises):
+        known: dict[int, Information] = {}  # windows that outlast the touch share their products
+        for j, energy in enumerate(energies[kind]):
+            if id(energy) not in known:
+                known[id(energy)] = measure_information(energy, size, n_draws=declared.draws, random_state=number)
+            found["accuracy"][i, j], found["bits"][i, j] = known[id(energy)].accuracy, known[id(energy)].bits
     return found | _measure_costs(tensors, first)
 
 
@@ -167,9 +181,9 @@ def _list_energies(
     for window in windows:
         long = {"time": window.value, "distance": window.value / speed}.get(window.kind, np.inf)
         ends.append(int(min(first + np.floor(long / step + 1e-9), count)))
-    order = np.argsort(ends, kind="stable")
-    sorted_energies = compute_energies(angle, [ends[i] for i in order], start=first)
-    energies = [sorted_energies[place] for place in np.argsort(order, kind="stable")]
+    different = sorted(set(ends))
+    by_end = dict(zip(different, compute_energies(angle, different, start=first), strict=True))
+    energies = [by_end[end] for end in ends]
     far, n = declared.windows["matched_distance"], declared.windows["matched_samples"]
     picks = first - 1 + np.round(far * np.arange(1, n + 1) / n / speed / step).astype(int)
     for j, window in enumerate(windows):
