@@ -102,7 +102,7 @@ class Scale:
     # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
     trade_profiles: tuple[str, ...] = ()
     """Profiles whose speeds are compared; none named: all that are compared elsewhere."""
-    trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({"draws": 100}))
+    trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     gradient: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     regression: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -178,7 +178,7 @@ QUICK = Scale(
     choices=False,
     network={},
     trade_profiles=("exponential", "constant"),
-    trade={"sets": 1, "speeds": (0.3, 0.6, 1.2), "draws": 20, "levels": HEADLINE},
+    trade={"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": HEADLINE},
     gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
     regression={
         "shapes": ("ball",),
