@@ -179,7 +179,7 @@ QUICK = Scale(
     network={},
     trade_profiles=("exponential", "constant"),
     trade={"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": HEADLINE},
-    gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
+    gradient={"sets": 1, "draws": 20, "speeds": (0.6,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
     regression={
         "shapes": ("ball",),
         "train": 60,
@@ -224,7 +224,7 @@ SMOKE = replace(
         "twins": "none",
     },
     trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": HEADLINE},
-    gradient={"sets": 1, "speeds": (0.6,), "rates": (0.0, -0.0827), "contact_control": False},
+    gradient={"sets": 1, "draws": 5, "speeds": (0.6,), "rates": (0.0, -0.0827), "contact_control": False},
     regression={"shapes": ("ball",), "train": 24, "test": 2, "relative": (1.0,), "common": (0.03,)},
     gaps=(1.0,),
     robot_repeats=0,

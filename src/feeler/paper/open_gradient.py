@@ -134,7 +134,7 @@ def collect_values(data: xr.Dataset) -> dict[str, Any]:
 def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
     asked = load_questions("gradient", context.effort.gradient)
-    declared = load_declared(draws=context.effort.trade["draws"])
+    declared = load_declared(seed=asked["seed"], draws=asked["draws"])
     options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
     data = compute(context.antenna, asked, declared, **options)
     section.text(
