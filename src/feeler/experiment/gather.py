@@ -1,6 +1,7 @@
 """Gathering: trials handed out in groups, and what comes back kept, in a store or in memory."""
 
 import json
+import operator
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -62,8 +63,9 @@ class Gathering:
 
     def _pick(self, group: Sequence[int]) -> Share:
         """The share of a group; a group that the store holds a part of comes back, as old and new trials share a shard."""
-        whole = len(group) == group[-1] - group[0] + 1
-        trials = self.trials[group[0] : group[-1] + 1] if whole else [self.trials[index] for index in group]
+        run = range(group[0], group[0] + len(group))
+        together = all(map(operator.eq, group, run))  # groups of lanes come in the order of their touches, not of their numbers
+        trials = self.trials[run.start : run.stop] if together else [self.trials[index] for index in group]
         if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
             return Share(indices=group, trials=trials)
         return Share(indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group)
