@@ -1,6 +1,7 @@
 """Does it pay to steer? Policies against each other as declared.toml says, in pieces that a run can be ended between.
 
 python benchmarks/active.py compare     # every policy and set that the journal lacks
+python benchmarks/active.py confirm     # the policies chosen, on fresh sets
 python benchmarks/active.py speed       # steps of 64 environments per second of one core
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
@@ -18,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from feeler.active.compare import compare_policies, judge_energy, judge_learned, judge_steering
+from feeler.active.compare import compare_policies, confirm_steering, judge_energy, judge_learned, judge_steering
 from feeler.active.declared import load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
@@ -57,10 +58,30 @@ def write() -> None:
     store()
 
 
+def confirm() -> None:
+    """The chosen pairs on fresh sets."""
+    comparison, results = load_contest(), json.loads(RESULTS.read_text())
+    first, verdict = comparison.confirm["first"], xr.Dataset.from_dict(results["steering"])
+    more = comparison.replace(sets=first + comparison.confirm["sets"])
+    names = [*dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)]
+    JOURNAL.parent.mkdir(exist_ok=True)
+    measured = compare_policies(
+        cockroach(), more, names, journal=JOURNAL, progress=lambda *done: print(*done, flush=True)
+    )
+    found = confirm_steering(measured, verdict, first)
+    print(found.to_dataframe().round(2).to_string())
+    keep(confirmed=found.to_dict() | {"attrs": {"sets": comparison.confirm["sets"]}})
+    store()
+
+
 def store() -> None:
     """What the report shows, kept with the package."""
     found = json.loads(RESULTS.read_text())
-    kept = {name: found[name] for name in ("measured", "learned", "declared", "places", "wall") if name in found}
+    kept = {
+        name: found[name]
+        for name in ("measured", "learned", "confirmed", "declared", "places", "wall")
+        if name in found
+    }
     STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
 
 

@@ -7,7 +7,14 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-from feeler.active import compare_policies, judge_energy, judge_learned, judge_steering, load_contest
+from feeler.active import (
+    compare_policies,
+    confirm_steering,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+    load_contest,
+)
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
@@ -50,6 +57,18 @@ def make_measured(comparison, accuracy):
     coords = {"policy": names, "deadline": [10.0, 20.0]}
     dims = ("policy", "set", "deadline")
     return xr.Dataset({"accuracy": (dims, values), "work": (dims, work)}, coords, {"antenna": "toy"})
+
+
+def test_what_was_chosen_is_confirmed_on_fresh_sets_alone(comparison):
+    # the first two sets choose steered[0]; on the others it gains 10 and 20 points, and steered[1], better there, isn't asked
+    measured = make_measured(comparison, [[0.5] * 4, [0.9, 0.9, 0.6, 0.7], [0.1, 0.1, 1.0, 1.0]])
+    verdict = judge_steering(measured.isel(set=slice(2)), comparison)
+    found = confirm_steering(measured, verdict, 2).sel(deadline=10.0)
+    assert float(found["gain"]) == pytest.approx(15)
+    assert float(found["half"]) == pytest.approx(12.706 * 10 / 2, rel=1e-3)  # Student's t of one degree, 97.5 %
+    assert (float(found["fixed_accuracy"]), float(found["steered_accuracy"])) == pytest.approx((50, 65))
+    with pytest.raises(InvalidInput, match="at least two sets from number 3 on"):
+        confirm_steering(measured, verdict, 3)
 
 
 def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):

@@ -4,7 +4,7 @@ Environments for Gymnasium are in ``feeler.active.environment``, which needs the
 """
 
 from feeler.active.arena import Arena, Reading
-from feeler.active.compare import compare_policies, judge_energy, judge_learned, judge_steering
+from feeler.active.compare import compare_policies, confirm_steering, judge_energy, judge_learned, judge_steering
 from feeler.active.deciding import decide, measure_calibration
 from feeler.active.declared import Contest, load_contest
 from feeler.active.follow import FollowTask
@@ -39,6 +39,7 @@ __all__ = [
     "TouchTask",
     "TravelDecoder",
     "compare_policies",
+    "confirm_steering",
     "compute_posterior",
     "decide",
     "film_policy",

@@ -187,6 +187,30 @@ def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
 
 
 @checked
+def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> xr.Dataset:
+    """The policies that :func:`judge_steering` chose, on sets from number ``first`` on: nothing is chosen anew.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``fixed_accuracy``, ``steered_accuracy`` [%] and their ``gain`` ± ``half`` [points], its 95 % interval over sets,
+        by deadline.
+    """
+    if not 0 <= first < measured.sizes["set"] - 1:
+        raise InvalidInput(f"at least two sets from number {first} on are needed, got {measured.sizes['set']} in all.")
+    fresh = 100 * measured["accuracy"].isel(set=slice(first, None))
+    own = {
+        kind: fresh.sel(policy=verdict[kind].astype(str), deadline=verdict["deadline"]).drop_vars("policy")
+        for kind in ("fixed", "steered")
+    }
+    gains = average_sets(own["steered"] - own["fixed"])
+    return xr.Dataset(
+        {f"{kind}_accuracy": found.mean("set") for kind, found in own.items()}
+        | {"gain": gains["mean"], "half": gains["half"]}
+    )
+
+
+@checked
 def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
     """What learning gains over the policies that :func:`judge_steering` chose, on the sets it judges on.
 

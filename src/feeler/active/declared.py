@@ -41,6 +41,8 @@ class Contest:
     ahead_copies: int
     gain: float
     """Points that steering must gain to count."""
+    confirm: Mapping[str, Any]
+    """Fresh sets for the policies that were chosen."""
     places: Mapping[str, Any]
     """Where to touch next."""
     decoding: Mapping[str, Any]
