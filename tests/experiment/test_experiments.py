@@ -57,7 +57,11 @@ def test_workers_do_not_change_a_bit():
 @pytest.mark.parametrize("stored", [False, True], ids=["in memory", "stored"])
 @pytest.mark.parametrize(
     "order",
-    [(0, 8, 2, 3, 4, 5, 6, 7, 1), (1, 0, 2, 3, 4, 5, 6, 7, 8), *np.random.default_rng(3).permuted([range(9)] * 3, axis=1)],
+    [
+        (0, 8, 2, 3, 4, 5, 6, 7, 1),
+        (1, 0, 2, 3, 4, 5, 6, 7, 8),
+        *np.random.default_rng(3).permuted([range(9)] * 3, axis=1),
+    ],
     ids=lambda order: "".join(map(str, order)),
 )
 def test_each_touch_of_a_set_is_what_it_is_alone(order, stored, tmp_path):

@@ -9,6 +9,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
+from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.experiment.impulse import LEAD, Impulse, make_impulse_scene, measure_impulse
 from feeler.experiment.release import hold
 from feeler.physics.clock import Clock
@@ -54,13 +55,17 @@ class Protocol:
         """The named quantities of many antennas; those that could not be simulated give their error instead."""
         names = tuple(names)
         outcomes: list[dict] = [{} for _ in antennas]
+        experiments: list[tuple] = []
         if any(name in STEP_QUANTITIES for name in names):
             durations = sorted({min(SHORT_STEP, self.step_duration), self.step_duration})
-            self._add(outcomes, antennas, self._step_scene, durations, self._read_step)
+            experiments.append((self._step_scene, durations, self._read_step))
         if any(name in IMPULSE_POINTS for name in names):
             length = max(antenna.length for antenna in antennas)
             durations = [LEAD + share * length / self.speed + 5.0 for share in IMPULSE_TRAVEL]
-            self._add(outcomes, antennas, self._impulse_scene, durations, self._read_impulse)
+            experiments.append((self._impulse_scene, durations, self._read_impulse))
+        with ThreadExecutor(min(len(experiments), count_cores()) or 1) as pool:  # step and impulse at the same time
+            for _ in pool.map(lambda asked: self._add(outcomes, antennas, *asked), experiments):
+                pass
         return [_collect(outcome, names) for outcome in outcomes]
 
     def simulate_steps(

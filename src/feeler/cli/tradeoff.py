@@ -24,7 +24,10 @@ def tradeoff(
     speed: Annotated[
         list[float] | None, typer.Option(help="m/s, more than once; default: six from 0.03 to 1.2")
     ] = None,
-    sets: Annotated[int | None, typer.Option(min=1, help="how often the touches are drawn anew; default 80, some 4 minutes on two cores")] = None,
+    sets: Annotated[
+        int | None,
+        typer.Option(min=1, help="draws of all touches; default 80, some 4 minutes on two cores"),
+    ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
     as_json: Json = False,
 ) -> None:

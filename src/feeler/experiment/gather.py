@@ -64,7 +64,9 @@ class Gathering:
     def _pick(self, group: Sequence[int]) -> Share:
         """The share of a group; a group that the store holds a part of comes back, as old and new trials share a shard."""
         run = range(group[0], group[0] + len(group))
-        together = all(map(operator.eq, group, run))  # groups of lanes come in the order of their touches, not of their numbers
+        together = all(
+            map(operator.eq, group, run)
+        )  # groups of lanes come in the order of their touches, not of their numbers
         trials = self.trials[run.start : run.stop] if together else [self.trials[index] for index in group]
         if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
             return Share(indices=group, trials=trials)

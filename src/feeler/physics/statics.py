@@ -7,6 +7,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
+from feeler.execute.threads import hold_blas
 
 MAX_ITERATIONS = 200
 TOLERANCE = 1e-12  # of the largest torque in the balance
@@ -30,6 +31,7 @@ def compute_point(antenna: Antenna, angle: np.ndarray, at: float) -> np.ndarray:
     return (1 - share) * points[..., n, :] + share * points[..., n + 1, :]
 
 
+@hold_blas()  # on a busy machine two threads wait for each other a hundred times longer than they compute
 def solve_static(antenna: Antenna, force: Sequence[float] | np.ndarray, at: float = 1.0) -> np.ndarray:
     """Hinge angles (segment,) [rad] at equilibrium under a dead force (x, y) [N] at fraction ``at`` of the length.
 
