@@ -20,6 +20,8 @@ def test_what_is_stored_comes_out_again(tmp_path):
     open_active.show(Context(), section)
     assert abs(section.values["active.again"]) < 1e-6
     assert 0 <= section.values["active.pays"] <= len(load_contest().deadlines)
+    fresh = load_stored(load_contest())["confirmed"]["data_vars"]["gain"]["data"]
+    assert section.values["active.confirmed"] == sum(gain >= load_contest().gain for gain in fresh)
     assert {"active", "active_wall"} <= {*section.list_figures()}
 
 
