@@ -27,6 +27,8 @@ from ._command import run
         (("compare", "linear", "constant", "--scale", "foo"), "unknown scale 'foo'; valid: smoke, quick, paper"),
         (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
+        (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file or folder"),
+        (["design", "absent.toml"], "feeler: cannot read absent.toml: No such file"),
     ],
 )
 def test_bad_input_is_one_message(tmp_path, arguments, message):

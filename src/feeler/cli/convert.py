@@ -42,6 +42,8 @@ def convert(
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 
+    if not source.exists():  # before any option of the target is asked for
+        raise InvalidInput(f"cannot read {source}: no such file or folder. Check the path.")
     if target.exists():
         raise InvalidInput(f"{target} exists already. Choose another name.")
     if find_bag(source) is not None:

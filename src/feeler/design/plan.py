@@ -89,8 +89,9 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
         Not TOML of this schema, an unknown key, or a value that cannot be used; the message names the table.
     """
     path = Path(path)
+    text = read_toml_text(path)
     try:
-        content = parse_toml(read_toml_text(path))
+        content = parse_toml(text)
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InvalidInput(f"{path.name}: {str(error)[:300]}") from error
     if content.get("schema") != SCHEMA:
