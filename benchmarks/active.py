@@ -2,6 +2,7 @@
 
 python benchmarks/active.py compare     # every policy and set that the journal lacks
 python benchmarks/active.py confirm     # the policies chosen, on fresh sets
+python benchmarks/active.py confirm_learned  # the learned ones too, a quarter of an hour
 python benchmarks/active.py speed       # steps of 64 environments per second of one core
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
@@ -23,6 +24,7 @@ from feeler.active.compare import compare_policies, confirm_steering, judge_ener
 from feeler.active.declared import load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
+from feeler.tradeoff import average_sets
 
 HERE = Path(__file__).parent / "results"
 STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report
@@ -74,12 +76,48 @@ def confirm() -> None:
     store()
 
 
+def confirm_learned() -> None:
+    """The learned policies on the same fresh sets, beside the pairs."""
+    from feeler.active import Observer, make_learned
+
+    comparison, results = load_contest(), json.loads(RESULTS.read_text())
+    asked, verdict = comparison.confirm, xr.Dataset.from_dict(results["steering"])
+    numbers, seeds = range(asked["first"], asked["first"] + asked["sets"]), comparison.learning["seeds"]
+    found = np.empty((len(asked["learned"]), len(seeds), len(numbers)))
+    for k, number in enumerate(numbers):
+        observer = Observer(comparison.make_task(cockroach(), number), period=comparison.period, random_state=number)
+        for i, deadline in enumerate(asked["learned"]):
+            for j, seed in enumerate(seeds):
+                run = observer.run(make_learned(seed, float(deadline)), comparison.copies, float(deadline))
+                found[i, j, k] = 100 * run.accuracy[-1]
+        print(k + 1, len(numbers), flush=True)
+    names = [*dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)]
+    measured = compare_policies(cockroach(), comparison.replace(sets=numbers[-1] + 1), names, journal=JOURNAL)
+    rows = {}
+    for i, deadline in enumerate(asked["learned"]):
+        others = {
+            kind: 100
+            * measured["accuracy"].sel(policy=str(verdict[kind].sel(deadline=deadline).values), deadline=deadline)
+            for kind in ("fixed", "steered")
+        }
+        own = xr.DataArray(found[i].mean(axis=0), dims="set")
+        gains = {kind: average_sets(own - other.values[numbers[0] :]) for kind, other in others.items()}
+        rows[f"{deadline:g}"] = {"learned": float(own.mean()), "seeds": found[i].mean(axis=1)} | {
+            f"{kind}_{name}": float(gain[part])
+            for kind, gain in gains.items()
+            for name, part in (("gain", "mean"), ("half", "half"))
+        }
+    print(rows)
+    keep(confirmed_learned=rows)
+    store()
+
+
 def store() -> None:
     """What the report shows, kept with the package."""
     found = json.loads(RESULTS.read_text())
     kept = {
         name: found[name]
-        for name in ("measured", "learned", "confirmed", "declared", "places", "wall")
+        for name in ("measured", "learned", "confirmed", "confirmed_learned", "declared", "places", "wall")
         if name in found
     }
     STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
