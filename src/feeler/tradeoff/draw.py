@@ -28,7 +28,7 @@ def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str],
     axes[0, 0].set(xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time")
     plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
-    axes[0, 0].legend(title="m/s", ncols=2, fontsize=6, title_fontsize=6)
+    axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6, title_fontsize=6)
     plot_best(first, levels, axes[0, 2])
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
