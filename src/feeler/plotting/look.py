@@ -10,7 +10,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.container import ErrorbarContainer
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 
@@ -95,7 +95,7 @@ def unjoin(figure: Figure, least: int = FEWEST) -> None:
                 _loosen(line, loose[text.get_text()])
 
 
-def _list_legends(figure: FigureBase) -> list[Legend]:
+def _list_legends(figure: Figure) -> list[Legend]:
     """Of the figure, its axes and its parts; to search all its artists would make every tick first."""
     own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
     return own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
