@@ -172,7 +172,7 @@ QUICK = Scale(
         "before_repeats": 0,
         "n_restarts": 1,
         "null_iter": 20,
-        "twins": "none",
+        "twins": "ends",
     },
     jitters=False,
     choices=False,

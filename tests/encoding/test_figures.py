@@ -49,7 +49,7 @@ def draw(plot, data):
 
 
 def test_fig4(touched):
-    data = fig4.compute(touched, effort=replace(QUICK, ranks=(2, 3)))
+    data = fig4.compute(touched, effort=replace(QUICK, ranks=(2, 3), restarts=2))
     assert data.residual.shape == data.entropy["mass per tensor"].shape == (2, 2)
     assert data.residual[1, 0] < data.residual[0, 0]
     assert next(iter(data.examples)) == "ball 0.5"

@@ -42,13 +42,13 @@ def convert(
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 
-    if not source.exists():  # before any option of the target is asked for
-        raise InvalidInput(f"cannot read {source}: no such file or folder. Check the path.")
     if target.exists():
         raise InvalidInput(f"{target} exists already. Choose another name.")
     if find_bag(source) is not None:
         _convert_bag(source, target)
         return
+    if not source.exists():  # before any option of the target is asked for
+        raise InvalidInput(f"cannot read {source}: no such file or folder. Check the path.")
     wanted = list_options(target.suffix.lower())
     given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier, "subject": subject}
     given |= {"species": species, "sex": sex, "age": age, "experimenter": experimenter, "institution": institution}
