@@ -47,7 +47,7 @@ def show(context: Context, section: Section) -> None:
         "after first results were seen stands in active/declared.toml."
     )
     if confirmed := stored.get("confirmed"):
-        _show_confirmed(section, xr.Dataset.from_dict(confirmed), verdict)
+        _show_confirmed(section, xr.Dataset.from_dict(confirmed), verdict, stored.get("confirmed_learned"))
     for deadline in verdict["deadline"].values:
         one = verdict.sel(deadline=deadline)
         gain, half = float(one["gain"]), float(one["half"])
@@ -56,8 +56,10 @@ def show(context: Context, section: Section) -> None:
     _show_rest(section, stored)
 
 
-def _show_confirmed(section: Section, found: xr.Dataset, verdict: xr.Dataset) -> None:
-    """The same pairs on fresh sets."""
+def _show_confirmed(
+    section: Section, found: xr.Dataset, verdict: xr.Dataset, learned: Mapping[str, Any] | None
+) -> None:
+    """The same pairs on fresh sets, and the learned policies where they met them."""
     columns = ("fixed_accuracy", "steered_accuracy", "gain", "half")
     pairs = zip(found["deadline"].values, verdict["fixed"].values, verdict["steered"].values, strict=True)
     rows = [
@@ -74,6 +76,12 @@ def _show_confirmed(section: Section, found: xr.Dataset, verdict: xr.Dataset) ->
         "as the best of many on four sets looks better there than it is."
     )
     section.values["active.confirmed"] = paying
+    for deadline, one in (learned or {}).items():
+        section.text(
+            f"The learned policy on the same fresh sets, at {deadline} ms: right in {one['learned']:.1f} %, "
+            f"{one['fixed_gain']:+.1f} ± {one['fixed_half']:.1f} points over the fixed speed, {one['steered_gain']:+.1f} ± "
+            f"{one['steered_half']:.1f} over the steered one."
+        )
 
 
 def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
