@@ -3,7 +3,7 @@
 python benchmarks/active.py compare     # every policy and set that the journal lacks
 python benchmarks/active.py confirm     # the policies chosen, on fresh sets
 python benchmarks/active.py confirm_learned  # the learned ones too, a quarter of an hour
-python benchmarks/active.py speed       # steps of 64 environments per second of one core
+python benchmarks/active.py speed       # steps of 64 environments per second
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
 python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed; needs sb3-contrib
@@ -20,8 +20,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from feeler.active import Observer, make_learned
 from feeler.active.compare import compare_policies, confirm_steering, judge_energy, judge_learned, judge_steering
-from feeler.active.declared import load_contest
+from feeler.active.declared import Contest, load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
 from feeler.tradeoff import average_sets
@@ -60,17 +61,21 @@ def write() -> None:
     store()
 
 
-def confirm() -> None:
-    """The chosen pairs on fresh sets."""
+def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
+    """The contest with the fresh sets, what was chosen before, and how that does on every set."""
     comparison, results = load_contest(), json.loads(RESULTS.read_text())
-    first, verdict = comparison.confirm["first"], xr.Dataset.from_dict(results["steering"])
-    more = comparison.replace(sets=first + comparison.confirm["sets"])
+    verdict = xr.Dataset.from_dict(results["steering"])
+    more = comparison.replace(sets=comparison.confirm["first"] + comparison.confirm["sets"])
     names = [*dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)]
     JOURNAL.parent.mkdir(exist_ok=True)
-    measured = compare_policies(
-        cockroach(), more, names, journal=JOURNAL, progress=lambda *done: print(*done, flush=True)
-    )
-    found = confirm_steering(measured, verdict, first)
+    tell = {"journal": JOURNAL, "progress": lambda *done: print(*done, flush=True)}
+    return more, verdict, compare_policies(cockroach(), more, names, **tell)
+
+
+def confirm() -> None:
+    """The chosen pairs on fresh sets."""
+    comparison, verdict, measured = meet_again()
+    found = confirm_steering(measured, verdict, comparison.confirm["first"])
     print(found.to_dataframe().round(2).to_string())
     keep(confirmed=found.to_dict() | {"attrs": {"sets": comparison.confirm["sets"]}})
     store()
@@ -78,38 +83,34 @@ def confirm() -> None:
 
 def confirm_learned() -> None:
     """The learned policies on the same fresh sets, beside the pairs."""
-    from feeler.active import Observer, make_learned
-
-    comparison, results = load_contest(), json.loads(RESULTS.read_text())
-    asked, verdict = comparison.confirm, xr.Dataset.from_dict(results["steering"])
-    numbers, seeds = range(asked["first"], asked["first"] + asked["sets"]), comparison.learning["seeds"]
-    found = np.empty((len(asked["learned"]), len(seeds), len(numbers)))
-    for k, number in enumerate(numbers):
-        observer = Observer(comparison.make_task(cockroach(), number), period=comparison.period, random_state=number)
-        for i, deadline in enumerate(asked["learned"]):
-            for j, seed in enumerate(seeds):
-                run = observer.run(make_learned(seed, float(deadline)), comparison.copies, float(deadline))
-                found[i, j, k] = 100 * run.accuracy[-1]
-        print(k + 1, len(numbers), flush=True)
-    names = [*dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)]
-    measured = compare_policies(cockroach(), comparison.replace(sets=numbers[-1] + 1), names, journal=JOURNAL)
-    rows = {}
-    for i, deadline in enumerate(asked["learned"]):
-        others = {
-            kind: 100
-            * measured["accuracy"].sel(policy=str(verdict[kind].sel(deadline=deadline).values), deadline=deadline)
-            for kind in ("fixed", "steered")
-        }
-        own = xr.DataArray(found[i].mean(axis=0), dims="set")
-        gains = {kind: average_sets(own - other.values[numbers[0] :]) for kind, other in others.items()}
-        rows[f"{deadline:g}"] = {"learned": float(own.mean()), "seeds": found[i].mean(axis=1)} | {
-            f"{kind}_{name}": float(gain[part])
-            for kind, gain in gains.items()
-            for name, part in (("gain", "mean"), ("half", "half"))
-        }
+    comparison, verdict, measured = meet_again()
+    first, deadlines = comparison.confirm["first"], comparison.confirm["learned"]
+    seeds, rows = comparison.learning["seeds"], {}
+    found = np.array([run_learned(comparison, number) for number in range(first, comparison.sets)])
+    for own, deadline in zip(np.moveaxis(found, 1, 0), deadlines, strict=True):  # (set, seed)
+        row = {"learned": float(own.mean()), "seeds": dict(zip(map(str, seeds), own.mean(axis=0), strict=True))}
+        for kind in ("fixed", "steered"):
+            name = str(verdict[kind].sel(deadline=deadline).values)
+            other = 100 * measured["accuracy"].sel(policy=name, deadline=deadline).values[first:]
+            gain = average_sets(xr.DataArray(own.mean(axis=1) - other, dims="set"))
+            row |= {f"{kind}_gain": float(gain["mean"]), f"{kind}_half": float(gain["half"])}
+        rows[f"{deadline:g}"] = row
     print(rows)
     keep(confirmed_learned=rows)
     store()
+
+
+def run_learned(comparison: Contest, number: int) -> list[list[float]]:
+    """Right answers [%] on one set, (deadline, seed)."""
+    observer = Observer(comparison.make_task(cockroach(), number), period=comparison.period, random_state=number)
+    print("set", number, flush=True)
+    return [
+        [
+            100 * float(observer.run(make_learned(seed, float(d)), comparison.copies, float(d)).accuracy[-1])
+            for seed in comparison.learning["seeds"]
+        ]
+        for d in comparison.confirm["learned"]
+    ]
 
 
 def store() -> None:
@@ -152,23 +153,25 @@ def store_learned() -> None:
 
 
 def speed() -> None:
-    """CPU time of environment steps with other speeds at every step, the best of five."""
+    """Steps of 64 environments with other speeds at every step, by wall clock and by processor, for one and two threads."""
     from feeler.active import TouchTask
     from feeler.active.environment import TouchVectorEnv
 
-    task, rng, n = TouchTask(), np.random.default_rng(0), 64
-    envs = TouchVectorEnv(task, n)
-    envs.reset(seed=0)
-    taken = []
-    for _ in range(5):
-        began = time.process_time()
-        for _ in range(100):
+    task, rng, n, steps = TouchTask(), np.random.default_rng(0), 64, 600
+    found = {}
+    for workers in (1, 2):
+        envs = TouchVectorEnv(task, n, workers=workers)
+        envs.reset(seed=0)
+        began, spent = time.perf_counter(), time.process_time()
+        for _ in range(steps):
             moves = np.stack([rng.uniform(0, 1.2, n), np.zeros(n)], axis=1)
             envs.step({"action": moves, "prediction": np.zeros((n, task.n_outputs))})
-        taken.append((time.process_time() - began) / (100 * n))
-    keep(speed={"environments": n, "microseconds_per_step": 1e6 * min(taken), "steps_per_core_second": 1 / min(taken),
-                "all": [1e6 * one for one in taken]})  # fmt: skip
-    print(1e6 * np.array(taken))
+        taken = time.perf_counter() - began, time.process_time() - spent
+        found[f"threads {workers}"] = dict(
+            zip(("per_second", "per_core_second"), (n * steps / t for t in taken), strict=True)
+        )
+    keep(speed={"environments": n, "steps": steps} | found)
+    print(found)
 
 
 def places() -> None:
@@ -259,7 +262,7 @@ def keep_learned(name: str, **values: object) -> None:
 
 def judge() -> None:
     """The learned policies under the exact observer, on the sets that policies are judged on; and practice against it."""
-    from feeler.active import Observer, make_learned, parse_policy
+    from feeler.active import parse_policy
     from feeler.active.learned import find_weights
     from feeler.active.practice import Practice, practise
 

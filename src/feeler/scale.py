@@ -211,7 +211,6 @@ SMOKE = replace(
     followers=0,
     ranks=(2, 3),
     durations=(),
-    restarts=1,
     max_iter=5,
     sweep={
         "ratios": (0.2,),

@@ -64,8 +64,7 @@ class Protocol:
             durations = [LEAD + share * length / self.speed + 5.0 for share in IMPULSE_TRAVEL]
             experiments.append((self._impulse_scene, durations, self._read_impulse))
         with ThreadExecutor(min(len(experiments), count_cores()) or 1) as pool:  # step and impulse at the same time
-            for _ in pool.map(lambda asked: self._add(outcomes, antennas, *asked), experiments):
-                pass
+            list(pool.map(lambda asked: self._add(outcomes, antennas, *asked), experiments))
         return [_collect(outcome, names) for outcome in outcomes]
 
     def simulate_steps(

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
-from feeler.information import Information, compute_energies, compute_energy, measure_information, scale_peaks
+from feeler.information import compute_energies, compute_energy, measure_information, scale_peaks
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.trial import Trial
@@ -164,32 +164,31 @@ def _measure_set(
     scaled = {"common": angle, "relative": scale_peaks(angle)}
     energies = {kind: _list_energies(values, declared, windows, first, speed) for kind, values in scaled.items()}
     for i, (kind, size) in enumerate(declared.noises):
-        known: dict[int, Information] = {}  # windows that outlast the touch share their products
-        for j, energy in enumerate(energies[kind]):
-            if id(energy) not in known:
-                known[id(energy)] = measure_information(energy, size, n_draws=declared.draws, random_state=number)
-            found["accuracy"][i, j], found["bits"][i, j] = known[id(energy)].accuracy, known[id(energy)].bits
+        different, which = energies[kind]
+        known = [measure_information(one, size, n_draws=declared.draws, random_state=number) for one in different]
+        for field in FIELDS:
+            found[field][i] = [getattr(known[k], field) for k in which]
     return found | _measure_costs(tensors, first)
 
 
 def _list_energies(
     angle: np.ndarray, declared: Declared, windows: list[Window], first: int, speed: float
-) -> list[np.ndarray]:
-    """Inner products in each window; what would go on beyond the record ends with it, when all is at rest."""
+) -> tuple[list[np.ndarray], list[int]]:
+    """Inner products, and which of them each window has: those that outlast the record, when all is at rest, share theirs."""
     count, step = angle.shape[2], declared.sample_interval
     ends = []
     for window in windows:
         long = {"time": window.value, "distance": window.value / speed}.get(window.kind, np.inf)
         ends.append(int(min(first + np.floor(long / step + 1e-9), count)))
     different = sorted(set(ends))
-    by_end = dict(zip(different, compute_energies(angle, different, start=first), strict=True))
-    energies = [by_end[end] for end in ends]
+    energies, which = [*compute_energies(angle, different, start=first)], [different.index(end) for end in ends]
     far, n = declared.windows["matched_distance"], declared.windows["matched_samples"]
     picks = first - 1 + np.round(far * np.arange(1, n + 1) / n / speed / step).astype(int)
     for j, window in enumerate(windows):
         if window.kind == "distance and samples":
-            energies[j] = compute_energy(angle[:, :, np.minimum(picks, count - 1)])
-    return energies
+            which[j] = len(energies)
+            energies.append(compute_energy(angle[:, :, np.minimum(picks, count - 1)]))
+    return energies, which
 
 
 def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:
