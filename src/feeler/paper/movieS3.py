@@ -134,7 +134,7 @@ def show(context: Context, section: Section) -> None:
     path = write_approach(load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps)
     section.movie(
         path,
-        f"A wall (green) comes nearer to every profile, {APPROACH_SLOWER:g} times slower than life; colours: curvature beyond "
+        f"A wall (green) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life; colours: curvature beyond "
         "rest, on one scale; red: the point of greatest bend while in contact. (Movie S3)",
     )
     if context.effort.followers != 0:
