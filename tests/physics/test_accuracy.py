@@ -119,7 +119,7 @@ def test_two_runs_side_by_side_are_what_they_are_alone(engine):
     """Windows joined end to end, at one timestep each, give the bits of whole runs."""
     scene, clock = touch(n=12, contact="smooth", speed=0.6), Clock(duration=13.0, timestep=0.1)
     coarse, fine = (run_scene(scene, replace(clock, timestep=h), engine) for h in (0.1, 0.05))
-    peaks = refine.compute_peaks(scene.antenna, fine.angle)
+    peaks = refine.compute_peaks(refine.track(scene.antenna, fine.angle))
     found = refine.refine(scene, clock, engine, 1e3, peaks, 0, Event())
     assert np.array_equal(found.angle, fine.angle)
     assert np.array_equal(found.force, fine.force)
@@ -141,7 +141,7 @@ def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
         ),
     )
     clock = Clock(duration=80.0, timestep=0.1)
-    peaks = refine.compute_peaks(scene.antenna, run_scene(scene, clock).angle)
+    peaks = refine.compute_peaks(refine.track(scene.antenna, run_scene(scene, clock).angle))
     found = refine.refine(scene, clock, "chain-consistent", 3e-3, peaks, 5, Event())
     assert found.error <= 3e-3
     assert max(level for start, level in steps if start < 50) == 1

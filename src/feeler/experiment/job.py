@@ -13,6 +13,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.errors import StoreError
 from feeler.experiment.seed import spawn_seed
+from feeler.physics.accuracy import TOGETHER
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
@@ -84,7 +85,8 @@ class Job:
         done = ShareResult()
         pairs = zip(share.indices, share.trials, strict=True)
         scenes = [make_scene(self.get_antenna(index), trial, self.contact) for index, trial in pairs]
-        for lanes in make_groups(scenes, get_engine(self.engine)):
+        times = 1 if self.accuracy is None else TOGETHER
+        for lanes in make_groups(scenes, get_engine(self.engine), times):
             results = run_lanes([scenes[place] for place in lanes], self.clock, self.engine, self.accuracy)
             for place, result in zip(lanes, results, strict=True):
                 if isinstance(result, Motion):

@@ -9,11 +9,13 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
-from feeler.physics.refine import compute_gap, compute_peaks, refine
-from feeler.physics.run import Result, run_group
+from feeler.physics.refine import compute_gap, compute_peaks, refine, track
+from feeler.physics.engine import get_engine
+from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Motion, Scene
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
+TOGETHER = 8  # [C] how many times the lanes may be filled with the scenes that are run at once; each motion is kept till then
 WHOLE = 2  # [C] of these, how many are tried on the whole run before only parts of it are refined
 SURE = (
     0.5  # [C] share of the accuracy to which two whole runs must agree: where an object slips off, they may by chance
@@ -41,6 +43,8 @@ def run_accurately(
 ) -> list[Result]:
     """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of the timestep get it.
 
+    However many scenes: those that need finer steps share lanes anew, so that few of these stay empty.
+
     A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak, estimates the error of
     the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
     scenes that are not accurate enough go on to h/4, and then to :mod:`feeler.physics.refine`. Two coarse runs may agree by
@@ -49,18 +53,18 @@ def run_accurately(
     stop = stop or Event()
     timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
-    results: list[Result] = list(run_group(scenes, clock, engine, stop))
+    results = _run_all(scenes, clock, engine, stop)
     todo = list(range(len(scenes)))
     for _ in range(min(WHOLE, HALVINGS)):
         clock = replace(clock, timestep=clock.timestep / 2)
-        for i, fine in zip(todo, run_group([scenes[i] for i in todo], clock, engine, stop), strict=True):
+        for i, fine in zip(todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
         todo = [i for i in todo if _read_error(results[i]) > SURE * accuracy]
         if not todo:
             return results
     for i in todo if HALVINGS > WHOLE else ():
-        peaks = compute_peaks(scenes[i].antenna, m.angle) if isinstance(m := results[i], Motion) else np.full(2, np.pi)
+        peaks = compute_peaks(track(scenes[i].antenna, m.angle)) if isinstance(m := results[i], Motion) else np.full(2, np.pi)
         found = refine(scenes[i], clock, engine, accuracy, peaks, HALVINGS - WHOLE - 1, stop)
         before = _read_error(results[i])
         if found is not None and (
@@ -68,6 +72,13 @@ def run_accurately(
         ):  # what coarse steps said by chance is unsaid
             results[i] = found
     return results
+
+
+def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) -> list[Result]:
+    found: dict[int, Result] = {}
+    for lanes in make_groups(scenes, get_engine(engine)):
+        found |= zip(lanes, run_group([scenes[i] for i in lanes], clock, engine, stop), strict=True)
+    return [found[i] for i in range(len(scenes))]
 
 
 def _read_error(result: Result) -> float:
@@ -86,4 +97,5 @@ def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:
     """
     if not (isinstance(coarse, Motion) and isinstance(fine, Motion)):
         return float("inf")
-    return compute_gap(scene.antenna, coarse.angle, fine.angle, compute_peaks(scene.antenna, fine.angle))
+    before, after = (track(scene.antenna, motion.angle) for motion in (coarse, fine))
+    return compute_gap(before, after, compute_peaks(after))

@@ -19,19 +19,23 @@ SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may
 HELPS = 0.8  # [C] steps are halved again while that brings what they part by below this share of itself
 
 
-def compute_gap(antenna: Antenna, coarse: np.ndarray, fine: np.ndarray, peaks: np.ndarray) -> float:
-    """Greatest difference of angles (sample, segment), or of the tips, over the :func:`compute_peaks`."""
-    gaps = [float(np.abs(b - a).max()) for a, b in zip(_track(antenna, coarse), _track(antenna, fine), strict=True)]
+Track = tuple[np.ndarray, np.ndarray]
+
+
+def track(antenna: Antenna, angle: np.ndarray) -> Track:
+    """What runs are compared by: angles (sample, segment) [rad] and the tip (sample, 2) [mm]."""
+    return angle, antenna.tip(angle)
+
+
+def compute_gap(coarse: Track, fine: Track, peaks: np.ndarray) -> float:
+    """Greatest difference of angles, or of the tips, over the :func:`compute_peaks`."""
+    gaps = [float(np.abs(b - a).max()) for a, b in zip(coarse, fine, strict=True)]
     return max(gap / float(size) if size > 0 else 0.0 for gap, size in zip(gaps, peaks, strict=True))
 
 
-def compute_peaks(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
-    """(2,): how far angles (sample, segment) go from the first sample [rad], and how far the tip does [mm]."""
-    return np.array([np.abs(track - track[0]).max() for track in _track(antenna, angle)])
-
-
-def _track(antenna: Antenna, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return angle, antenna.tip(angle)
+def compute_peaks(found: Track) -> np.ndarray:
+    """(2,): how far the angles go from the first sample [rad], and how far the tip does [mm]."""
+    return np.array([np.abs(values - values[0]).max() for values in found])
 
 
 def refine(
@@ -79,7 +83,7 @@ class _Pair:
         clock = Clock(
             duration=self.clock.duration, sample_interval=self.clock.sample_interval, timestep=self._halve(finest + 1)
         )
-        own = compute_peaks(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments])
+        own = compute_peaks(track(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments]))
         return make_motion(clock, tapes[1][0], self._measure(tapes, 0, self.clock.n_samples, own))
 
     def _pass(
@@ -111,8 +115,8 @@ class _Pair:
 
     def _measure(self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray) -> float:
         n = self.scene.antenna.n_segments
-        coarse, fine = (tape[0, start:stop, :n] for tape in tapes)
-        return compute_gap(self.scene.antenna, coarse, fine, peaks)
+        coarse, fine = (track(self.scene.antenna, tape[0, start:stop, :n]) for tape in tapes)
+        return compute_gap(coarse, fine, peaks)
 
     def _get(self, level: int) -> Stepper:
         if level not in self.steppers:

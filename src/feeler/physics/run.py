@@ -44,14 +44,17 @@ def run_group(
     return _record(kind.make(filled, clock.timestep), clock, stop or Event())[: len(scenes)]
 
 
-def make_groups(scenes: Sequence[Scene], engine: Engine) -> list[list[int]]:
-    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch."""
+def make_groups(scenes: Sequence[Scene], engine: Engine, times: int = 1) -> list[list[int]]:
+    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch.
+
+    A group holds at most ``times`` as many as there are lanes.
+    """
     order = sorted(range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i))
     groups: list[list[int]] = []
     for i in order:
         group = groups[-1] if groups else []
         same = group and scenes[group[0]].antenna.n_segments == scenes[i].antenna.n_segments
-        if same and len(group) < engine.lanes:
+        if same and len(group) < times * engine.lanes:
             group.append(i)
         else:
             groups.append([i])

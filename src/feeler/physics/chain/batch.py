@@ -122,17 +122,17 @@ class ChainStepper(Stepper):
     def save(self, lane: int) -> tuple[np.ndarray, ...]:
         """All that a lane's future depends on, but for its scene."""
         t, count = self.tables, max(self.tables.number[lane], 0)
-        arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.memory[lane], t.number[lane])
+        arrays = (t.work[:, :, lane], t.base[:, :, lane], t.place[:, :, lane], t.number[lane])
         rest = (self.drive[:, :, lane], t.contacts[lane, :count], t.rows[lane, : f.ROWS * count])
         return tuple(np.array(array) for array in (*arrays, *rest))
 
     def load(self, lane: int, saved: tuple[np.ndarray, ...]) -> None:
         """Put a lane back to where it was saved."""
         t = self.tables
-        grown = (t.place[:, :, lane], t.memory[lane], t.contacts[lane], t.rows[lane])  # may be longer by now
-        for array, kept in zip(grown, (*saved[2:4], *saved[6:]), strict=True):
+        grown = (t.place[:, :, lane], t.contacts[lane], t.rows[lane])  # may be longer by now
+        for array, kept in zip(grown, (saved[2], *saved[5:]), strict=True):
             array[tuple(map(slice, kept.shape))] = kept
-        t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = *saved[:2], saved[4], saved[5]
+        t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = *saved[:2], saved[3], saved[4]
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
@@ -141,6 +141,7 @@ class ChainStepper(Stepper):
         self.scenes[lane] = scene
         if _fits(self.tables, model):
             _fill(self.tables, lane, scene, model)
+            _fill_shapes(self.tables, lane, model)
         else:  # other tables, with the other lanes as they are
             kept = [self.save(k) for k in others]
             self.tables = _make_tables(self.scenes, [make_model(s) for s in self.scenes])
@@ -169,7 +170,7 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
         shapes=stack_shapes(models),
         contacts=np.empty((width, size, f.N_CONTACT)),
         rows=np.empty((width, f.ROWS * size, f.N_ROW)),
-        memory=np.zeros((width, max(n_objects, 1), n), dtype=np.int64),
+        memory=np.empty((width, size + 1, f.N_MEMORY)),
         number=np.zeros(width, dtype=np.int64),
         open=np.zeros(width, dtype=np.bool_),
         loaded=np.zeros(n, dtype=np.bool_),
@@ -188,7 +189,11 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
     t.place[:, :, lane], n_objects = 0.0, len(model.obj)
     t.obj[:, f.O_PLANES + 2, lane] = -np.inf  # nothing is near no object
     t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
-    t.memory[lane], t.number[lane] = 0, 0
+    t.number[lane] = 0
+
+
+def _fill_shapes(t: Tables, lane: int, model: ChainModel) -> None:
+    """Put one scene's shapes in the place of those that its lane had."""
     for whole, own in zip(t.shapes, stack_shapes([model]), strict=True):
         whole[lane] = own[0, -1] if whole.dtype == np.int64 else 0.0
         whole[lane][tuple(slice(s) for s in own.shape[1:])] = own[0]

@@ -81,7 +81,7 @@ def _weigh(mu, ease):
 def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, timestep, last, width):
     """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves them.
 
-    ``memory`` (lane, object, segment) holds each segment's active rows as bits, from the step before; it is the first guess.
+    ``memory`` holds what :func:`keep` noted; it leads to the first guess.
     A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
     """
     left = 0
@@ -99,7 +99,6 @@ def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, tim
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):
                 open_[lane] = False
-                _remember(rows[lane], f.ROWS * count[lane], memory[lane])
                 left -= 1
         if left == 0:
             break
@@ -121,18 +120,32 @@ def _improve(work, rows, n_rows, first, lane):
 
 
 @inlined
-def _recall(rows, n_rows, memory):
-    for r in range(n_rows):
-        bits = memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])]
-        rows[r, f.R_ACTIVE] = 1.0 if bits == 0 or (bits >> (r % f.ROWS)) & 1 else 0.0
+def keep(rows, count, memory):
+    """Note J q̈ of the ``count`` contacts of the step before, whose rows are about to be overwritten."""
+    for k in range(count):
+        memory[k, f.M_OBJECT], memory[k, f.M_SEGMENT] = rows[f.ROWS * k, f.R_OBJECT], rows[f.ROWS * k, f.R_SEGMENT]
+        for side in range(f.ROWS):
+            memory[k, f.M_X + side] = rows[f.ROWS * k + side, f.R_X]
+    memory[count, f.M_OBJECT] = np.inf
 
 
 @inlined
-def _remember(rows, n_rows, memory):
-    memory[:, :] = 0
-    for r in range(n_rows):
-        if rows[r, f.R_ACTIVE] > 0.0:
-            memory[int(rows[r, f.R_OBJECT]), int(rows[r, f.R_SEGMENT])] |= 1 << (r % f.ROWS)
+def _recall(rows, n_rows, memory):
+    """The first guess: a row is active if the J q̈ of the step before falls short of what this step aims at, or is not known.
+
+    Both lists run from the first object to the last, and from the base to the tip.
+    """
+    at = 0
+    for first in range(0, n_rows, f.ROWS):
+        o, i = rows[first, f.R_OBJECT], rows[first, f.R_SEGMENT]
+        while memory[at, f.M_OBJECT] < o or (memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] < i):
+            at += 1
+        known = memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] == i
+        for side in range(f.ROWS):
+            short = not known or memory[at, f.M_X + side] < rows[first + side, f.R_AIM]
+            rows[first + side, f.R_ACTIVE] = 1.0 if short else 0.0
+        if known:
+            at += 1
 
 
 @inlined

@@ -136,3 +136,7 @@ N_CONTACT = 8
 ) = range(13)
 N_ROW = 13
 ROWS = 3  # per contact
+
+# a contact of the step before: object, segment, and J q̈ of each of its rows
+M_OBJECT, M_SEGMENT, M_X = range(3)
+N_MEMORY = M_X + ROWS

@@ -6,9 +6,9 @@ import numpy as np
 from numba import types
 from numba.experimental.structref import StructRefProxy, define_proxy, register
 
-from feeler.compiled import compiled, inlined
+from feeler.compiled import compiled, inlined, lean
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.contact import clear, make_rows, press, solve_contacts
+from feeler.physics.chain.contact import clear, keep, make_rows, press, solve_contacts
 from feeler.physics.chain.narrow import find_contacts
 from feeler.physics.chain.sweep import fold, locate, move, seek
 
@@ -32,7 +32,7 @@ class Tables(NamedTuple):
     rows: np.ndarray
     """(lane, row, field)."""
     memory: np.ndarray
-    """(lane, object, segment): which rows were active in the step before."""
+    """(lane, contact, field): what each contact of the step before came to; it follows from ``rows`` and ``number``."""
     number: np.ndarray
     """(lane,): contacts of the last step; −1 in a lane that had too many."""
     open: np.ndarray
@@ -65,7 +65,11 @@ def step_many(handle, first, n_steps, timestep, drive, damped):
     ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number ``first`` on, the last
     one for ever. ``damped``: contact is solved with the implicit damping in it. Returns whether some lane has come to an end.
     """
-    t = handle.tables
+    return _step_tables(handle.tables, first, n_steps, timestep, drive, damped)
+
+
+@lean
+def _step_tables(t, first, n_steps, timestep, drive, damped):
     n = t.work.shape[1]
     for step in range(first, first + n_steps):
         _accelerate(t.base, drive[min(step, drive.shape[0] - 1)], timestep)
@@ -133,6 +137,7 @@ def _find(t):
                 last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
             t.place[o, f.P_FX, lane] = t.place[o, f.P_FY, lane] = 0.0
     for lane in range(t.number.shape[0]):
+        keep(t.rows[lane], max(t.number[lane], 0), t.memory[lane])
         t.number[lane] = min(t.number[lane], 0)
         t.base[0, f.B_PRESS, lane] = t.base[0, f.B_PLACE, lane] = 0.0
     if last < 0:

@@ -9,13 +9,13 @@ A sweep's time is the latency of its recurrences, so sums are grouped such that 
 segment before; what waits for none (sines, torques) runs at full SIMD width even for a single simulation.
 """
 
-from feeler.compiled import compiled
+from feeler.compiled import lean
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.lanes import choose, fma, get, put, smaller, spread
 from feeler.physics.chain.turn import sincos
 
 
-@compiled
+@lean
 def move(segments, work, wides, base, timestep, width):
     """The outward sweep and one Euler step of every hinge, v += h q̈, q += h v, and all that follows from where it then is.
 
@@ -60,7 +60,7 @@ def move(segments, work, wides, base, timestep, width):
             ax, ay = ax - turn_x, ay - turn_y
 
 
-@compiled
+@lean
 def seek(segments, work, obj, place, o, width):
     """Note the first and the last segment that none of object ``o``'s half planes keeps clear of it."""
     ax, ay, a = _face(obj, place, o, 0, width)
@@ -85,7 +85,7 @@ def seek(segments, work, obj, place, o, width):
     put(place, o, f.P_LAST, last, width)
 
 
-@compiled
+@lean
 def _face(obj, place, o, k, width):
     """Outward normal of half plane ``k`` as it now lies, and how far outside it the base is."""
     x, y = get(obj, o, f.O_PLANES + 3 * k, width), get(obj, o, f.O_PLANES + 3 * k + 1, width)
@@ -95,7 +95,7 @@ def _face(obj, place, o, k, width):
     return nx, ny, outside - get(obj, o, f.O_PLANES + 3 * k + 2, width)
 
 
-@compiled
+@lean
 def locate(work, last, width):
     """Hinge positions and velocities of segments 0…``last``, seen from the base; only contact needs them."""
     px = py = vx = vy = spread(0.0, width)
@@ -108,7 +108,7 @@ def locate(work, last, width):
         px, py, vx, vy = px + ex, py + ey, fma(omega, ey, vx), fma(-omega, ex, vy)
 
 
-@compiled
+@lean
 def fold(segments, work, base, loaded, timestep, width):
     """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what is left for each hinge.
 
@@ -153,7 +153,7 @@ def fold(segments, work, base, loaded, timestep, width):
     put(base, 0, f.B_MOMENT, torque + fma(d, alpha, fma(ux, ax, uy * ay)), width)
 
 
-@compiled
+@lean
 def unfold(work, base, loaded, last, width):
     """The outward sweep: accelerations of hinges 0…``last``; the segments that are ``loaded`` are told theirs."""
     alpha, ax, ay = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
@@ -167,7 +167,7 @@ def unfold(work, base, loaded, last, width):
         ax, ay = fma(alpha, get(work, f.W_EY, i, width), ax), fma(-alpha, get(work, f.W_EX, i, width), ay)
 
 
-@compiled
+@lean
 def _turn(work, i, alpha, ax, ay, width):
     """A segment's turning acceleration, of that of the segment before and its hinge's acceleration."""
     gx, gy, share = get(work, f.W_UX, i, width), get(work, f.W_UY, i, width), get(work, f.W_SHARE, i, width)

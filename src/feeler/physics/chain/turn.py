@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from feeler.compiled import compiled
+from feeler.compiled import lean
 from feeler.physics.chain.lanes import choose, floor, fma
 
 # π/2 in three parts of 33 bits, so that subtracting small multiples is exact (Cody & Waite 1980)
@@ -15,7 +15,7 @@ _C6, _C5, _C4 = -1.13596475577881948265e-11, 2.08757232129817482790e-09, -2.7557
 _C3, _C2, _C1 = 2.48015872894767294178e-05, -1.38888888888741095749e-03, 4.16666666666666019037e-02
 
 
-@compiled
+@lean
 def sincos(x):
     """(sin x, cos x) to one unit in the last place for |x| below 1e5."""
     quadrant = floor(x * _TWO_OVER_PI + 0.5)
