@@ -9,13 +9,15 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
-from feeler.physics.refine import compute_gap, compute_peaks, refine, track
 from feeler.physics.engine import get_engine
+from feeler.physics.refine import compute_gap, compute_peaks, refine, track
 from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Motion, Scene
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
-TOGETHER = 8  # [C] how many times the lanes may be filled with the scenes that are run at once; each motion is kept till then
+TOGETHER = (
+    8  # [C] how many times the lanes may be filled with the scenes that are run at once; each motion is kept till then
+)
 WHOLE = 2  # [C] of these, how many are tried on the whole run before only parts of it are refined
 SURE = (
     0.5  # [C] share of the accuracy to which two whole runs must agree: where an object slips off, they may by chance
@@ -64,7 +66,11 @@ def run_accurately(
         if not todo:
             return results
     for i in todo if HALVINGS > WHOLE else ():
-        peaks = compute_peaks(track(scenes[i].antenna, m.angle)) if isinstance(m := results[i], Motion) else np.full(2, np.pi)
+        peaks = (
+            compute_peaks(track(scenes[i].antenna, m.angle))
+            if isinstance(m := results[i], Motion)
+            else np.full(2, np.pi)
+        )
         found = refine(scenes[i], clock, engine, accuracy, peaks, HALVINGS - WHOLE - 1, stop)
         before = _read_error(results[i])
         if found is not None and (
