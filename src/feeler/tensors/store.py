@@ -228,10 +228,12 @@ class Store:
             make_array(files, name, item, n, self.label.group)
         for key, variable in shared.variables.items():
             label_trials(files, str(key), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
-        for name, values in self._collect_labels().items():
+        labels = self._collect_labels()
+        for name, values in labels.items():
             label_trials(files, name, values, ("trial",), layout.attributes.get(name, {}))
+        widths = {name: values.dtype.itemsize // 4 for name, values in labels.items() if values.dtype.kind == "U"}
         attributes = {
-            "feeler_store": {"format": FORMAT, "n_trials": n, "n_finished": len(self.finished)},
+            "feeler_store": {"format": FORMAT, "n_trials": n, "n_finished": len(self.finished), "widths": widths},
             **shared.attrs,
         }
         attributes["coordinates"] = " ".join(sorted(layout.coordinates))

@@ -46,6 +46,27 @@ class _Lazy(BackendArray):
         return derive_curvature(values, length).astype(self.dtype)
 
 
+class _Text(BackendArray):
+    """A label of all trials of a store, from its array, or from the records where that is damaged."""
+
+    def __init__(self, path: Path, name: str, label: Label, width: int) -> None:
+        self.path, self.name, self.label = path, name, label
+        self.shape, self.dtype = (label.n_trials,), np.dtype(f"U{width}")
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple) -> np.ndarray:
+        try:
+            return np.asarray(_open_copies(self.path)[self.name].oindex[key]).astype(self.dtype)
+        except Exception:  # a copy, and the records have it all
+            texts = np.full(self.shape, "", self.dtype)
+            for group in find_groups(self.path):
+                record = read_record(self.path, group, self.label)
+                texts[record.trials] = record.labels[self.name]
+            return texts[key]
+
+
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
     """The finished trials of a store, in trial order, lazily and without locking it.
 
@@ -90,9 +111,15 @@ def _check_files(path: Path, label: Label, groups: list[int]) -> None:
                 )
 
 
-def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarray, dict[str, np.ndarray], list]:
-    """Finished trials, their labels, and what they were made with where they are few."""
+def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarray, dict[str, xr.Variable], list]:
+    """Finished trials, their labels, and what they were made with where they are few.
+
+    To read a million texts takes a second: where all groups are whole it waits until they are used.
+    """
     whole, copies = _read_copies(path, label) if len(groups) > MANY else (set(), {})
+    if copies and whole.issuperset(groups):
+        rows = _list_rows(groups, label)
+        return rows, {name: values.isel(trial=_pick(rows)) for name, values in copies.items()}, []
     kinds = label.layout.labels  # type: ignore[union-attr]
     trials: list[np.ndarray] = []
     made: list[Any] = []
@@ -100,10 +127,8 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
     found: list[tuple[np.ndarray, Any]]
     for is_whole, run in groupby(groups, key=whole.__contains__):
         if is_whole:
-            rows = (label.group * np.array([*run])[:, None] + np.arange(label.group)).ravel()
-            rows = rows[rows < label.n_trials]
-            picked = slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] + 1 == rows.size else rows
-            found = [(rows, {name: values[picked] for name, values in copies.items()})]
+            rows = _list_rows([*run], label)
+            found = [(rows, {name: values.isel(trial=_pick(rows)).values for name, values in copies.items()})]
         else:
             records = [read_record(path, group, label) for group in run]
             made += [one for record in records for one in record.made]
@@ -112,7 +137,19 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
             trials.append(rows)
             for name, kind in kinds.items():
                 parts[name].append(to_array(values[name], kind))
-    return np.concatenate(trials), {name: np.concatenate(part) for name, part in parts.items()}, made
+    labels = {name: xr.Variable("trial", np.concatenate(part)) for name, part in parts.items()}
+    return np.concatenate(trials), labels, made
+
+
+def _list_rows(groups: list[int], label: Label) -> np.ndarray:
+    """The trials of whole groups."""
+    rows = (label.group * np.array(groups)[:, None] + np.arange(label.group)).ravel()
+    return rows[rows < label.n_trials]
+
+
+def _pick(rows: np.ndarray) -> slice | np.ndarray:
+    """The same rows as a slice where they are a run."""
+    return slice(int(rows[0]), int(rows[-1]) + 1) if rows[-1] - rows[0] + 1 == rows.size else rows
 
 
 def to_array(values: Any, kind: str) -> np.ndarray:
@@ -127,21 +164,31 @@ def to_array(values: Any, kind: str) -> np.ndarray:
     return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(kind)
 
 
-def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, np.ndarray]]:
+def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Variable]]:
     """Whole groups whose labels are in the labels' arrays, and these arrays; none where they cannot be read."""
-    import zarr
-
     try:
-        group: Any = zarr.open_group(path, mode="r", zarr_format=3)
-        finished = np.asarray(group["finished"][...])
-        copies = {name: np.asarray(group[name][...]) for name in label.layout.labels}  # type: ignore[union-attr]
+        group = _open_copies(path)
+        finished, widths = np.asarray(group["finished"][...]), group.attrs["feeler_store"].get("widths", {})
+        copies = {}
+        for name, kind in label.layout.labels.items():  # type: ignore[union-attr]
+            if kind == "str" and name in widths:
+                text = indexing.LazilyIndexedArray(_Text(path, name, label, int(widths[name])))
+                copies[name] = xr.Variable("trial", indexing.MemoryCachedArray(text))
+            else:
+                copies[name] = xr.Variable("trial", to_array(np.asarray(group[name][...]), kind))
     except Exception:  # they are copies, and the records have it all
         return set(), {}
     ends = range(0, min(finished.size, label.n_trials), label.group)
     return {start // label.group for start in ends if finished[start : start + label.group].all()}, copies
 
 
-def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, np.ndarray], made: list) -> xr.Dataset:
+def _open_copies(path: Path) -> Any:
+    import zarr
+
+    return zarr.open_group(path, mode="r", zarr_format=3)
+
+
+def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, xr.Variable], made: list) -> xr.Dataset:
     layout = label.layout
     dataset = layout.make_shared()  # type: ignore[union-attr]
     size = (int(trials[-1]) // label.group + 1) * label.group
@@ -154,7 +201,8 @@ def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, np
             attrs = {"units": quantity.unit, "long_name": quantity.meaning}
             found["curvature"] = _open(path, name, item, size, label, trials, length, attrs)
     for name, values in labels.items():
-        found[name] = xr.Variable("trial", values, layout.attributes.get(name))  # type: ignore[union-attr]
+        values.attrs = dict(layout.attributes.get(name) or {})  # type: ignore[union-attr]
+        found[name] = values
     coordinates = {n: found.pop(n) for n in layout.coordinates if n in found}  # type: ignore[union-attr]
     if trials.size == len(made) <= MAX_LISTED:
         dataset.attrs["trials"] = json.dumps(made, sort_keys=True)
