@@ -17,8 +17,10 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
 FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+WHOLE = ("test_whole.py", "test_print.py", "test_pictures.py")
+"""Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 LONGEST = (
-    "test_whole.py",
+    *WHOLE,
     "test_examples.py",
     "test_kill.py",
     "test_parity_chain.py",
@@ -35,11 +37,16 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whatever ``--dist`` says: what its tests share is then made once."""
+    """A file goes to one worker, whatever ``--dist`` says, and so does WHOLE: what its tests share is then made once."""
     from xdist.scheduler import LoadFileScheduling
 
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            path = super()._split_scope(nodeid)
+            return "whole" if path.endswith(WHOLE) else path
+
     config.option.loadscopereorder = False  # they are in order already
-    return LoadFileScheduling(config, log)
+    return Scheduling(config, log)
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,15 @@ def test_every_picture_is_printed(browser, tmp_path):
     assert paper.count(b"/Subtype /Image") == N
 
 
-@pytest.mark.parametrize("width", [390, 1440])
-@pytest.mark.parametrize("theme", ["light", "dark"])
+SLOW = (
+    pytest.mark.slow
+)  # colours follow from the theme alone, the layout from the width alone: each is looked at by default
+
+
+@pytest.mark.parametrize(
+    ("theme", "width"),
+    [("light", 390), ("dark", 1440), pytest.param("light", 1440, marks=SLOW), pytest.param("dark", 390, marks=SLOW)],
+)
 def test_axe_finds_no_barrier_in_the_report(whole, browser, find_barriers, theme, width):
     browser.set_window_size(width, 900)
     browser.execute_cdp_cmd(
