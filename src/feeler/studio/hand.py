@@ -58,7 +58,7 @@ class Hand:
         begin = {"part": "begin", "total": LONGEST, **describe_scene(wish)}
         say(begin if race is None else begin | {"race": race.describe()})
         readings.add(simulation)
-        sensed = [readings.rows[0]["angle"][find_sensed(antenna)]]
+        sensed = [readings.angle[find_sensed(antenna)]]
         done, sent, due = 1, 0, 1.0
         while not (stop.is_set() or self._ended.is_set()):
             began = time.monotonic()
@@ -73,7 +73,7 @@ class Hand:
                     break
                 simulation.step(INTERVAL)
                 readings.add(simulation)
-                sensed.append(readings.rows[-1]["angle"][find_sensed(antenna)])
+                sensed.append(readings.angle[find_sensed(antenna)])
                 done += 1
                 if race is not None:
                     race.apply(new)

@@ -27,7 +27,7 @@ class Readings:
     """What a page is shown of a simulation of one lane, sample by sample."""
 
     def __init__(self) -> None:
-        self.rows: list[dict[str, Any]] = []
+        self.rows: list[tuple[np.ndarray, ...]] = []
 
     def add(self, simulation: Simulations) -> None:
         """Take one sample.
@@ -40,23 +40,21 @@ class Readings:
         if simulation.failed[0] is not None:
             raise simulation.failed[0]
         state = simulation.state
-        turn = np.arctan2(state.forward[0, :, 0], state.forward[0, :, 1])
-        self.rows.append(
-            {
-                "angle": state.angle[0],
-                "place": np.column_stack([state.place[0], turn]),
-                "force": state.force[0],
-                "base": state.base[0],
-                "contact": state.contact_place[0],
-                "moment": state.base_moment[0],
-            }
-        )
+        shown = (state.angle, state.place, state.forward, state.force, state.base, state.contact_place, state.base_moment)
+        self.rows.append(tuple(values[0] for values in shown))
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Angles (segment,) [rad] of the last sample."""
+        return self.rows[-1][0]
 
     def take(self) -> dict[str, np.ndarray]:
         """All that came since the last call: arrays (sample, …)."""
-        taken = {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+        angle, place, forward, force, base, contact, moment = (np.array(column) for column in zip(*self.rows, strict=True))
         self.rows = []
-        return taken
+        turn = np.arctan2(forward[:, :, 0], forward[:, :, 1])
+        place = np.concatenate([place, turn[:, :, None]], axis=2)
+        return {"angle": angle, "place": place, "force": force, "base": base, "contact": contact, "moment": moment}
 
 
 def make_simulation(wish: TouchWish) -> Simulations:

@@ -66,18 +66,20 @@ class ChainStepper(Stepper):
     def read(self) -> State:
         """The state of every lane, as copies."""
         t = self.tables
+        work, place, base = (table + 0.0 for table in (t.work[: f.W_RATE + 1], t.place, t.base[0]))  # no negative zeros:
+        place = place.transpose(2, 0, 1)  # equal states are equal bits
         return State(
-            angle=t.work[f.W_ANGLE].T + 0.0,  # no negative zeros: equal states are equal bits
-            velocity=t.work[f.W_RATE].T + 0.0,
-            force=t.place[:, f.P_FX : f.P_FY + 1].transpose(2, 0, 1) + 0.0,
-            place=t.place[:, f.P_X : f.P_Y + 1].transpose(2, 0, 1) + t.base[0, f.B_X : f.B_Y + 1].T[:, None],
-            forward=t.place[:, f.P_FORWARD_X : f.P_FORWARD_Y + 1].transpose(2, 0, 1) + 0.0,
-            object_work=t.place[:, f.P_WORK].T + 0.0,
-            base=t.base[0, f.B_X : f.B_HEADING + 1].T + 0.0,
-            base_force=t.base[0, f.B_FX : f.B_FY + 1].T + 0.0,
-            base_moment=t.base[0, f.B_MOMENT] + 0.0,
-            base_work=t.base[0, f.B_WORK] + 0.0,
-            contact_place=t.base[0, f.B_PLACE] / np.where(t.base[0, f.B_PRESS] > 0, t.base[0, f.B_PRESS], np.nan),
+            angle=work[f.W_ANGLE].T,
+            velocity=work[f.W_RATE].T,
+            force=place[:, :, f.P_FX : f.P_FY + 1],
+            place=place[:, :, f.P_X : f.P_Y + 1] + base[f.B_X : f.B_Y + 1].T[:, None],
+            forward=place[:, :, f.P_FORWARD_X : f.P_FORWARD_Y + 1],
+            object_work=place[:, :, f.P_WORK],
+            base=base[f.B_X : f.B_HEADING + 1].T,
+            base_force=base[f.B_FX : f.B_FY + 1].T,
+            base_moment=base[f.B_MOMENT],
+            base_work=base[f.B_WORK],
+            contact_place=base[f.B_PLACE] / np.where(base[f.B_PRESS] > 0, base[f.B_PRESS], np.nan),
         )
 
     def read_contacts(self, lane: int) -> Contacts:

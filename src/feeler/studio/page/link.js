@@ -35,6 +35,10 @@ export function linkServer(hear, tell) {
     };
   };
   connect();
+  // the browser takes its time to close the connection of a page that has gone
+  addEventListener("pagehide", () => {
+    if (socket && socket.readyState === 1) socket.send('{"type": "stop"}');
+  });
   return {
     live: true,
     send: (message) => {
