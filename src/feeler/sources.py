@@ -14,7 +14,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
@@ -47,6 +47,10 @@ class Module:
     """Packages of others that it imports."""
 
 
+Find = Callable[[str], Path | None]
+Read = Callable[[str, Path], Module]
+
+
 def find_modules(*modules: str) -> dict[str, Module]:
     """The modules themselves and, by their full names, all own modules that they import, directly or through others.
 
@@ -59,13 +63,14 @@ def find_modules(*modules: str) -> dict[str, Module]:
         top = module.partition(".")[0]
         return top in tops or any((folder / f"{top}.py").is_file() for folder in folders)
 
+    find, read = cache(find_file), cache(read_module)  # a hundred modules import the same dozen
     found: dict[str, Module] = {}
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        if name not in found and (path := find_file(name)):
-            found[name] = module = read_module(name, path)
-            waiting += [resolve(*wanted) for wanted in module.imports if is_own(wanted[0])]
+        if name not in found and (path := find(name)):
+            found[name] = module = read(name, path)
+            waiting += [resolve(*wanted, find, read) for wanted in module.imports if is_own(wanted[0])]
     return dict(sorted(found.items()))
 
 
@@ -80,15 +85,15 @@ def find_data(modules: dict[str, Module]) -> set[Path]:
     }
 
 
-def resolve(module: str, name: str | None) -> str:
+def resolve(module: str, name: str | None, find: Find, read: Read) -> str:
     """The module that defines what ``from module import name`` gives."""
-    path = find_file(module)
+    path = find(module)
     if name is None or path is None or path.name != "__init__.py":
         return module
-    home, inner = read_module(module, path).names.get(name), f"{module}.{name}"
+    home, inner = read(module, path).names.get(name), f"{module}.{name}"
     if home and home != (module, name):
-        return resolve(*home)
-    return inner if find_file(inner) else module
+        return resolve(*home, find, read)
+    return inner if find(inner) else module
 
 
 def find_file(module: str) -> Path | None:
@@ -116,7 +121,7 @@ def read_module(name: str, path: Path) -> Module:
 
 def parse_module(name: str, path: Path) -> Module:
     """Read one file; texts that stand alone are documentation."""
-    tree = ast.parse(path.read_bytes())
+    tree = _parse(path.read_bytes())
     room = path.name == "__init__.py"
     package = name if room else name.rpartition(".")[0]
     texts: set[str] = set()
@@ -146,6 +151,13 @@ def parse_module(name: str, path: Path) -> Module:
         texts=tuple(sorted(text for text in texts if text.endswith(DATA))),
         packages=tuple(sorted(tops - sys.stdlib_module_names)),
     )
+
+
+def _parse(raw: bytes) -> ast.Module:
+    try:
+        return ast.parse(raw)
+    except SystemError:  # of Python 3.11, where what was thrown away meanwhile wrote a traceback, and so parsed too
+        return ast.parse(raw)
 
 
 def compute_hash(raw: bytes) -> str:

@@ -40,7 +40,15 @@ class Readings:
         if simulation.failed[0] is not None:
             raise simulation.failed[0]
         state = simulation.state
-        shown = (state.angle, state.place, state.forward, state.force, state.base, state.contact_place, state.base_moment)
+        shown = (
+            state.angle,
+            state.place,
+            state.forward,
+            state.force,
+            state.base,
+            state.contact_place,
+            state.base_moment,
+        )
         self.rows.append(tuple(values[0] for values in shown))
 
     @property
@@ -50,7 +58,9 @@ class Readings:
 
     def take(self) -> dict[str, np.ndarray]:
         """All that came since the last call: arrays (sample, …)."""
-        angle, place, forward, force, base, contact, moment = (np.array(column) for column in zip(*self.rows, strict=True))
+        angle, place, forward, force, base, contact, moment = (
+            np.array(column) for column in zip(*self.rows, strict=True)
+        )
         self.rows = []
         turn = np.arctan2(forward[:, :, 0], forward[:, :, 1])
         place = np.concatenate([place, turn[:, :, None]], axis=2)

@@ -66,7 +66,9 @@ class ChainStepper(Stepper):
     def read(self) -> State:
         """The state of every lane, as copies."""
         t = self.tables
-        work, place, base = (table + 0.0 for table in (t.work[: f.W_RATE + 1], t.place, t.base[0]))  # no negative zeros:
+        work, place, base = (
+            table + 0.0 for table in (t.work[: f.W_RATE + 1], t.place, t.base[0])
+        )  # no negative zeros:
         place = place.transpose(2, 0, 1)  # equal states are equal bits
         return State(
             angle=work[f.W_ANGLE].T,
