@@ -85,17 +85,6 @@ def find_data(modules: dict[str, Module]) -> set[Path]:
     }
 
 
-def resolve(module: str, name: str | None, find: Find, read: Read) -> str:
-    """The module that defines what ``from module import name`` gives."""
-    path = find(module)
-    if name is None or path is None or path.name != "__init__.py":
-        return module
-    home, inner = read(module, path).names.get(name), f"{module}.{name}"
-    if home and home != (module, name):
-        return resolve(*home, find, read)
-    return inner if find(inner) else module
-
-
 def find_file(module: str) -> Path | None:
     """The Python file of a module, without running it; None for what is built in or typed at a prompt."""
     first, *rest = module.split(".")
@@ -117,6 +106,17 @@ def read_module(name: str, path: Path) -> Module:
         notes[name] = [str(path), stamp, parse_module(name, path)]
         notes[""] = None  # there is something to write down
     return notes[name][2]
+
+
+def resolve(module: str, name: str | None, find: Find = find_file, read: Read = read_module) -> str:
+    """The module that defines what ``from module import name`` gives."""
+    path = find(module)
+    if name is None or path is None or path.name != "__init__.py":
+        return module
+    home, inner = read(module, path).names.get(name), f"{module}.{name}"
+    if home and home != (module, name):
+        return resolve(*home, find, read)
+    return inner if find(inner) else module
 
 
 def parse_module(name: str, path: Path) -> Module:
