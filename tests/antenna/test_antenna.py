@@ -41,10 +41,11 @@ COPIES = [copy.deepcopy, copy.copy, lambda a: pickle.loads(pickle.dumps(a)), lam
 
 
 @pytest.mark.parametrize("copied", [lambda a: a, *COPIES])
-def test_arrays_are_frozen(copied):
+@pytest.mark.parametrize("name", ["stiffness", "sensors"])
+def test_arrays_are_frozen(copied, name):
     antenna = copied(Antenna(**GOOD))
     with pytest.raises(ValueError, match="read-only"):
-        antenna.stiffness[0] = 2.0
+        getattr(antenna, name)[0] = 2
 
 
 @pytest.mark.parametrize("copied", [*COPIES, lambda a: a.replace()])
@@ -109,6 +110,21 @@ def test_the_tip_is_where_the_shape_ends(size):
 )
 def test_profiles_sample_their_formula(profile, expected):
     np.testing.assert_allclose(profile.sample(3), expected)
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: Exponential(base=np.nan, rate=-1.0), "Exponential.base must be finite"),
+        (lambda: Linear(base=1.0, tip=np.inf), "Linear.tip must be finite"),
+        (lambda: Tabulated(x=(0.5,), values=(1.0,)), "one length ≥ 2, got 1 and 1"),
+        (lambda: Tabulated(x=(0.0, 1.0), values=(1.0, 2.0, 3.0)), "one length ≥ 2, got 2 and 3"),
+        (lambda: Tabulated(x=(0.5, 0.5), values=(1.0, 2.0)), "must rise strictly"),
+    ],
+)
+def test_a_profile_that_gives_no_numbers_is_refused(make, match):
+    with pytest.raises(InvalidInput, match=match):
+        make()
 
 
 @pytest.mark.parametrize("name", PROFILE_NAMES)

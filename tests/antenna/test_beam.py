@@ -41,6 +41,8 @@ def test_a_taper_is_a_function_and_the_file_gives_the_same_antenna(tmp_path):
         ({}, "either radius"),
         ({"radius": 0.1, "width": 1.0}, "either radius"),
         ({"radius": lambda x: 0.1 - 0.2 * x}, "radius must be finite and > 0 all along"),
+        ({"radius": 0.1, "length": 0.0}, "length must be finite and > 0, got 0.0"),
+        ({"radius": 0.1, "n_segments": 0}, "n_segments must be finite and > 0, got 0"),
         ({"radius": 0.1, "modulus": -1.0}, "modulus must be"),
         ({"radius": 0.1, "damping_time": -1.0}, "damping_time must be"),
     ],

@@ -129,6 +129,7 @@ def test_every_unit_means_what_it_says(name, units):
         ('tag = "P"', 'tag = "Q"', r"line 19, stiffness.tag: tag must be one of P, A, D, B, C"),
         ("hinges = [1, 3]", "hinges = [1, 4]", r"line 29, sensors.hinges: must be a whole number from 1 to 3, got 4"),
         ("hinges = [1, 3]", "hinges = [3, 1]", r"line 29, sensors.hinges: must rise"),
+        ("hinges = [1, 3]", "hinges = [3, 3]", r"line 29, sensors.hinges: must rise"),
         ("hinges = [1, 3]", "hinges = 1", r"line 29, sensors.hinges: must be a list"),
         ("[sensors]\n", "sensors = 3\n", r"unknown key|must be a table"),
         ("value = 0.2", "value = ", r"not valid TOML: .*line 15"),
@@ -162,3 +163,9 @@ def test_what_is_no_regular_file_is_refused(tmp_path):
 def test_an_unknown_source_is_refused():
     with pytest.raises(InvalidInput, match="no quantity 'colour'"):
         write_antenna(cockroach(), {"colour": Source()})
+
+
+def test_a_tag_may_name_every_kind_of_source_and_no_other():
+    assert Source(tag="P+A+D+B+C").tag == "P+A+D+B+C"
+    with pytest.raises(InvalidInput, match="tag must be one of .*got 'P\\+X'"):
+        Source(tag="P+X")

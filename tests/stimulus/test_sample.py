@@ -107,6 +107,10 @@ def test_variants_differ_in_what_was_asked_for_alone():
     stiff = sample_antennas(2, ANTENNA, stiffness=2.0, damping=1.0, mass=1.0, gradient=0.0)[1]
     np.testing.assert_allclose(stiff.stiffness, 2 * ANTENNA.stiffness)
     assert stiff.replace(stiffness=ANTENNA.stiffness, name=ANTENNA.name) == ANTENNA
+    damped = sample_antennas(1, ANTENNA, stiffness=1.0, damping=3.0, mass=1.0, gradient=0.0)[0]
+    np.testing.assert_allclose(damped.damping, 3 * ANTENNA.damping)
+    heavy = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.5, gradient=0.0)[0]
+    np.testing.assert_allclose(heavy.segment_mass, 1.5 * ANTENNA.segment_mass)
     tilted = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.0, gradient=1.0)[0]
     assert (tilted.stiffness / ANTENNA.stiffness)[[0, -1]] == pytest.approx(np.exp([-0.5, 0.5]), rel=0.01)
 

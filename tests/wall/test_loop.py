@@ -5,7 +5,7 @@ import pytest
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
-from feeler.wall import map_stability
+from feeler.wall import calibrate, map_stability, measure_wall_response
 from feeler.wall.loop import LIMIT, _compare_swings
 
 
@@ -30,6 +30,15 @@ def test_a_delayed_and_weakened_swing_has_its_gain_and_phase():
     ratio = _compare_swings(omega, time, 3 + np.sin(omega * time), 5 + 0.5 * np.sin(omega * (time - 10)))
     assert abs(ratio) == pytest.approx(0.5, rel=1e-3)
     assert np.angle(ratio) == pytest.approx(-0.1 * 2 * np.pi, rel=1e-3)
+
+
+def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
+    """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g + iωc/v, g the map's slope."""
+    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
+    slow, fast = measure_wall_response(antenna, calibrate(antenna, **rod), [1.0, 2.0], cycles=2, **rod)
+    assert 0.8 < slow.real < 1.3
+    assert fast.real == pytest.approx(slow.real, rel=0.03)
+    assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
 @pytest.mark.parametrize(

@@ -86,9 +86,10 @@ def test_undefined_is_said_never_zero():
         assert np.isnan(found.predict(10.0))
 
 
-def test_told_apart_is_the_longest_run_that_moves_one_way():
+@pytest.mark.parametrize("way", [1, -1], ids=["to the base", "to the tip"])
+def test_told_apart_is_the_longest_run_that_moves_one_way(way):
     distance = np.arange(10.0, 2.0, -1)
-    position = np.array([30.0, 30.01, 28.0, 26.0, 24.0, 24.01, 25.0, np.nan])
+    position = 27 + way * np.array([3.0, 3.01, 1.0, -1.0, -3.0, -2.99, -2.0, np.nan])
     found = fit_distance(distance, position, np.isfinite(position), np.zeros(8, bool), 0.1)
     assert found.told_apart == (6.0, 9.0)
     assert not found.monotone

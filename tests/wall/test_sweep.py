@@ -94,8 +94,10 @@ def test_a_straight_antenna_laid_in_a_j_unfolds_without_friction_and_stays_with_
     assert held.inverted.all()
 
 
-def test_beyond_reach_nothing_is_touched_and_nothing_bends():
-    sweep = approach(cockroach(), Posture(), (40.0, 30.0))
+@pytest.mark.parametrize("posture", [Posture(), Posture(prebend="placed"), Posture(prebend="none")])
+def test_beyond_reach_nothing_is_touched_and_nothing_bends(posture):
+    reach = posture.reach(antenna := cockroach())
+    sweep = approach(antenna, posture, (40.0, 30.0, reach + 0.5))
     assert not sweep.contact.any() and not sweep.inverted.any()
     np.testing.assert_allclose(sweep.bend, 0.0, atol=1e-12)
 
