@@ -167,5 +167,5 @@ def test_an_unknown_source_is_refused():
 
 def test_a_tag_may_name_every_kind_of_source_and_no_other():
     assert Source(tag="P+A+D+B+C").tag == "P+A+D+B+C"
-    with pytest.raises(InvalidInput, match="tag must be one of .*got 'P\\+X'"):
+    with pytest.raises(InvalidInput, match=r"tag must be one of .*got 'P\+X'"):
         Source(tag="P+X")
