@@ -135,13 +135,12 @@ def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
     """What is confused at the noisiest level, for the paper's code and the tensors."""
     found = {}
     known = {label: k for k, label in enumerate(make_labels(data))}
-    for comparison, both in curves.items():
-        for kind in MAIN:
-            for name, sweep in both.find(kind).items():
-                rows = [known[label] for label in sweep.classes]
-                attributes = {a: np.asarray(data[a])[rows] for a in ("feature", "size", "location")}
-                title = f"{comparison} {name}, {LABELS[kind]}, noise {100 * sweep.ratios[-1]:.0f} %"
-                found[title] = explain_confusion(sweep.confusion[-1], attributes)
+    for (comparison, both), kind in product(curves.items(), MAIN):
+        for name, sweep in both.find(kind).items():
+            rows = [known[label] for label in sweep.classes]
+            attributes = {a: np.asarray(data[a])[rows] for a in ("feature", "size", "location")}
+            title = f"{comparison} {name}, {LABELS[kind]}, noise {100 * sweep.ratios[-1]:.0f} %"
+            found[title] = explain_confusion(sweep.confusion[-1], attributes)
     return found
 
 

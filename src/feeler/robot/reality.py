@@ -16,15 +16,7 @@ from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
-from feeler.robot.touches import (
-    SPEEDS,
-    Label,
-    compute_tip,
-    get_label,
-    make_touches,
-    simulate_pairs,
-    simulate_touches,
-)
+from feeler.robot.touches import SPEEDS, Label, compute_tip, get_label, make_touches, simulate_pairs, simulate_touches
 from feeler.stimulus import Trial
 
 N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
