@@ -145,6 +145,13 @@ def test_jittered_trials_stay_near_and_keep_the_rest():
     assert all(j.feature == Ball(radius=1.5) for j in jittered)
 
 
+def test_what_is_not_asked_for_does_not_jitter():
+    trials, rng = make_trials(), np.random.default_rng(0)
+    moved, hurried = jitter_trials(trials, rng, location=0.02), jitter_trials(trials, rng, speed=0.1)
+    assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [t.location for t in trials]
+    assert [t.location for t in hurried] == [t.location for t in trials] and 0.06 not in {t.speed for t in hurried}
+
+
 @pytest.mark.parametrize(("jitter", "right"), [(0.01, True), (0.9, False)])
 def test_jittered_touches_are_recognised_while_the_jitter_is_small(jitter, right):
     trials = make_trials()

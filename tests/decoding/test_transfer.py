@@ -37,6 +37,13 @@ def test_first_positive_peak_skips_ripples_and_negative_peaks():
     assert find_first_peak(_bump(200, height=0.5)) == -1
 
 
+def test_a_peak_that_is_too_low_is_none_however_clear_it_is():
+    tip = np.zeros(50)
+    tip[[10, 30]] = 0.9, 1.2
+    assert find_first_peak(tip, min_deflection=1.0, prominence=0.1) == 30
+    assert find_first_peak(tip, min_deflection=0.8, prominence=0.1) == 10
+
+
 def test_alignment_undoes_shifts_and_goes_on_at_rest():
     touches = [np.stack([_bump(c), 2 * _bump(c)]) for c in (120, 250, 180)]
     aligned = align(touches, [touch[0] for touch in touches], before=100, after=80)
