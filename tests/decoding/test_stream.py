@@ -189,6 +189,14 @@ def _update(decoder, *samples):
 
 
 @pytest.mark.parametrize(
+    "ends",
+    [{"threshold": 1.0}, {"noise": 0.0}, {"max_lag": 0}, {"window": 1, "confirm": 1, "correlation": 1, "lag_step": 1}],
+)
+def test_the_ends_of_a_range_belong_to_it(ends):
+    assert StreamDecoder(**ends).fit(TOUCHES, LABELS).classes_
+
+
+@pytest.mark.parametrize(
     ("act", "message"),
     [
         (lambda d: _update(d, (np.zeros(4),)), "a sample is 3 finite numbers"),
