@@ -292,6 +292,13 @@ def test_any_model_may_say_what_is_felt():
     assert asked == [*range(1, 19)]
 
 
+@pytest.mark.parametrize(("sure", "said"), [(0.75, "decided"), (0.74, "unsure")])
+def test_who_just_reaches_the_threshold_is_decided(sure, said):
+    decoder = StreamDecoder(window=9, threshold=0.75, model=lambda tensor: [sure, 1 - sure]).adopt(["a", "b"], 1)
+    states = decoder.replay(np.r_[np.zeros(5), np.ones(5)][None])
+    assert {state.state for state in states if state.since_contact >= 0} == {said}
+
+
 @pytest.mark.parametrize(
     ("model", "words"),
     [
