@@ -105,8 +105,9 @@ def test_noise_at_an_accuracy():
     assert agree(sd, error, truth)
     assert error < 0.05
     assert np.isnan(find_noise(np.ones((3, 4)))[0])
-    with pytest.raises(InvalidInput, match="between 1/2"):
-        find_noise(make_pair(1.0), 0.5)
+    for accuracy in (0.5, 1.0):
+        with pytest.raises(InvalidInput, match="accuracy must lie between 1/2"):
+            find_noise(make_pair(1.0), accuracy)
 
 
 def test_separation_is_that_of_the_nearest():
