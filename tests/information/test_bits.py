@@ -110,6 +110,12 @@ def test_noise_at_an_accuracy():
             find_noise(make_pair(1.0), accuracy)
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_a_noise_has_the_unit_of_the_tensors(unit):
+    one, other = (find_noise(factor * make_pair(2.0), 0.75, n_draws=200)[0] for factor in (1.0, unit))
+    assert other == pytest.approx(unit * one, rel=1e-3)
+
+
 def test_separation_is_that_of_the_nearest():
     places = np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])
     assert compute_separation(places, 0.5) == pytest.approx([10.0, 2.0, 2.0])
