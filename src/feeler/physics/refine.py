@@ -1,7 +1,7 @@
 """Small steps only where a run needs them: two runs side by side, one with half of the other's steps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
 
@@ -45,17 +45,18 @@ def refine(
 
     Two runs go side by side from the beginning to the end, one with half of the other's steps. A window in which they part
     by more than its share of the ``accuracy`` is gone through again by both with half the steps, up to ``halvings`` times
-    and as long as that helps: what does not, comes from before, and all begins again with smaller shares. What they differ by
-    at most, over the ``peaks``, is the error; ``timestep`` is the smallest that was taken.
+    and as long as that helps: what does not, comes from before. Then all is done again with smaller shares. What the last two
+    runs differ by at most, or those with the greater shares from them, over the ``peaks``, is the error; ``timestep`` is the
+    smallest that was taken.
     """
-    best = None
+    last = None
     for share in SHARES:
         found = _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(accuracy / share, peaks)
-        if found is not None and (best is None or found.error < best.error):
-            best = found
-        if best is not None and best.error <= accuracy:
-            break
-    return best
+        if found is not None and last is not None:
+            before, after = (track(scene.antenna, motion.angle) for motion in (last, found))
+            found = replace(found, error=max(found.error, compute_gap(before, after, compute_peaks(after))))
+        last = found or last
+    return last
 
 
 @dataclass
