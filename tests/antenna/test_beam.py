@@ -25,6 +25,14 @@ def test_a_uniform_beam_has_the_cantilevers_frequencies_and_deflection(section, 
     assert np.sum(arm**2 / beam.stiffness) == pytest.approx(40**3 / (3 * 2000 * moment), rel=0.001)
 
 
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_hinges_bend_as_the_trapezium_rule_says(n):
+    """Each hinge bends for the halves of the segments beside it: ∫ (L − x)² / EI dx by trapezia is L³/3EI (1 + 1/2n²)."""
+    beam = Antenna.from_beam(**BEAM, radius=0.1, n_segments=n)
+    exact = 40**3 / (3 * 2000 * np.pi / 4 * 0.1**4) * (1 + 1 / (2 * n**2))
+    assert np.sum((beam.length - beam.hinge_position) ** 2 / beam.stiffness) == pytest.approx(exact, rel=1e-12)
+
+
 def test_a_taper_is_a_function_and_the_file_gives_the_same_antenna(tmp_path):
     taper = Antenna.from_beam(**BEAM, radius=lambda x: 0.2 - 0.15 * x, damping_time=0.5, name="taper", sensors=[1, 30])
     assert taper.segment_mass.sum() == pytest.approx(

@@ -169,3 +169,16 @@ def test_a_tag_may_name_every_kind_of_source_and_no_other():
     assert Source(tag="P+A+D+B+C").tag == "P+A+D+B+C"
     with pytest.raises(InvalidInput, match=r"tag must be one of .*got 'P\+X'"):
         Source(tag="P+X")
+
+
+@pytest.mark.parametrize(("key", "most"), [("name", 200), ("note", 2000)])
+def test_texts_end_somewhere(tmp_path, key, most):
+    named, noted = (most, 1) if key == "name" else (1, most)
+    for more in (0, 1):
+        antenna = cockroach().replace(name="n" * (named + more * (key == "name")))
+        source = Source(tag="P", note="n" * (noted + more * (key == "note")))
+        (tmp_path / "a.toml").write_text(write_antenna(antenna, {"stiffness": source}), encoding="utf-8")
+        if not more:
+            assert load_antenna(tmp_path / "a.toml").name == antenna.name
+    with pytest.raises(InvalidInput, match=f"{key}: must be a text of at most {most} characters"):
+        load_antenna(tmp_path / "a.toml")

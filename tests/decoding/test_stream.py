@@ -72,6 +72,7 @@ def test_a_saved_decoder_answers_with_the_same_bits(tmp_path):
     [
         ({"window": 10**6}, "do not fit arrays"),
         ({"onset": -1}, "onset > 0"),
+        ({"threshold": 0.0}, r"threshold in \(0, 1\], got 0"),
         ({"interval": "inf"}, "interval > 0, got inf"),
         ({"colour": 1}, "colour"),
     ],
@@ -82,6 +83,18 @@ def test_a_decoder_whose_parts_do_not_fit_is_refused(tmp_path, change, message):
     model.settings["parameters"] |= change
     save_model(model, tmp_path / "d.safetensors")
     with pytest.raises(InvalidInput, match=f"no complete StreamDecoder .*{message}"):
+        StreamDecoder.load(tmp_path / "d.safetensors", trusted=True)
+
+
+@pytest.mark.parametrize("name", ["expected", "weight", "constant"])
+def test_a_decoder_with_one_number_that_is_none_is_refused(tmp_path, name):
+    _decoder().save(tmp_path / "d.safetensors")
+    model = read_model(tmp_path / "d.safetensors", trusted=True)
+    values = model.arrays[name].copy()
+    values.flat[0] = np.nan
+    model.arrays[name] = values
+    save_model(model, tmp_path / "d.safetensors")
+    with pytest.raises(InvalidInput, match="its numbers are finite"):
         StreamDecoder.load(tmp_path / "d.safetensors", trusted=True)
 
 

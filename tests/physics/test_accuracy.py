@@ -15,6 +15,7 @@ from feeler.physics.contact import Contact
 from feeler.physics.engine import ENGINES
 from feeler.physics.run import run_scene
 from feeler.physics.scene import make_scene
+from feeler.physics.simulation import build_scene
 
 from .scenes import make_stub, touch
 
@@ -44,6 +45,28 @@ def test_scenes_keep_their_order_and_their_numbers():
         assert np.array_equal(alone.angle, found.angle)
 
 
+def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
+    """Along a saw-tooth wall steps of 0.1 and 0.05 ms agree to 0.3 %, and are both off by a third: a tooth held too long.
+
+    Number 1542 of the random touches of ``benchmarks/accuracy.py --seed 1``.
+    """
+    antenna = feeler.presets.cockroach()
+    antenna = antenna.replace(stiffness=0.33194762 * antenna.stiffness, damping=1.9569694 * antenna.damping)
+    saw = feeler.Wall(profile=((-1.7273314, 0.0), (0.0, 5.61869093), (1.7273314, 0.0)), repeat=17)
+    wall = feeler.Object(
+        feature=saw,
+        place=(-8.8614108295009, 22.19608545918875),
+        velocity=(0.0617460384162779, 0.02413015667522051),
+        forward=(0.931403095705456, 0.3639893862604969),
+        friction=1.416100293533228,
+    )
+    scene = build_scene(antenna, wall)
+    runs = [run_scene(scene, Clock(duration=200.0, timestep=h)) for h in (0.1, 0.05, 0.0125)]
+    assert accuracy.compute_error(scene, *runs[:2]) < 0.005 and accuracy.compute_error(scene, *runs[1:]) > 0.25
+    found = accuracy.run_accurately([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
+    assert accuracy.compute_error(scene, found, runs[2]) < 0.01
+
+
 def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
     """A fast triangle that slips off: steps of 0.05 and 0.025 ms agree to 0.8 %, and are both off by 5 %."""
     antenna = feeler.presets.cockroach("linear")
@@ -60,7 +83,7 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
     coarse, half, fine = (run_scene(scene, Clock(duration=50.0, timestep=h)) for h in (0.05, 0.025, 0.0015625))
     assert accuracy.compute_error(scene, coarse, half) < 0.01 < 0.05 < accuracy.compute_error(scene, half, fine)
     found = accuracy.run_accurately([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
-    assert found.error <= 0.01 and accuracy.compute_error(scene, found, fine) < 0.01
+    assert accuracy.compute_error(scene, found, fine) < min(0.01, found.error)
 
 
 def test_error_by_hand():

@@ -19,7 +19,7 @@ from feeler.errors import InvalidInput
 from feeler.toml import parse_toml
 
 SCHEMA = "feeler.antenna/1"
-MAX_NAME = 200  # [C]
+MAX_NAME, MAX_NOTE = 200, 2000  # [C] characters
 UNITS: dict[str, dict[str, float]] = {
     "segment_length": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
     "segment_mass": {"g": 1.0, "kg": 1e3, "mg": 1e-3, "µg": 1e-6},
@@ -180,8 +180,9 @@ class _Reader:
         return value
 
     def text(self, table: str, key: str, value: Any) -> str:
-        if not isinstance(value, str) or len(value) > (MAX_NAME if key == "name" else 2000):
-            self.fail(table, key, f"must be a text of at most {MAX_NAME} characters, got {str(value)[:40]!r}")
+        most = MAX_NAME if key == "name" else MAX_NOTE
+        if not isinstance(value, str) or len(value) > most:
+            self.fail(table, key, f"must be a text of at most {most} characters, got {str(value)[:40]!r}")
         return value
 
     def whole(self, table: str, key: str, value: Any, low: int, high: int) -> int:
