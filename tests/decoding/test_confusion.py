@@ -19,6 +19,12 @@ def test_planted_confusions_are_named():
     assert confused.describe() == "right 40.0 %; wrong in size 30.0 %, feature 20.0 %, feature and size 10.0 %"
 
 
+def test_what_is_never_wrong_is_not_listed():
+    confused = explain_confusion(np.eye(4) + np.eye(4)[[1, 0, 3, 2]], ATTRIBUTES)
+    assert confused.describe() == "right 50.0 %; wrong in size 50.0 %"
+    assert explain_confusion(np.eye(4), ATTRIBUTES).describe() == "all right"
+
+
 def test_shares_add_up():
     counts = np.random.default_rng(0).integers(1, 9, (4, 4))
     confused = explain_confusion(counts, ATTRIBUTES)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feeler.decoding.link import WRAP, Link, frame_sample
+from feeler.decoding.link import CLOCK, WRAP, Link, frame_sample
 from feeler.decoding.samples import open_serial, read_samples
 
 
@@ -48,6 +48,11 @@ def test_a_board_that_begins_anew_is_followed():
     link = Link(3)
     samples = [sample for line in [*send(5, 30000), *send(5)] for sample in link.take(line)]
     assert len(samples) == 10 and link.describe() == ""
+
+
+def test_a_clock_that_begins_anew_goes_on_for_hours():
+    link, true = Link(3), np.arange(0.0, 3.5 * CLOCK, CLOCK / 7)
+    assert [link.follow(time % CLOCK) for time in true] == pytest.approx(list(true))
 
 
 def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():
