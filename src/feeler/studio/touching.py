@@ -19,7 +19,7 @@ from feeler.stimulus.trial import Trial
 from feeler.studio.wish import PREVIEW, TouchWish
 
 INTERVAL = 1.0  # ms between samples
-FIRST, PIECE = 12, 46  # samples; the first piece is short, so that something is seen at once; each costs 2 ms to send and draw
+FIRST, PIECE = 12, 46  # samples; the first is short, so that something is seen at once; each costs 2 ms on its way
 REACH = 400.0  # mm; faces without end are drawn as far as this
 
 
