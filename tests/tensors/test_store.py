@@ -490,7 +490,7 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     with open_store(path, CONFIGURATION, 100, group_size=2) as store:
         store.append(range(N_TRIALS), make_set())
         with monkeypatch.context() as patch:
-            patch.setattr(stored._Lazy, "_read", lambda *_: pytest.fail("read the numbers"))
+            patch.setattr(stored._Numbers, "_read", lambda *_: pytest.fail("read the numbers"))
             lazy = read_store(path)
             assert lazy.sizes["trial"] == N_TRIALS and lazy.feature.values[3] == "Wändli"
         xr.testing.assert_identical(lazy.isel(trial=[5, 2], time=3).load(), make_set().isel(trial=[5, 2], time=3))
@@ -510,6 +510,23 @@ def test_many_groups_take_their_labels_from_the_arrays_and_the_rest_from_records
     for name in ("feature/c.0", "finished/c.0"):
         (path / name).write_bytes(b"damaged")
         xr.testing.assert_identical(read_store(path).load(), make_set(n))
+
+
+def test_texts_are_never_cut_to_what_a_damaged_store_says(path):
+    n = stored.MANY + 6
+    with open_store(path, CONFIGURATION, n, group_size=1) as store:
+        store.append(range(n), make_set(n))
+    xr.testing.assert_identical(read_store(path).load(), make_set(n))
+    whole = (path / "zarr.json").read_text()
+    for width, words in (("2", "longer texts than the store says"), ("999999999", None), ('"x"', None)):
+        damaged = re.sub(r'("widths": \{[^}]*"feature": )\d+', rf"\g<1>{width}", whole)
+        assert damaged != whole
+        (path / "zarr.json").write_text(damaged)
+        if words:
+            with pytest.raises(InvalidInput, match=words):
+                read_store(path).load()
+        else:
+            xr.testing.assert_identical(read_store(path).load(), make_set(n))
 
 
 def test_reading_in_the_same_process_keeps_the_lock(path):

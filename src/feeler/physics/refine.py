@@ -46,17 +46,16 @@ def refine(
     Two runs go side by side from the beginning to the end, one with half of the other's steps. A window in which they part
     by more than its share of the ``accuracy`` is gone through again by both with half the steps, up to ``halvings`` times
     and as long as that helps: what does not, comes from before. Then all is done again with smaller shares. What the last two
-    runs differ by at most, or those with the greater shares from them, over the ``peaks``, is the error; ``timestep`` is the
-    smallest that was taken.
+    runs differ by at most, or the ones before from them, over the peaks, is the error; ``timestep`` is the smallest taken.
     """
-    last = None
-    for share in SHARES:
-        found = _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(accuracy / share, peaks)
-        if found is not None and last is not None:
-            before, after = (track(scene.antenna, motion.angle) for motion in (last, found))
-            found = replace(found, error=max(found.error, compute_gap(before, after, compute_peaks(after))))
-        last = found or last
-    return last
+    first, found = (
+        _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(accuracy / share, peaks)
+        for share in SHARES
+    )
+    if first is None or found is None:
+        return None
+    before, after = (track(scene.antenna, motion.angle) for motion in (first, found))
+    return replace(found, error=max(found.error, compute_gap(before, after, compute_peaks(after))))
 
 
 @dataclass

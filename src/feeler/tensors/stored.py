@@ -18,17 +18,29 @@ from feeler.tensors.shards import find_key, open_array
 
 MAX_LISTED = 1000  # trials, above which what each was made with stays in the records
 MANY = 64  # groups, above which the labels come from their arrays instead of the records
+WIDEST = 1000  # [C] characters; labels with longer texts are read when the store is opened
+TEXT = np.dtypes.StringDType()
 
 
-class _Lazy(BackendArray):
+class _Later(BackendArray):
+    """An array that is read when it is used; ``shape`` and ``dtype`` are known before."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple) -> np.ndarray:
+        raise NotImplementedError
+
+
+class _Numbers(_Later):
     """Trials of one array of a store; divided by ``length`` (sensor,) where curvature is derived from angle."""
 
     def __init__(self, array: Any, path: Path, length: np.ndarray | None = None) -> None:
         self.array, self.path, self.length = array, path, length
         self.shape, self.dtype = array.shape, array.dtype
-
-    def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
 
     def _read(self, key: tuple) -> np.ndarray:
         try:
@@ -46,31 +58,38 @@ class _Lazy(BackendArray):
         return derive_curvature(values, length).astype(self.dtype)
 
 
-class _Text(BackendArray):
+class _Text(_Later):
     """A label of all trials of a store, from its array, or from the records where that is damaged."""
 
     def __init__(self, path: Path, name: str, label: Label, width: int) -> None:
         self.path, self.name, self.label = path, name, label
         self.shape, self.dtype = (label.n_trials,), np.dtype(f"U{width}")
 
-    def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
-
     def _read(self, key: tuple) -> np.ndarray:
         try:
-            return np.asarray(_open_copies(self.path)[self.name].oindex[key]).astype(self.dtype)
+            texts = np.asarray(_open_copies(self.path)[self.name].oindex[key]).astype(TEXT)
         except Exception:  # a copy, and the records have it all
-            texts = np.full(self.shape, "", self.dtype)
-            for group in find_groups(self.path):
-                record = read_record(self.path, group, self.label)
-                texts[record.trials] = record.labels[self.name]
-            return texts[key]
+            texts = self._read_records()[key]
+        if np.strings.str_len(texts).max(initial=0) * 4 > self.dtype.itemsize:
+            raise InvalidInput(
+                f"{self.path} is damaged: '{self.name}' has longer texts than the store says. The command that made the store "
+                "mends it."
+            )
+        return texts.astype(self.dtype)
+
+    def _read_records(self) -> np.ndarray:
+        texts = np.full(self.shape, "", TEXT)
+        for group in find_groups(self.path):
+            record = read_record(self.path, group, self.label)
+            texts[record.trials] = record.labels[self.name]
+        return texts
 
 
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
     """The finished trials of a store, in trial order, lazily and without locking it.
 
-    Labels are in memory; numbers are read when they are used. Curvature is derived from angle where it is not stored.
+    Numbers are read when they are used, and so are the texts of a store of many whole groups; all other labels are in memory.
+    Curvature is derived from angle where it is not stored.
 
     Parameters
     ----------
@@ -155,7 +174,7 @@ def _pick(rows: np.ndarray) -> slice | np.ndarray:
 def to_array(values: Any, kind: str) -> np.ndarray:
     """Labels as an array; infinite and NaN ones are words in JSON."""
     if kind == "str" and isinstance(values, np.ndarray):
-        texts = values.astype(np.dtypes.StringDType())
+        texts = values.astype(TEXT)
         return texts.astype(f"U{np.strings.str_len(texts).max(initial=1)}")
     if kind == "str":
         return np.array(values, dtype=str)
@@ -171,7 +190,7 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Varia
         finished, widths = np.asarray(group["finished"][...]), group.attrs["feeler_store"].get("widths", {})
         copies = {}
         for name, kind in label.layout.labels.items():  # type: ignore[union-attr]
-            if kind == "str" and name in widths:
+            if kind == "str" and 0 < int(widths.get(name, 0)) <= WIDEST:
                 text = indexing.LazilyIndexedArray(_Text(path, name, label, int(widths[name])))
                 copies[name] = xr.Variable("trial", indexing.MemoryCachedArray(text))
             else:
@@ -210,7 +229,7 @@ def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, xr
 
 
 def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.Variable:
-    array = _Lazy(open_array(path, name, item, size, label.group), path, length)
+    array = _Numbers(open_array(path, name, item, size, label.group), path, length)
     variable = xr.Variable(item.dims, indexing.LazilyIndexedArray(array), item.attributes if attrs is None else attrs)
     first, last = int(trials[0]), int(trials[-1])
     whole = trials.size == last - first + 1

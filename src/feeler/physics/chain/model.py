@@ -35,7 +35,7 @@ class ChainModel:
     """(part, 4): bounding boxes, rounding included."""
 
 
-@lru_cache(maxsize=64)  # scenes compare by identity and never change; with an accuracy each is run more than once
+@lru_cache(maxsize=8 * f.LANES)  # as many as are run at once; with an accuracy each of them is run more than once
 def make_model(scene: Scene) -> ChainModel:
     """The scene's arrays; they depend on no timestep."""
     shapes = [[(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects]
