@@ -1,7 +1,8 @@
 """What all tests share: one thread within BLAS where several workers share the machine (their threads would only be in each
-other's way), no deadline of Hypothesis (a busy machine breaks no law), which file of tests goes to which worker, and a
-browser."""
+other's way), no deadline of Hypothesis (a busy machine breaks no law), no search for garbage among what stays to the end,
+which file of tests goes to which worker, and a browser."""
 
+import gc
 import os
 import shutil
 from importlib import resources
@@ -13,6 +14,7 @@ hypothesis.settings.register_profile("patient", deadline=None)
 hypothesis.settings.load_profile("patient")
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+gc.disable()  # until all is imported and collected: it takes half as long again, and finds nothing
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
@@ -33,6 +35,13 @@ ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
+
+
+def pytest_collection_finish():
+    """What is there by now stays: the thousands of tests and all modules need not be looked through again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
