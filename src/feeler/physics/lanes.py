@@ -13,7 +13,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.execute import ThreadExecutor
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
-from feeler.physics.run import advance, explain_end
+from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
 from feeler.stimulus.base import check_number, check_vector
@@ -73,7 +73,9 @@ class Simulations:
         filled = [*scenes, *[idle] * (-len(scenes) % lanes)]
         self._steppers = [kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)]
         self._lanes, self._n = lanes, len(scenes)
-        self._steps = [0] * len(filled)
+        self._steps = [[0] * lanes for _ in self._steppers]
+        self._chunk = count_chunk(filled[:lanes])
+        self._look_for_guides()
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
         self._stop = Event()
@@ -105,8 +107,8 @@ class Simulations:
             After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came, and all can go on.
         """
         n_steps = self._count_steps(ms)
-        for group, stepper in enumerate(self._steppers):
-            self._check_paths(stepper, self._steps[group * self._lanes :], n_steps)
+        if self._guided:
+            self._check_paths(n_steps)
         self._state = None
         groups, futures = range(len(self._steppers)), []
         try:
@@ -125,35 +127,36 @@ class Simulations:
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""
+        go = advance if self._guided or n_steps > self._chunk else advance_freely
         for group in groups:
-            own = slice(group * self._lanes, (group + 1) * self._lanes)
-            now = self._steps[own]
-            try:
-                ended = advance(self._steppers[group], now, n_steps, self._stop)
-            finally:
-                self._steps[own] = now
-            if ended:
+            if go(self._steppers[group], self._steps[group], n_steps, self._stop):
                 self._note_broken(self._steppers[group], group)
 
     def _count_steps(self, ms: float) -> int:
         count = check_number(ms, "ms") / self.timestep
-        if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
+        whole = round(count)
+        if whole < 1 or abs(count - whole) > 1e-6 * count:
             raise InvalidInput(
                 f"a simulation goes on by whole timesteps of {self.timestep:g} ms, got {ms} ms. Use for example "
-                f"{max(1, round(count)) * self.timestep:g} ms."
+                f"{max(1, whole) * self.timestep:g} ms."
             )
-        return round(count)
+        return whole
 
-    def _check_paths(self, stepper: Stepper, steps: Sequence[int], n_steps: int) -> None:
-        for step, scene in zip(steps, stepper.scenes, strict=False):  # steps of later groups follow
-            if scene.base_motion is not None and scene.follows:
-                scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
+    def _look_for_guides(self) -> None:
+        """Note whether any lane needs more than its commands, so that a short step costs what it computes."""
+        self._guided = any(scene.guided for stepper in self._steppers for scene in stepper.scenes)
+
+    def _check_paths(self, n_steps: int) -> None:
+        for stepper, steps in zip(self._steppers, self._steps, strict=True):
+            for step, scene in zip(steps, stepper.scenes, strict=True):
+                if scene.base_motion is not None and scene.follows:
+                    scene.base_motion.compute_pose(np.array([(step + n_steps) * self.timestep]))
 
     def _note_broken(self, stepper: Stepper, group: int) -> None:
         for k in np.flatnonzero(stepper.find_broken()):
             lane = group * self._lanes + int(k)
             if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = explain_end(stepper, int(k), self._steps[lane] * self.timestep)
+                self.failed[lane] = explain_end(stepper, int(k), self._steps[group][k] * self.timestep)
 
     def cancel(self) -> None:
         """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own thread."""
@@ -162,7 +165,7 @@ class Simulations:
     @property
     def time(self) -> np.ndarray:
         """(lane,) [ms]."""
-        return self.timestep * np.array(self._steps[: self._n])
+        return self.timestep * np.array(self._steps).ravel()[: self._n]
 
     @property
     def state(self) -> State:
@@ -242,7 +245,7 @@ class Simulations:
         found = [self._find(lane) for lane in chosen]
         return Snapshot(
             lane=chosen,
-            step=tuple(self._steps[lane] for lane in chosen),
+            step=tuple(self._steps[lane // self._lanes][k] for lane, (_, k) in zip(chosen, found, strict=True)),
             scene=tuple(stepper.scenes[k] for stepper, k in found),
             failed=tuple(self.failed[lane] for lane in chosen),
             saved=tuple(stepper.save(k) for stepper, k in found),
@@ -258,8 +261,9 @@ class Simulations:
                 stepper.reset(k, scene)
             stepper.scenes[k] = scene
             stepper.load(k, saved)
-            self._steps[lane], self.failed[lane] = step, failed
+            self._steps[lane // self._lanes][k], self.failed[lane] = step, failed
         self._state = None
+        self._look_for_guides()
 
     def reset(self, lane: int, scene: Scene | None = None) -> None:
         """Begin another scene in one lane (default: the same again); its neighbours go on as if nothing had been."""
@@ -272,7 +276,8 @@ class Simulations:
             )
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
-        self._steps[lane], self.failed[lane], self._state = 0, None, None
+        self._steps[lane // self._lanes][k], self.failed[lane], self._state = 0, None, None
+        self._look_for_guides()
 
 
 def _join(parts: Sequence[State], n: int) -> State:

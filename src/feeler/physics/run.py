@@ -1,6 +1,6 @@
 """From the beginning to the end: scenes of one group stepped to a clock and sampled."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from threading import Event
 from typing import Any
 
@@ -74,18 +74,11 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
 
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
-    scenes = stepper.scenes
-    chunk = max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
-    driven, legs = [], []
-    if any(
-        scene.paths or scene.base_motion is not None for scene in scenes
-    ):  # else a short step costs what it computes
-        driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
-        legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
-    left, ended = n_steps, False
+    scenes, left, ended = stepper.scenes, n_steps, False
+    chunk = count_chunk(scenes)
+    driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
+    legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
     while left:
-        if stop.is_set():
-            raise KeyboardInterrupt
         count = min(left, chunk)
         for lane, turns in legs:
             for at, o, velocity in turns:
@@ -94,9 +87,25 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
                 elif at > now[lane]:
                     count = min(count, at - now[lane])
         drives = {lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep) for lane in driven}
-        ended = stepper.step(count, drives)
-        now[:] = [k + count for k in now]
+        ended = advance_freely(stepper, now, count, stop, drives)
         left -= count
+    return ended
+
+
+def count_chunk(scenes: Sequence[Scene]) -> int:
+    """Steps between looks for Ctrl-C."""
+    return max(1, CHUNK // (scenes[0].antenna.n_segments * len(scenes)))
+
+
+def advance_freely(
+    stepper: Stepper, now: list[int], n_steps: int, stop: Event, drives: Mapping[int, np.ndarray] | None = None
+) -> bool:
+    """Take few steps, in which no object turns and no base follows a path but by ``drives``; as :func:`advance`."""
+    if stop.is_set():
+        raise KeyboardInterrupt
+    ended = stepper.step(n_steps, drives)
+    for lane, before in enumerate(now):
+        now[lane] = before + n_steps
     return ended
 
 

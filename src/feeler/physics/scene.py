@@ -74,6 +74,11 @@ class Scene:
         """Whether the base follows a recorded path."""
         return self.base_motion is not None and self.base_motion.time is not None
 
+    @property
+    def guided(self) -> bool:
+        """Whether its base follows a path or its objects have paths, which no command gives."""
+        return bool(self.paths) or self.follows
+
     def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
         """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in place after each."""
         assert self.base_motion is not None
