@@ -70,6 +70,7 @@ def test_an_antenna_is_said_in_two_lines_and_drawn_without_matplotlib():
     words = repr(presets.cockroach())
     assert "140 segments, 42 mm, 2.009 mg, 56 sensors" in words
     assert "stiffness 37.8 … 0.000385 N·mm/rad" in words
+    assert "stiffness 2 N·mm/rad" in repr(Antenna(**{**GOOD, "stiffness": 2.0}))
     assert len(words.splitlines()) == 2
     root = ElementTree.fromstring(presets.cockroach().replace(name="<&>")._repr_html_())
     line = root.find(".//{http://www.w3.org/2000/svg}polyline")
@@ -190,3 +191,10 @@ def test_shape_needs_an_angle_for_every_hinge(angle):
     antenna = Antenna(segment_length=np.ones(4), segment_mass=1e-5, radius=0.1, stiffness=1.0, damping=1.0)
     with pytest.raises(InvalidInput, match=r"angles of all 4 hinges .* all_hinges=True"):
         antenna.shape(angle)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_hinge_may_rest_folded_back_and_no_further(sign):
+    assert Antenna(**GOOD, rest_angle=sign * np.pi).rest_angle[0] == sign * np.pi
+    with pytest.raises(InvalidInput, match="within ±π rad"):
+        Antenna(**GOOD, rest_angle=sign * np.nextafter(np.pi, 4))

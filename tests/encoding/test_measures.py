@@ -13,6 +13,7 @@ from feeler.encoding import (
     map_locations,
     match_components,
 )
+from feeler.encoding.bases import canonicalise
 from feeler.errors import InvalidInput
 
 
@@ -89,6 +90,23 @@ def test_place_of_a_basis_is_its_centre_of_mass():
     bases = np.zeros((3, 5, 2))
     bases[0, 0], bases[1, 4], bases[2, 1:4] = 1, 1, 1
     np.testing.assert_allclose(locate_components(bases), [0, 1, 0.5])
+
+
+def test_canonical_bases_have_unit_length_and_give_the_same_product():
+    rng = np.random.default_rng(5)
+    bases, activations = rng.random((4, 6, 3)), rng.random((2, 4, 10))
+    bases[1] = 0.0  # one that says nothing keeps its activations, and goes to the tip
+    order = [*np.argsort(locate_components(bases[[0, 2, 3]])), 3]
+    order = [[0, 2, 3, 1][k] for k in order]
+    found, turned = canonicalise(bases, activations)
+    np.testing.assert_allclose(np.sqrt((found**2).sum(axis=(1, 2))), [1, 1, 1, 0])
+    np.testing.assert_allclose(
+        np.einsum("nct,csl->ntsl", turned, found), np.einsum("nct,csl->ntsl", activations, bases), rtol=1e-12
+    )
+    np.testing.assert_array_equal(turned[:, 3], activations[:, 1])
+    np.testing.assert_allclose(
+        found[:3] * np.sqrt((bases[order[:3]] ** 2).sum(axis=(1, 2)))[:, None, None], bases[order[:3]]
+    )
 
 
 def make_codes(locations, rng):

@@ -64,6 +64,14 @@ def test_equal_peaks_are_settled_the_same_way_each_time():
     np.testing.assert_array_equal(first, project_to_sparseness(vector, 0.8))
 
 
+def test_of_too_many_equal_peaks_the_earliest_are_kept():
+    """The nearest point is not unique then; among low entries, which the ramp is measured by, too."""
+    for low in (1.0, 0.5, -3.0):
+        projected = project_to_sparseness(np.array([1.0] * 40 + [low] * 10), 0.8)
+        assert np.flatnonzero(projected).max() < 20
+        assert (np.diff(projected[:40]) <= 0).all()
+
+
 @pytest.mark.parametrize("sparseness", [-0.1, 1.0, 1.5])
 def test_impossible_sparseness_is_refused(sparseness):
     with pytest.raises(InvalidInput, match=r"sparseness must lie in \[0, 1\)"):

@@ -116,3 +116,20 @@ def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
     with pytest.raises(InvalidInput, match="how long its unit is"):
         Outline.from_file(path)
     assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(1.0, abs=1e-3)
+
+
+def test_straight_edges_get_no_corners_of_their_own(tmp_path):
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        turn = np.sort(rng.uniform(0, 2 * np.pi, 7))
+        text = " L ".join(f"{7 * np.cos(t):.9f} {7 * np.sin(t):.9f}" for t in turn)
+        outline = Outline.from_file(write_svg(tmp_path / "a.svg", f'<path d="M {text} Z"/>'))
+        assert len(outline.vertices) == 7
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
+def test_a_curve_gets_no_more_corners_than_halving_needs(tmp_path, tolerance):
+    """A circle's polygon needs π / arccos(1 − tolerance / r) corners; halving an arc takes up to twice as many."""
+    outline = Outline.from_file(write_svg(tmp_path / "a.svg", CIRCLE), tolerance=tolerance)
+    needed = np.pi / np.arccos(1 - tolerance / 3.0)
+    assert needed <= len(outline.vertices) <= 2 * needed

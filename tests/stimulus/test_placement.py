@@ -138,3 +138,21 @@ def test_a_base_that_flees_is_refused():
     trial = Trial(feature=Ball(radius=1.0), location=0.5, speed=0.1, base=BaseMotion(velocity=(0.5, 0.0)))
     with pytest.raises(InvalidInput, match="base moves away"):
         place(STRAIGHT, trial)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(3, 6), st.floats(0.0, 2 * np.pi), st.floats(0.3, 1.0), st.floats(30, 150), st.floats(-0.06, 0.06))
+def test_any_corner_may_be_the_first(n, turn, location, approach, curve):
+    """A bent antenna's kinks and tip meet any face of a polygon that is drawn from any of its corners."""
+    angle = turn + 2 * np.pi * np.arange(n) / n
+    corners = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    antenna, found = bend(curve), []
+    for first in range(n):
+        trial = Trial(
+            feature=Outline(vertices=np.roll(corners, first, axis=0)), location=location, speed=0.3, approach=approach
+        )
+        try:
+            found.append(place(antenna, trial).origin)
+        except InvalidInput:
+            found.append([np.nan, np.nan])
+    np.testing.assert_allclose(found, np.broadcast_to(found[0], (n, 2)), rtol=0, atol=1e-9)

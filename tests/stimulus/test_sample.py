@@ -11,6 +11,7 @@ from feeler.antenna import sample_antennas
 from feeler.draw import LogRange, draw_shares, spread_out
 from feeler.errors import InvalidInput
 from feeler.stimulus import place, sample_trials
+from feeler.stimulus.sample import _fits_surely
 
 ANTENNA = feeler.presets.cockroach()
 
@@ -156,3 +157,17 @@ def test_a_touch_has_the_numbers_of_its_row():
         assert trial.base.velocity == (row["x"], row["y"]) == (row["x"], 0.05) and trial.base.turn == row["turn"]
     assert {trial.side for trial in drawn} == {"left", "right"}
     assert {trial.side for trial in sample_trials(20, sides=("left",))} == {"left"}
+
+
+@pytest.mark.parametrize(
+    ("change", "surely"),
+    [
+        ({}, True),
+        ({"radius": np.r_[0.3, np.full(139, 0.2)]}, False),
+        ({"rest_angle": np.r_[np.zeros(139), 0.1]}, False),
+    ],
+    ids=["even", "tapered", "bent"],
+)
+def test_only_straight_antennas_of_one_radius_are_not_looked_at(change, surely):
+    drawn = sample_trials(20, sizes=(0.2, 3.0), seed=1)
+    assert (_fits_surely(drawn, ANTENNA.replace(**change)) == surely).all()

@@ -202,3 +202,14 @@ def test_a_hook_is_no_crossing_line_however_small_and_a_bow_is_one_however_large
     assert np.abs(found).sum() == pytest.approx(size**2 * area, rel=1e-9)
     with pytest.raises(InvalidInput):
         Outline(vertices=size * np.array([(0.0, 0.0), (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)]))
+    with pytest.raises(InvalidInput, match="self-intersecting"):  # the spike crosses one edge of several
+        Outline(
+            vertices=size
+            * np.array([(0.0, 0.0), (0.0, 2.0), (-2.0, 2.0), (-2.0, 0.0), (-1.5, 0.0), (-1.0, 3.0), (-0.5, 0.0)])
+        )
+
+
+def test_the_sign_of_zero_names_no_other_outline():
+    one, other = (Outline(vertices=[(zero, zero), (-2.0, 1.0), (-2.0, -1.0)]) for zero in (0.0, -0.0))
+    assert one.name == other.name
+    assert one == other

@@ -64,6 +64,14 @@ def test_what_cannot_be_written_is_said(tmp_path, trials, change, match):
     assert not any(tmp_path.iterdir())
 
 
+def test_one_film_of_other_landmarks_is_enough_to_refuse_all(tmp_path, trials):
+    from dataclasses import replace
+
+    odd = replace(trials[0], landmarks=trials[0].landmarks[::-1])
+    with pytest.raises(InvalidInput, match="the same landmarks in the same order"):
+        save_poses([trials[0], odd], tmp_path / "a.nwb", session_start=START, identifier="walk")
+
+
 def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(tmp_path, trials):
     for k, film in enumerate(trials):
         save_dltdv(film, tmp_path / f"walk{k}_xypts.csv")
