@@ -117,6 +117,23 @@ def test_variance_kept_agrees_with_scikit_learn():
         np.testing.assert_allclose(np.abs(ours.transform(rows)), np.abs(theirs.transform(rows)), atol=1e-9)
 
 
+@pytest.mark.parametrize("rotate", [False, True])
+@pytest.mark.parametrize(("components", "share"), [(1, 9 / 14), (2, 13 / 14), (3, 1.0)])
+def test_variance_kept_is_that_of_the_longest_axes(rotate, components, share):
+    """Six codes at ± 3, 2, 1 on three axes have variances as 9 : 4 : 1."""
+    codes = np.kron(np.diag([3.0, 2.0, 1.0]), [[1.0], [-1.0]])[:, :, None]
+    sweep = compute_sweep(
+        codes,
+        np.arange(6),
+        ratios=(1e-7,),
+        noise=Relative(each="tensor"),
+        estimator=make_lda(components),
+        rotate=rotate,
+        **FEW,
+    )
+    np.testing.assert_allclose([sweep.kept_noisy, sweep.kept_clean], share, rtol=1e-5)
+
+
 def test_leaving_out_a_size_tests_on_that_size_only():
     codes = np.concatenate([make_bumps(), 3 * make_bumps()])
     labels, sizes = np.tile(np.arange(6), 2), np.repeat([1.5, 3.0], 6)

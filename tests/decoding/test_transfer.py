@@ -42,6 +42,7 @@ def test_a_peak_that_is_too_low_is_none_however_clear_it_is():
     tip[[10, 30]] = 0.9, 1.2
     assert find_first_peak(tip, min_deflection=1.0, prominence=0.1) == 30
     assert find_first_peak(tip, min_deflection=0.8, prominence=0.1) == 10
+    assert find_first_peak(tip, min_deflection=1.2, prominence=0.1) == 30  # at least so high
 
 
 def test_alignment_undoes_shifts_and_goes_on_at_rest():
