@@ -44,6 +44,18 @@ def test_lost_late_doubled_and_broken_lines_leave_an_even_row_of_samples(fates, 
     assert len(seen) + link.late + link.broken == 1 + len(arriving)
 
 
+@given(st.integers(1, 30), st.sampled_from("0123456789"))
+def test_any_one_other_character_breaks_a_line(place, other):
+    line = frame_sample(12, 1034.25, np.array([4.73, 4.71, 0.125, -3.5, 0.0625]))
+    link, changed = Link(5), line[:place] + other + line[place + 1 :]
+    assert (len(link.take(changed)), link.broken) == ((1, 0) if changed == line else (0, 1))
+
+
+def test_a_sound_line_of_other_sensors_is_broken():
+    link = Link(2)
+    assert [link.take(line) for line in send(3)] == [[], [], []] and link.broken == 3
+
+
 def test_a_board_that_begins_anew_is_followed():
     link = Link(3)
     samples = [sample for line in [*send(5, 30000), *send(5)] for sample in link.take(line)]

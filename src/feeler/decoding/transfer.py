@@ -143,7 +143,7 @@ class TransferClassifier(TensorClassifier):
         self.scale_ = float(np.abs(X).max()) or 1.0
         self.shape_ = X.shape[1:]
         self.copies_ = copies.reshape(len(copies), -1) / self.scale_
-        self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr", break_ties=True)
+        self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr")
         self.svm_.fit(self.copies_ @ self.copies_.T, number[index])
         self.temperature_ = 1.0
         return self
