@@ -132,6 +132,7 @@ def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(proble
 
     np.testing.assert_allclose(found.error[1], [split(x) for x in held], atol=1e-4)
     np.testing.assert_allclose(found.others[0, :, 1], np.exp(held / 2), rtol=1e-3)
+    assert compute_profiles(problem, np.ones(2), refits=1).value.shape == (2, 5)
     low, high = found.find_interval(0, 0.2)
     assert (low, high) == pytest.approx((np.exp(-0.3), np.exp(0.3)))
 

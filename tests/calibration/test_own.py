@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.signal import savgol_filter
 from scipy.stats import t as student
 
 from feeler.calibration import (
@@ -14,6 +15,7 @@ from feeler.calibration import (
     measure_trace,
     save_traces,
 )
+from feeler.calibration.trace import _smooth
 from feeler.errors import InvalidInput
 
 from .small_antenna import make_small
@@ -69,6 +71,8 @@ def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
     noise = made.displacement - clean.displacement
     assert noise.std() / clean.displacement[0, 0] == pytest.approx(0.02, rel=0.15)
     np.testing.assert_array_equal(made.time, np.arange(90.0))
+    usual = make_synthetic_traces(make_small(), np.random.default_rng(2), protocol=QUICK)
+    assert len(usual.animals) == 5  # as many as were recorded (paper, Fig. 1)
     assert np.abs(np.corrcoef(noise) - np.eye(3)).max() < 0.4
 
 
@@ -189,11 +193,28 @@ def test_seconds_taken_for_milliseconds_are_noticed():
         measure_trace(time, trace)
 
 
+def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
+    """White noise of sd σ has second differences of sd √6 σ."""
+    time = np.arange(0.0, 4000.0)
+    trace = np.cos(0.002 * time) + 0.3 * np.random.default_rng(2).standard_normal(time.size)
+    trace[0] = 1.0
+    with pytest.raises(InvalidInput, match=r"jumps from sample to sample by (29|30|31)% of its first deflection"):
+        measure_trace(time, trace)
+
+
+def test_five_samples_before_the_first_crossing_are_smoothed():
+    trace = np.array([1.0, 0.8, 0.1, 0.4, 0.2, -0.3, -0.1, -0.4, 0.2, 0.1, -0.1, 0.0])
+    np.testing.assert_allclose(_smooth(trace), savgol_filter(trace, 5, 3))
+    np.testing.assert_array_equal(_smooth(trace[[0, 1, 2, 5, 6, 7, 8]]), trace[[0, 1, 2, 5, 6, 7, 8]])
+
+
 def test_unknown_ways_and_confidences(traces):
     with pytest.raises(InvalidInput, match="valid: trace, targets"):
         fit_traces(traces, make_small(), by="eye")
     with pytest.raises(InvalidInput, match="between 0 and 1"):
         fit_traces(traces, make_small(), confidence=95)
+    with pytest.raises(InvalidInput, match="between 0 and 1"):
+        fit_traces(traces, make_small(), confidence=-0.5)
     with pytest.raises(InvalidInput, match="no such file"):
         load_traces("nowhere.csv")
 

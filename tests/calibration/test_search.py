@@ -20,6 +20,7 @@ from feeler.calibration import (
 )
 from feeler.calibration import problem as problem_module
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.presets import cockroach
 
 from .small_antenna import make_small
 
@@ -154,6 +155,35 @@ def test_steps_of_a_jacobian_are_cut_at_the_bounds(targets):
     cut, free = (make.compute_jacobian(np.log(PLANTED), 0.02) for make in (problem, make_problem(targets)))
     np.testing.assert_allclose(cut, free, rtol=0.05)
     assert not np.array_equal(cut[:, 0], free[:, 0])
+
+
+@pytest.mark.parametrize("low", [(0.0, 1.0), (1.0, 0.0), (1.0, -0.5)])
+def test_what_is_searched_as_a_logarithm_has_a_least_value(low):
+    hinges = make_hinges("scale", make_small())
+    with pytest.raises(InvalidInput, match="must be > 0: it is searched as a logarithm"):
+        type(hinges)(**{**vars(hinges), "low": np.array(low)})
+
+
+@pytest.mark.parametrize("profile", ["exponential", "linear", "constant"])
+def test_stiffness_and_damping_are_searched_as_logarithms_within_whole_decades(profile):
+    hinges = make_hinges(profile, cockroach())
+    assert hinges.positive == tuple(unit != "1/joint" for unit in hinges.units)
+    if profile != "exponential":
+        tips = {cockroach("exponential").stiffness[-1], cockroach("exponential").damping[-1]}
+        ends = [*hinges.high, *(low for low in hinges.low if not np.isclose(low, list(tips), rtol=0.01).any())]
+        np.testing.assert_allclose(np.log10(ends), np.round(np.log10(ends)), atol=1e-12)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_the_exponential_family_starts_at_the_antenna_and_is_bound_in_proportion_to_it(factor):
+    antenna = cockroach().replace(stiffness=factor * cockroach().stiffness, damping=factor * cockroach().damping)
+    hinges = make_hinges("exponential", antenna)
+    np.testing.assert_allclose(hinges.build(hinges.start).stiffness, antenna.stiffness, rtol=1e-9)
+    np.testing.assert_allclose(hinges.build(hinges.start).damping, antenna.damping, rtol=1e-9)
+    np.testing.assert_allclose(hinges.low[:2], factor * np.array([0.4, 0.25]), rtol=1e-9)
+    np.testing.assert_allclose(hinges.high[:2], factor * np.array([4000.0, 2500.0]), rtol=1e-9)
+    one = make_hinges("exponential", make_small()).start
+    np.testing.assert_allclose(one, [0.8, 1.2, -0.55, -0.45])
 
 
 @pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale"])

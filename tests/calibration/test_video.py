@@ -86,6 +86,12 @@ def test_the_last_held_sample_is_found_though_the_tip_first_rises(noise):
     assert first in (30, 31) and rest == pytest.approx(250, abs=0.5)
 
 
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_held_tip_that_creeps_is_let_go_where_it_leaves_either_way(sign):
+    held = 1.0 + 0.004 * np.linspace(0, 1, 30)
+    assert find_release(sign * np.r_[held, np.exp(-np.arange(1, 100) / 9.0)]) == (29, pytest.approx(0.0, abs=1e-3))
+
+
 @pytest.mark.parametrize(
     ("signal", "match"),
     [

@@ -205,6 +205,8 @@ BUMPS = make_bumps()
         (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS[:, :1], np.arange(6))), "held-out trials have"),
         (lambda: compute_left_out(BUMPS, np.arange(6), [1] * 6), "belong to one group"),
         (lambda: jitter_trials([], np.random.default_rng(0), location=-1), "jitter must lie"),
+        (lambda: jitter_trials([], np.random.default_rng(0), location=1.0), "jitter must lie"),
+        (lambda: jitter_trials([], np.random.default_rng(0), speed=1.0), "jitter must lie"),
     ],
 )
 def test_bad_input_is_refused(call, message):

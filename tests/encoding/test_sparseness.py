@@ -72,6 +72,14 @@ def test_of_too_many_equal_peaks_the_earliest_are_kept():
         assert (np.diff(projected[:40]) <= 0).all()
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e9])
+def test_the_nearest_point_grows_with_the_vector_ties_or_not(size):
+    for vector in (np.r_[np.full(40, 1.0), np.full(10, -3.0)], np.random.default_rng(1).random(50)):
+        np.testing.assert_allclose(
+            project_to_sparseness(size * vector, 0.8), size * project_to_sparseness(vector, 0.8), rtol=1e-5
+        )
+
+
 @pytest.mark.parametrize("sparseness", [-0.1, 1.0, 1.5])
 def test_impossible_sparseness_is_refused(sparseness):
     with pytest.raises(InvalidInput, match=r"sparseness must lie in \[0, 1\)"):

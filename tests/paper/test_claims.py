@@ -72,6 +72,7 @@ def spread(value, low, high):
     [
         (make_claim(target=2.0, tolerance=0.5), {"a": 3.0}, "reproduced"),  # at the tolerance
         (make_claim(target=2.0, tolerance=0.5), {"a": 1.0}, "reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": spread(2.0, 1.0, 4.0)}, "reproduced"),  # whatever its spread
         (make_claim(target=2.0, tolerance=0.5), {"a": 4.0}, "partly"),  # at twice the tolerance
         (make_claim(target=2.0, tolerance=0.5), {"a": 4.01}, "not reproduced"),
         (make_claim(target=-2.0, tolerance=0.5), {"a": -3.0}, "reproduced"),
@@ -95,6 +96,8 @@ def spread(value, low, high):
         (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 1}, "not reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.4), "b": spread(2, 1.5, 3)}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b")), {"a": spread(1, 0, 1.6), "b": spread(2, 1.5, 3)}, "partly"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 0.5, 3)}, "partly"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 1.5, 3)}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 2, "c": 3}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 1, "c": 3}, "partly"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 3, "c": 3}, "partly"),
@@ -108,6 +111,7 @@ def test_rules_at_their_edges(claim, values, verdict):
 @pytest.mark.parametrize(
     ("apart", "ours", "null", "verdict"),
     [("greater", 0.5, 0.5, "no evidence"), ("greater", 0.5, 0.4, "reproduced"), ("less", 0.5, 0.5, "no evidence"),
+     ("greater", spread(0.5, 0.2, 0.8), 0.6, "no evidence"), ("less", spread(0.5, 0.2, 0.8), 0.4, "no evidence"),
      ("less", 0.5, 0.6, "reproduced")],
 )  # fmt: skip
 def test_a_null_that_does_exactly_as_well_is_enough(apart, ours, null, verdict):
@@ -179,7 +183,7 @@ def test_a_run_must_write_every_key_of_every_definition_and_what_stands_beside()
 
 def test_the_nearest_definition_is_named():
     claim = make_claim(keys=("{definition}.a",), definitions=("x", "y", "z"), target=1.0, tolerance=0.1)
-    values = {"x.a": spread(1.5, 1.0, 1.0), "y.a": spread(1.05, 0.2, 3.0), "z.a": {"undefined": "no"}}
+    values = {"x.a": spread(0.2, 1.0, 1.0), "y.a": spread(1.05, 0.2, 3.0), "z.a": {"undefined": "no"}}
     judged = judge(claim, values, CONTEXT)
     assert judged.why.endswith("nearest: y") and judged.verdict == "depends on a definition"
     assert not judged.is_evidence
@@ -210,7 +214,15 @@ def test_a_misspelt_rule_is_refused(fields, message):
 
 
 @pytest.mark.parametrize(
-    ("value", "shown"), [(2.0, "2"), ({"undefined": "no contact"}, "undefined: no contact"), (None, "–")]
+    ("value", "shown"),
+    [
+        (2.0, "2"),
+        (0.123456, "0.1235"),
+        (True, "True"),
+        ("text", "text"),
+        ({"undefined": "no contact"}, "undefined: no contact"),
+        (None, "–"),
+    ],
 )
 def test_another_antenna_is_measured_but_not_judged(value, shown):
     judged = judge(make_claim(target=2.0, tolerance=0.1), {"a": value}, Context(is_cockroach=False))

@@ -19,6 +19,7 @@ def test_second_run_comes_from_the_cache(tmp_path):
     assert len(calls) == 1
     assert second.cached
     assert second.values == first.values == {"a": 1.0}
+    assert 0 <= first.seconds == second.seconds < 60
 
 
 def test_fresh_ignores_the_cache(tmp_path):

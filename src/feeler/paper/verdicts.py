@@ -199,7 +199,7 @@ def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 
 def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     points = [number[0] for number in numbers]
-    apart = numbers[-1][1] > numbers[0][2] or numbers[0][1:] == numbers[0][:1] * 2
+    apart = numbers[-1][1] > numbers[0][2]
     if points[-1] <= points[0]:
         return "not reproduced", "the ends are not in the claimed order"
     if not all(b > a for a, b in pairwise(points)):
