@@ -1,5 +1,7 @@
 """A calibration whose every answer is known: an oscillator in place of the simulation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -15,6 +17,7 @@ from feeler.calibration import (
     search,
     walk_loose,
 )
+from feeler.calibration.hinges import Hinges
 from feeler.calibration.identify import Profiles
 from feeler.calibration.problem import FAILED
 from feeler.calibration.protocol import Measured
@@ -133,6 +136,8 @@ def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(proble
     np.testing.assert_allclose(found.error[1], [split(x) for x in held], atol=1e-4)
     np.testing.assert_allclose(found.others[0, :, 1], np.exp(held / 2), rtol=1e-3)
     assert compute_profiles(problem, np.ones(2), refits=1).value.shape == (2, 5)
+    away = compute_profiles(problem, np.array([1.2, 0.9]), refits=5)  # in the middle stands what was given
+    np.testing.assert_allclose(away.others[:, 2], [[1.2, 0.9]] * 2, rtol=1e-12)
     low, high = found.find_interval(0, 0.2)
     assert (low, high) == pytest.approx((np.exp(-0.3), np.exp(0.3)))
 
@@ -160,3 +165,12 @@ def test_a_refitted_bootstrap_meets_each_draw_exactly(problem):
     found = bootstrap(problem, np.ones(2), np.random.default_rng(3), n_draws=6, n_animals=4, refits=30)
     drawn = 1 + np.array(SPREADS) / (FREQUENCY, RATIO) / 2 * np.random.default_rng(3).standard_normal((6, 2))
     np.testing.assert_allclose(found, np.stack([drawn[:, 0] ** 2, drawn[:, 0] * drawn[:, 1]], axis=1), rtol=1e-4)
+
+
+def test_a_bootstrap_knows_no_scale_of_the_search(problem):
+    """One factor searched as itself, in steps of half of it, moves as its logarithm does."""
+    own = vars(problem.hinges) | {"positive": (False, True), "low": np.array([0.0, 1e-3]), "high": np.array([4.0, 1e3])}
+    found = bootstrap(replace(problem, hinges=Hinges(**own)), np.ones(2), np.random.default_rng(0), n_draws=2000)
+    plain = bootstrap(problem, np.ones(2), np.random.default_rng(0), n_draws=2000)
+    np.testing.assert_allclose(found[:, 0] - 1, np.log(plain[:, 0]), atol=2e-3)
+    np.testing.assert_allclose(np.log(found[:, 1]), np.log(plain[:, 1]), atol=2e-3)

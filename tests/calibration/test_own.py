@@ -93,7 +93,7 @@ def test_one_animal_has_an_interval_from_its_residuals():
     slope = np.stack([(moved[0] - moved[1]), (moved[2] - moved[3])], axis=1) / (2 * step)
     cost = np.sum((hinges_tip(one, x) - goal) ** 2)
     deviation = np.sqrt(cost / (90 - 3) * np.diag(np.linalg.inv(slope.T @ slope)))
-    np.testing.assert_allclose(wide / student.ppf(0.995, 88), deviation, rtol=0.05)
+    np.testing.assert_allclose(wide / student.ppf(0.995, 88), deviation, rtol=0.01)
 
 
 def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):

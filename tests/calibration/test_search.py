@@ -19,6 +19,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.calibration import problem as problem_module
+from feeler.calibration import protocol as protocol_module
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.presets import cockroach
 
@@ -70,6 +71,18 @@ def test_measuring_together_is_measuring_alone(targets):
     together = Protocol().measure_many(antennas, NAMES)
     for antenna, one in zip(antennas, together, strict=True):
         np.testing.assert_array_equal(one.values, Protocol().measure(antenna, NAMES).values)
+
+
+def test_a_cylinder_that_still_pushes_at_the_end_is_run_for_longer(monkeypatch):
+    names, found = ("ratio_71", "ratio_86"), []
+    for first in (0.02, 0.6):
+        monkeypatch.setattr(protocol_module, "IMPULSE_TRAVEL", (first, 0.6))
+        found.append(Protocol().measure(make_small(), names).values)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+def test_the_forceps_hold_where_the_paper_says():
+    assert Protocol().at == 10.0  # mm from the fixation [P]
 
 
 def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
@@ -168,7 +181,10 @@ def test_what_is_searched_as_a_logarithm_has_a_least_value(low):
 def test_stiffness_and_damping_are_searched_as_logarithms_within_whole_decades(profile):
     hinges = make_hinges(profile, cockroach())
     assert hinges.positive == tuple(unit != "1/joint" for unit in hinges.units)
+    control = cockroach(profile)
+    ends = [values[k] for values in (control.stiffness, control.damping) for k in {0, -1 if profile == "linear" else 0}]
     if profile != "exponential":
+        np.testing.assert_allclose(np.sort(hinges.start), np.sort(ends), rtol=0.15)  # near what the fits have found
         tips = {cockroach("exponential").stiffness[-1], cockroach("exponential").damping[-1]}
         ends = [*hinges.high, *(low for low in hinges.low if not np.isclose(low, list(tips), rtol=0.01).any())]
         np.testing.assert_allclose(np.log10(ends), np.round(np.log10(ends)), atol=1e-12)

@@ -86,6 +86,12 @@ def test_the_last_held_sample_is_found_though_the_tip_first_rises(noise):
     assert first in (30, 31) and rest == pytest.approx(250, abs=0.5)
 
 
+def test_a_violent_swing_is_no_noise():
+    rng, time = np.random.default_rng(1), np.arange(1, 300)
+    swing = np.r_[np.ones(30), 4.0 * np.exp(-time / 20.0) * np.cos(2.0 * time)]
+    assert find_release(swing + 0.01 * rng.standard_normal(swing.size))[0] == 29
+
+
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_a_held_tip_that_creeps_is_let_go_where_it_leaves_either_way(sign):
     held = 1.0 + 0.004 * np.linspace(0, 1, 30)

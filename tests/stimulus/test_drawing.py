@@ -1,5 +1,7 @@
 """Outlines from drawings: the same shape from every format, curves within the tolerance, faults named."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,19 @@ def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
 
     outline = Outline.from_file(write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001)  # centimetres
     assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
+
+
+def test_only_lines_that_meet_are_joined(tmp_path):
+    square = [(0, 0), (4, 0), (4, 2), (0, 2), (0, 0)]
+    beside = [(x + 4.5, y) for x, y in square]
+
+    def write(*strokes):
+        return write_dxf(tmp_path / "a.dxf", lambda m: [m.add_line(*line) for k in strokes for line in pairwise(k)])
+
+    with pytest.raises(InvalidInput, match="no closed path"):
+        Outline.from_file(write([*square[:-1], (0, 0.5)]))
+    with pytest.raises(InvalidInput, match="2 closed paths"):
+        Outline.from_file(write(square, beside))
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])

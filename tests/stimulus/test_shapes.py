@@ -82,6 +82,17 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
             Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach)
 
 
+def test_boxes_and_triangles_are_as_deep_and_wide_as_they_say():
+    for feature, depth in [
+        (Box(half_width=1.5, half_height=0.7), 1.4),
+        (Triangle(half_width=1.5, half_height=0.7), 1.4),
+        (Triangle(half_width=1.5), 3.0),
+    ]:
+        (corners,) = feature.parts
+        assert (corners[:, 0].max(), corners[:, 0].min()) == pytest.approx((0.0, -depth))
+        assert (corners[:, 1].max(), corners[:, 1].min()) == pytest.approx((1.5, -1.5))
+
+
 def test_size_is_half_the_outer_extent():
     assert Box(half_width=1.5, half_height=1.0, rounding=0.2).size == pytest.approx(1.7)
     assert Ball(radius=1.5).size == 1.5
