@@ -163,6 +163,9 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
         return log_softmax(votes / t, axis=1)[np.arange(12), number].mean()
 
     assert score(found) == max(score(t) for t in TEMPERATURES)
+    silent, strange = np.full((1, 2, 30), np.nan), ("c", 0.5, 0.1)  # of no contact, and of no class: left out
+    more = classifier.temper(np.concatenate([test, silent, test[:1]]), [*true, labels[0], strange])
+    assert more.temperature_ == found
     expected = np.exp(votes / found) / np.exp(votes / found).sum(axis=1, keepdims=True)
     np.testing.assert_allclose(classifier.predict_proba(test), expected)
     scored = score_transfer(classifier, test, true)
