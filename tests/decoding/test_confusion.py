@@ -64,6 +64,7 @@ def test_raw_needs_no_encoder():
 def test_null_is_one_typical_tensor_repeated():
     tensors = np.array([1.0, 5.0, 3.0])[:, None, None] * np.ones((3, 2, 2))
     np.testing.assert_array_equal(make_null(tensors, 4), 3 * np.ones((4, 2, 2)))
+    np.testing.assert_array_equal(make_null(tensors[:1], 2), np.repeat(tensors[:1], 2, axis=0))
 
 
 @pytest.mark.parametrize(

@@ -99,6 +99,7 @@ def spread(value, low, high):
         (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 0.5, 3)}, "partly"),
         (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 1.5, 3)}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 2, "c": 3}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": spread(1.2, 0.1, 9), "c": 2}, "reproduced"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 1, "c": 3}, "partly"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 3, "c": 3}, "partly"),
         (make_claim(kind="order", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
