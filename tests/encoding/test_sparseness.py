@@ -86,6 +86,12 @@ def test_impossible_sparseness_is_refused(sparseness):
         project_to_sparseness(np.ones(4), sparseness)
 
 
+@pytest.mark.parametrize("vector", [np.ones((3, 2)), np.ones(1)])
+def test_only_vectors_of_several_entries_are_projected(vector):
+    with pytest.raises(InvalidInput):
+        project_to_sparseness(vector, 0.5)
+
+
 def test_one_entry_has_no_sparseness():
     with pytest.raises(InvalidInput, match="at least 2 entries"):
         hoyer_sparseness(np.ones((3, 1)))
