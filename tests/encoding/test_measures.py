@@ -64,9 +64,11 @@ def test_entropies_of_a_stack():
         compute_entropies(stack, "shannon")
 
 
-def test_entropy_refuses_negative_entries():
-    with pytest.raises(InvalidInput, match="non-negative"):
-        compute_mass_entropy(np.array([-1.0, 2.0]))
+@pytest.mark.parametrize("bad", [-1.0, np.inf, np.nan])
+def test_entropy_refuses_entries_that_are_no_mass(bad):
+    for measure in (compute_mass_entropy, compute_histogram_entropy):
+        with pytest.raises(InvalidInput, match="finite, non-negative"):
+            measure(np.array([bad, 2.0]))
 
 
 def test_matching_undoes_order_scale_and_shift():
