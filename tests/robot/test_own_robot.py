@@ -96,34 +96,6 @@ def test_a_wrong_robot_file_is_refused_by_name(tmp_path, old, new, match):
         load_robot(tmp_path / "robot.toml")
 
 
-@pytest.mark.parametrize(
-    ("text", "match"),
-    [
-        ("", "must hold 1 to 1000 tables"),
-        ("[[object]]\nradius = 1", "object 1: needs a shape"),
-        ("[[object]]\nshape = 'bal'\nradius = 1", "unknown shape 'bal'"),
-        (
-            "[[object]]\nshape = 'ball'\nradius = 1\n[[object]]\nshape = 'ball'\nradius = 2",
-            "two objects are called 'ball'",
-        ),
-        ("[[object]]\nshape = 'ball'\nfile = 'x.svg'", "not read from a drawing"),
-        ("[[object]]\nshape = 'outline'\nfile = 'x.csv'\nhue = 2", "a drawing has no 'hue'"),
-        ("[[object]", "not valid TOML"),
-    ],
-)
-def test_a_wrong_objects_file_is_refused_by_name(tmp_path, text, match):
-    (tmp_path / "o.toml").write_text(text)
-    with pytest.raises(InvalidInput, match=match):
-        load_objects(tmp_path / "o.toml")
-
-
-def test_a_drawing_lies_beside_the_objects_file(tmp_path):
-    (tmp_path / "leaf.csv").write_text("x,y\n0,-3\n0,3\n-5,0\n")
-    (tmp_path / "o.toml").write_text('[[object]]\nname = "leaf"\nshape = "outline"\nfile = "leaf.csv"')
-    (leaf,) = load_objects(tmp_path / "o.toml")
-    assert (leaf.name, leaf.size) == ("leaf", 3)
-
-
 def test_the_tip_of_sensed_hinges_is_the_whole_tip_where_the_others_are_straight():
     robot = make_robot().replace(sensors=[1, 3, 6])
     angle = np.zeros((8, 5))

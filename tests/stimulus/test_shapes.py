@@ -14,6 +14,7 @@ from feeler.errors import InvalidInput
 from feeler.stimulus import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.convex import is_convex, measure_area
+from feeler.stimulus.feature import _order
 
 from ._capsule import Capsule
 
@@ -80,6 +81,16 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
     for approach in (0.0, 180.0):
         with pytest.raises(InvalidInput, match="approach"):
             Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_dent_is_one_at_any_size(size):
+    def order(dent):
+        return _order(size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]), "dented")
+
+    assert len(order(1e-11)) == 5  # rounding errors are none
+    with pytest.raises(InvalidInput, match="not convex"):
+        order(1e-7)
 
 
 def test_boxes_and_triangles_are_as_deep_and_wide_as_they_say():

@@ -59,6 +59,8 @@ def test_a_repeated_profile_is_laid_end_to_end_and_centred():
         ({"profile": [(0, 0), (2, 1), (1, 0)]}, r"no function: .* place 3 \(1 mm\) does not lie beyond place 2"),
         ({"profile": [(0, 0), (0, 1)]}, "no function"),
         ({"profile": [(0, 0)]}, "2 to 1000 pairs"),
+        ({"profile": [(0, 0, 0), (1, 1, 1), (2, 0, 0), (3, 1, 1)]}, "2 to 1000 pairs"),
+        ({"profile": [0.0, 1.0, 2.0, 3.0]}, "2 to 1000 pairs"),
         ({"profile": "rough"}, "pairs of numbers"),
         ({"profile": [(0, np.nan), (1, 0)]}, "finite"),
         ({"profile": [(0, 0), (1, 1)], "repeat": 2}, "end as high as it begins"),
