@@ -85,3 +85,9 @@ def test_a_ball_beside_an_antenna_at_the_origin_is_clear_of_it_and_not_of_one_on
             check_clear(ANTENNA, [ball], **more)
     else:
         check_clear(ANTENNA, [ball], **more)
+
+
+def test_what_is_clear_at_the_start_may_be_met_a_millisecond_later():
+    carried = Trial(feature=BALL, location=0.5, speed=0.3, base=BaseMotion(velocity=(1.0, 0.0)))
+    near = Object(feature=BALL, place=(0.7, 20.0), forward=(-1.0, 0.0), name="near")
+    assert [item.name for item in make_objects(ANTENNA, [carried, near])] == [BALL.name, "near"]
