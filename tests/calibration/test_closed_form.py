@@ -97,6 +97,12 @@ def test_every_method_finds_the_root_and_says_what_it_cost(problem, method):
     assert found.evaluations + again.evaluations == problem.evaluations
 
 
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_a_search_may_begin_at_its_bounds(problem, end):
+    start = np.where([True, False], getattr(problem.hinges, end), 1.0)
+    assert search(problem, start, max_evaluations=5).start == tuple(start)
+
+
 @pytest.mark.parametrize("method", ["powell", "nelder-mead"])
 def test_a_search_ends_when_its_antennas_are_spent(problem, method):
     assert search(problem, (8.0, 0.1), method, max_evaluations=7).evaluations == 7

@@ -115,6 +115,8 @@ def test_bounds_that_exclude_the_start_are_refused(targets):
     hinges = make_hinges("scale", make_small())
     with pytest.raises(InvalidInput, match="p1 starts at 1, outside its bounds 2 to 3"):
         type(hinges)(**{**vars(hinges), "low": np.array([2.0, 0.1]), "high": np.array([3.0, 10.0])})
+    with pytest.raises(InvalidInput, match="p2 starts at 1, outside its bounds 1 to 1"):
+        type(hinges)(**{**vars(hinges), "low": np.array([0.1, 1.0]), "high": np.array([3.0, 1.0])})
 
 
 @pytest.mark.parametrize(

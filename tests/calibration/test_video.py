@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from feeler.antenna.file import load_antenna, save_antenna
 from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges
+from feeler.calibration.band import Band
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 
@@ -75,6 +76,13 @@ def test_a_band_of_two_factors_is_as_wide_as_they_are():
     )
     np.testing.assert_allclose(band.low * band.high, band.middle**2)
     assert "within a factor of 1.16" in band.describe()
+
+
+def test_a_band_says_where_it_is_narrowest_and_widest():
+    factor = np.array([[2.0, 1.5, 3.0], [1.2, 4.0, 1.1]])
+    words = Band(place=np.array([0.0, 0.25, 0.75]), middle=np.ones((2, 3)), low=1 / factor, high=factor).describe()
+    assert "stiffness is known best at 0.25 of the length (within a factor of 1.5) and worst at 0.75 (3)" in words
+    assert "damping is known best at 0.75 of the length (within a factor of 1.1) and worst at 0.25 (4)" in words
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
