@@ -70,6 +70,14 @@ def test_a_cost_is_never_silently_nan(simulated, target, match):
         ),
         ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=0\nunit='kHz'\ntag='Z'", "unknown tag 'Z'"),
         ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=nan\nunit='kHz'\ntag='C'", "spread"),
+        (
+            "name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=inf\nunit='kHz'\ntag='C'",
+            "finite and ≥ 0, got inf",
+        ),
+        (
+            "name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=-1\nunit='kHz'\ntag='C'",
+            "finite and ≥ 0, got -1",
+        ),
     ],
 )
 def test_bad_files_say_what_is_wrong(tmp_path, text, match):
