@@ -18,7 +18,7 @@ from feeler.calibration import (
     walk_loose,
 )
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.identify import Profiles
+from feeler.calibration.identify import Profiles, decompose
 from feeler.calibration.problem import FAILED
 from feeler.calibration.protocol import Measured
 from feeler.errors import InvalidInput
@@ -125,6 +125,14 @@ def test_a_walk_along_the_loosest_direction_has_the_errors_of_its_places(problem
     np.testing.assert_allclose(errors, [np.hypot(*compute_residuals(x)) for x in np.log(p)], rtol=1e-9)
     far, _ = walk_loose(problem, found, np.array([1e3]))
     assert np.all((far >= 1e-3 - 1e-12) & (far <= 1e3 + 1e-9))
+
+
+def test_of_four_directions_the_last_is_the_loosest(problem):
+    four = replace(problem, hinges=make_hinges("exponential", make_small()))
+    found = decompose(four.hinges.names, four.hinges.start, np.diag([3.0, 1.0, 2.0, 4.0]))
+    p, _ = walk_loose(four, found, np.array([0.3]))
+    np.testing.assert_allclose(np.abs(np.log(p[0] / four.hinges.start)[:2]), [0.0, 0.3], atol=1e-9)
+    np.testing.assert_allclose(p[0, 2:], four.hinges.start[2:])
 
 
 def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(problem):
