@@ -86,6 +86,16 @@ def test_a_torn_line_is_dropped(tmp_path):
     json.loads(file.read_bytes().splitlines()[-1])
 
 
+@pytest.mark.parametrize("n", [0, 1, 5])
+def test_a_checkpoint_of_which_only_the_first_bytes_came_is_begun_anew(tmp_path, n):
+    file = tmp_path / "fit.jsonl"
+    first = fit(make_problem(), checkpoint=file, max_evaluations=5)
+    whole = file.read_bytes()
+    file.write_bytes(whole[:n])
+    assert fit(make_problem(), checkpoint=file, max_evaluations=5).p.tolist() == first.p.tolist()
+    assert file.read_bytes().splitlines()[0] == whole.splitlines()[0]
+
+
 def test_methods_and_starts_share_a_checkpoint(tmp_path):
     file = tmp_path / "fit.jsonl"
     for method in METHODS:

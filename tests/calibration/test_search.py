@@ -129,12 +129,14 @@ def test_unknown_names_list_the_valid_ones(targets, call):
 
 def test_families_are_the_profiles_that_they_name():
     n, small = np.arange(12), make_small()
-    build = {name: make_hinges(name, small).build for name in ("exponential", "linear", "constant", "scale")}
+    build = {name: make_hinges(name, small).build for name in ("exponential", "linear", "constant", "scale", "tilt")}
+    x = n / 12 - 0.5  # of the hinges, from the middle
     expected = {
         "exponential": ((3.0, 2.0, -0.1, -0.2), 3.0 * np.exp(-0.1 * n), 2.0 * np.exp(-0.2 * n)),
         "linear": ((3.0, 1.0, 2.0, 0.5), np.linspace(3.0, 1.0, 12), np.linspace(2.0, 0.5, 12)),
         "constant": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
         "scale": ((3.0, 2.0), 3.0 * small.stiffness, 2.0 * small.damping),
+        "tilt": ((3.0, 2.0, 0.5, -1.0), 3.0 * small.stiffness * np.exp(0.5 * x), 2.0 * small.damping * np.exp(-x)),
     }
     for name, (p, stiffness, damping) in expected.items():
         antenna = build[name](np.array(p))

@@ -73,23 +73,27 @@ def run_accurately(
         if not todo:
             return results
     for i in todo if HALVINGS > WHOLE else ():
-        found = refine(
-            scenes[i], clock, engine, accuracy, _find_peaks(scenes[i], results[i]), HALVINGS - WHOLE - 1, stop
-        )
-        before = _read_error(results[i])
-        if found is not None and (
-            before <= accuracy or found.error < before
-        ):  # what coarse steps said by chance is unsaid
-            results[i] = found
+        results[i] = _refine(scenes[i], results[i], clock, engine, accuracy, stop)
     jumpy = [i for i in todo if any(len(item.feature.parts) > 1 for item in scenes[i].objects)]
     doubted = [i for i in jumpy if HALVINGS > WHOLE and _read_error(results[i]) <= accuracy]
     clock = replace(clock, timestep=timestep / 2 ** (HALVINGS + 1))
     for i, fine in zip(doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True):
-        refined = results[i]
-        error = max(_read_error(refined), DRIFT * compute_error(scenes[i], refined, fine))
-        if isinstance(refined, Motion):
-            results[i] = replace(fine if isinstance(fine, Motion) else refined, error=error)
+        results[i] = _hold_against(scenes[i], results[i], fine)
     return results
+
+
+def _refine(scene: Scene, coarse: Result, clock: Clock, engine: str, accuracy: float, stop: Event) -> Result:
+    """What refinement finds, unless whole runs promised less error and not enough: what these said by chance is unsaid."""
+    found = refine(scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - WHOLE - 1, stop)
+    before = _read_error(coarse)
+    return found if found is not None and (before <= accuracy or found.error < before) else coarse
+
+
+def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
+    """The finer motion, if there is one, with the greater of what the refined one and their difference say it errs by."""
+    best = fine if isinstance(fine, Motion) else refined
+    error = max(_read_error(refined), DRIFT * compute_error(scene, refined, fine))
+    return replace(best, error=error) if isinstance(best, Motion) else best
 
 
 def _has_corners(feature: Feature) -> bool:
