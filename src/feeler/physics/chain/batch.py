@@ -179,6 +179,7 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
         open=np.zeros(width, dtype=np.bool_),
         loaded=np.zeros(n, dtype=np.bool_),
         width=(0,) * width,
+        pair=(0, 0) if width == 1 else None,
     )
     for lane, (scene, model) in enumerate(zip(scenes, models, strict=True)):
         _fill(tables, lane, scene, model)

@@ -10,7 +10,7 @@ import numpy as np
 
 from feeler.compiled import inlined
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.sweep import fold, unfold
+from feeler.physics.chain.sweep import fold, fold_both, unfold
 
 MAX_NEWTON = 50
 MAX_SEARCH = 60
@@ -78,12 +78,14 @@ def _weigh(mu, ease):
 
 
 @inlined
-def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, timestep, last, width):
+def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, timestep, damped, last, pair, width):
     """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves them.
 
-    ``memory`` holds what :func:`keep` noted; it leads to the first guess.
+    ``memory`` holds what :func:`keep` noted; it leads to the first guess. One lane (which has a ``pair``) that is not
+    ``damped`` is left ready for ``refold``.
     A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
     """
+    both = pair is not None and not damped
     left = 0
     for lane in range(count.shape[0]):
         open_[lane] = count[lane] > 0
@@ -94,7 +96,10 @@ def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, tim
         for lane in range(count.shape[0]):
             if open_[lane]:
                 _load(work, rows[lane], f.ROWS * count[lane], loaded, lane)
-        fold(segments, work, base, loaded, timestep, width)
+        if both and sweep == 0:
+            _fold_both(segments, work, base, loaded, last, timestep, pair, width)
+        else:
+            fold(segments, work, base, loaded, timestep if damped else 0.0, width)
         unfold(work, base, loaded, last, width)
         for lane in range(count.shape[0]):
             if open_[lane] and _improve(work, rows[lane], f.ROWS * count[lane], sweep == 0, lane):
@@ -102,6 +107,13 @@ def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, tim
                 left -= 1
         if left == 0:
             break
+
+
+@inlined
+def _fold_both(segments, work, base, loaded, last, timestep, pair, width):
+    """``fold_both`` for one lane; more lanes could not even compile it."""
+    if pair is not None:
+        fold_both(segments, work, base, loaded, last, timestep, pair, width)
 
 
 @inlined

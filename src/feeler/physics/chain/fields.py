@@ -38,8 +38,14 @@ N_CONSTANTS = 10
     B_GRAVITY_Y,
     B_PULL_X,  # constant force at the tip [N]; scenes have none, other users of the sweeps may
     B_PULL_Y,
-) = range(19)
-N_BASE = 19
+    B_LEFT_TORQUE,  # what ``fold_both`` leaves to ``refold``: bias that the last touched segment is shown
+    B_LEFT_FX,
+    B_LEFT_FY,
+    B_REACT_FX,  # and what the base's acceleration adds to its reaction
+    B_REACT_FY,
+    B_REACT_MOMENT,
+) = range(25)
+N_BASE = 25
 
 # constants of an object and of its contact
 (
@@ -110,8 +116,16 @@ BLOCK = 8  # [C] parts that are passed by together
     W_B0,
     W_B1,
     W_B2,
-) = range(30)
-N_WORK = 30
+    W_NEXT_UX,  # the four rows from W_UX on once more, with damping, while contact is solved without
+    W_NEXT_UY,
+    W_NEXT_SHARE,
+    W_NEXT_U,
+    W_D,  # what ``refold`` needs of ``fold_both``: inertia that a hinge feels, couplings, inverse inertia with damping
+    W_DX,
+    W_DY,
+    W_INVERSE,
+) = range(38)
+N_WORK = 38
 
 # a contact: object, segment, point and normal (from the object to the segment) seen from the base, distance, and its
 # place on the segment as a share of the length

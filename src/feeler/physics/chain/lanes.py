@@ -3,7 +3,7 @@
 A table of the engine is an array (row, column, lane). ``get(table, i, j, width)`` reads all lanes of one entry as one
 number and ``put`` writes them back; ``width`` is a tuple with as many entries as there are lanes, because the number of
 lanes must be part of a type. Arithmetic is lane by lane and strictly IEEE: a lane's result does not depend on its
-neighbours nor on their number, and with one lane the type is a plain double.
+neighbours nor on their number, and with one lane the type is a plain double, which goes with any number of lanes.
 """
 
 import operator
@@ -61,7 +61,7 @@ def _spread(builder, value: ir.Value, width: int) -> ir.Value:
 
 def _widest(args) -> int | None:
     if len(args) == 2 and all(isinstance(a, Lanes | types.Float) for a in args):
-        return next((a.width for a in args if isinstance(a, Lanes)), None)
+        return max((a.width for a in args if isinstance(a, Lanes)), default=None)
     return None
 
 
@@ -171,6 +171,38 @@ def spread(typing, value, width):
     """A plain float in every lane."""
     kind = Lanes(len(width))
     return kind(types.float64, width), lambda context, builder, sig, args: _spread(builder, args[0], kind.width)
+
+
+@intrinsic
+def beside(typing, values):
+    """A tuple of plain floats, or of numbers of one lane, as one number with as many lanes."""
+    width = len(values)
+
+    def emit(context, builder, sig, args):
+        whole = ir.Constant(_wide(_DOUBLE, width), ir.Undefined)
+        for lane in range(width):
+            value = builder.extract_value(args[0], lane)
+            whole = builder.insert_element(whole, value, ir.Constant(ir.IntType(32), lane))
+        return whole
+
+    return Lanes(width)(values), emit
+
+
+@intrinsic
+def everywhere(typing, mask):
+    """Whether ``mask`` holds in all lanes."""
+
+    def emit(context, builder, sig, args):
+        bits = ir.IntType(mask.width)
+        return builder.icmp_unsigned("==", builder.bitcast(args[0], bits), ir.Constant(bits, 2**mask.width - 1))
+
+    return types.boolean(mask), emit
+
+
+@intrinsic
+def pick(typing, value, lane):
+    """One of several lanes, as a number of one lane."""
+    return Lanes(1)(value, lane), lambda context, builder, sig, args: builder.extract_element(*args)
 
 
 @intrinsic

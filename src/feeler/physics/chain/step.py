@@ -10,7 +10,7 @@ from feeler.compiled import compiled, inlined, lean
 from feeler.physics.chain import fields as f
 from feeler.physics.chain.contact import clear, keep, make_rows, press, solve_contacts
 from feeler.physics.chain.narrow import find_contacts
-from feeler.physics.chain.sweep import fold, locate, move, seek
+from feeler.physics.chain.sweep import fold, locate, move, refold, seek
 
 
 class Tables(NamedTuple):
@@ -38,6 +38,8 @@ class Tables(NamedTuple):
     open: np.ndarray
     loaded: np.ndarray
     width: tuple
+    pair: tuple | None
+    """The width of two lanes, where one is stepped by itself and a sweep can do two things at once."""
 
 
 @register
@@ -76,7 +78,7 @@ def _step_tables(t, first, n_steps, timestep, drive, damped):
         touched = _find(t)
         if touched:
             _push(t, timestep, damped)
-        if not (touched and damped):  # else the contact's last sweep has left what the hinges need
+        if not (touched and (damped or t.pair is not None)):  # else _push has left what the hinges need
             fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
         if touched:
             t.loaded[:] = False
@@ -131,7 +133,7 @@ def _find(t):
     kinds, corners, starts, boxes, blocks, owner = t.shapes
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
-        seek(t.segments, t.work, t.obj, t.place, o, t.width)
+        seek(t.segments, t.work, t.obj, t.place, o, t.pair, t.width)
         for lane in range(t.number.shape[0]):
             if t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
                 last = max(last, np.int64(t.place[o, f.P_LAST, lane]))
@@ -158,7 +160,7 @@ def _find(t):
 
 @inlined
 def _push(t, timestep, damped):
-    """Solve the contacts and leave their wrenches in the bias columns."""
+    """Solve the contacts and leave their wrenches in the bias columns, or the hinges as ``fold`` leaves them."""
     last = np.int64(-1)
     for lane in range(t.number.shape[0]):
         count = t.number[lane]
@@ -175,8 +177,10 @@ def _push(t, timestep, damped):
         t.loaded,
         t.memory,
         t.open,
-        timestep if damped else 0.0,
+        timestep,
+        damped,
         last,
+        t.pair,
         t.width,
     )
     t.loaded[:] = False
@@ -186,6 +190,8 @@ def _push(t, timestep, damped):
                 t.constants, t.work, t.base, t.place, t.contacts[lane], t.rows[lane], f.ROWS * t.number[lane], t.loaded, timestep,
                 lane,
             )  # fmt: skip
+    if t.pair is not None and not damped:
+        refold(t.work, t.wides, t.base, t.loaded, last, t.width)
 
 
 @compiled
