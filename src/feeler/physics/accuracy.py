@@ -13,7 +13,7 @@ from feeler.physics.engine import get_engine
 from feeler.physics.refine import compute_gap, compute_peaks, refine, track
 from feeler.physics.run import Result, make_groups, run_group
 from feeler.physics.scene import Motion, Scene
-from feeler.stimulus.feature import Feature
+from feeler.stimulus.object import Object
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
 TOGETHER = (
@@ -23,6 +23,7 @@ WHOLE = 2  # [C] of these, how many are tried on the whole run before only parts
 SURE = (
     0.5  # [C] share of the accuracy to which two whole runs must agree: where an object slips off, they may by chance
 )
+SURER = 0.2  # [C] and to which they are believed about a corner at once, which they else must agree about twice
 DRIFT = 5.0  # [C] past several parts, what a whole run at 0.8 µs differs by counts so many times: with finer steps still, down to
 # 0.2 µs, such runs were seen to part by up to 8 times as much
 FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
@@ -53,23 +54,27 @@ def run_accurately(
     A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak, estimates the error of
     the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
     scenes that are not accurate enough go on to h/4, and then to :mod:`feeler.physics.refine`. Two coarse runs may agree by
-    chance, and are believed at half of what is asked for; where an object has corners, off which the antenna can slip, only
-    if the next two runs agree as well. What is refined past an object of several parts, from one of which the antenna can jump
-    to the next, is held against a whole run with steps smaller than all others, and what these differ by counts ``DRIFT`` times.
+    chance, and are believed at half of what is asked for; where an object has corners, off which the antenna can slip, at a
+    fifth, or if the next two runs agree as well; and where it has several parts, from one of which the antenna can jump to the
+    next, only if these do. What is refined past several parts is held against a whole run with steps smaller than all others,
+    and what these differ by counts ``DRIFT`` times.
     """
     stop = stop or Event()
     timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
     clock = Clock(duration=duration, sample_interval=sample_interval, timestep=timestep)
     results = _run_all(scenes, clock, engine, stop)
-    todo = list(range(len(scenes)))
-    doubts = [2 if any(_has_corners(item.feature) for item in scene.objects) else 1 for scene in scenes]
+    todo, agreed, settled = list(range(len(scenes))), set[int](), set[int]()
+    once = [min(map(_trust, scene.objects), default=SURE) for scene in scenes]
     for _ in range(min(WHOLE, HALVINGS)):
         clock = replace(clock, timestep=clock.timestep / 2)
         for i, fine in zip(todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
-            doubts[i] -= error <= SURE * accuracy
-        todo = [i for i in todo if doubts[i]]
+            if error <= once[i] * accuracy or (i in agreed and error <= SURE * accuracy):
+                settled.add(i)
+            elif error <= SURE * accuracy:
+                agreed.add(i)
+        todo = [i for i in todo if i not in settled]
         if not todo:
             return results
     for i in todo if HALVINGS > WHOLE else ():
@@ -96,9 +101,11 @@ def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
     return replace(best, error=error) if isinstance(best, Motion) else best
 
 
-def _has_corners(feature: Feature) -> bool:
-    """Whether there is a corner to slip off; a plain wall has none, and a ball's one point is round."""
-    return len(feature.parts) > 1 or (not feature.unbounded and len(feature.parts[0]) > 1)
+def _trust(item: Object) -> float:
+    """The share of the accuracy at which whole runs that agree once are believed: never where parts follow each other."""
+    if len(item.feature.parts) > 1:
+        return 0.0
+    return SURE if item.feature.unbounded or len(item.feature.parts[0]) == 1 else SURER
 
 
 def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) -> list[Result]:
