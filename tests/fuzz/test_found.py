@@ -5,10 +5,12 @@ import io
 import numpy as np
 import pytest
 
+from feeler.decoding import StreamDecoder
 from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
+from feeler.tensors.models import read_model, save_model
 from feeler.tensors.plain import restore
 from feeler.tensors.reading import read_bytes
 from feeler.tensors.stored import read_store
@@ -107,3 +109,14 @@ def test_a_change_that_is_good_json_is_noticed(tmp_path, file, old, new):
 def test_an_absurd_reading_in_a_stream_is_refused():
     with pytest.raises(InvalidInput, match="a sample is 3 finite numbers of at most 1e"):
         make_decoder().start().update(np.array([0.0, -1e308, 0.0]), 0.0)
+
+
+@pytest.mark.parametrize("name", ["window", "confirm", "max_lag", "lag_step"])
+def test_a_decoder_of_steps_beyond_all_indices_is_refused(tmp_path, name):
+    path = tmp_path / "d.safetensors"
+    make_decoder().save(path)
+    file = read_model(path)
+    file.settings["parameters"][name] = 2**64
+    save_model(file, path)
+    with pytest.raises(InvalidInput, match="is no complete StreamDecoder"):
+        StreamDecoder.load(path)

@@ -30,6 +30,7 @@ SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the 
 
 AT_LEAST_1, ABOVE_0 = ("≥ 1", lambda value: value >= 1), ("> 0", lambda value: value > 0)
 AT_LEAST_0 = ("≥ 0", lambda value: value >= 0)
+MOST = 2**31  # [C] of any setting: NumPy has no indices for what a damaged file may say
 RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
     "window": AT_LEAST_1,
     "threshold": ("in (0, 1]", lambda value: 0 < value <= 1),
@@ -229,6 +230,8 @@ class StreamDecoder(TensorClassifier):
         for name, (rule, holds) in RULES.items():
             if not holds(value := getattr(self, name)) or value == np.inf:
                 raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {value}.")
+            if value >= MOST:
+                raise InvalidInput(f"StreamDecoder needs {name} below {MOST:,}, got {value}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
         """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None without contact."""
