@@ -217,6 +217,14 @@ def test_families_turn_parameters_to_logarithms_and_back(name):
     assert all(np.all(hinges.to_x(p) >= low - 1e-9) and np.all(hinges.to_x(p) <= high + 1e-9) for p in starts)
 
 
+def test_starts_scatter_evenly_about_the_familys_own():
+    hinges = make_hinges("scale", make_small())
+    starts = np.log(np.array(make_starts(hinges, 2001, np.random.default_rng(1), spread=0.3)))
+    np.testing.assert_array_equal(starts[0], 0.0)
+    np.testing.assert_allclose(starts[1:].std(axis=0), 0.3, rtol=0.05)
+    np.testing.assert_allclose(starts[1:].mean(axis=0), 0.0, atol=0.03)
+
+
 def test_two_targets_cannot_determine_four_numbers():
     """Frequency and damping alone leave two of the four exponential parameters free."""
     family = make_hinges("exponential", make_small())
