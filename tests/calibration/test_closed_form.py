@@ -12,6 +12,7 @@ from feeler.calibration import (
     analyse_directions,
     bootstrap,
     compute_profiles,
+    fit,
     make_hinges,
     make_targets,
     search,
@@ -95,6 +96,14 @@ def test_every_method_finds_the_root_and_says_what_it_cost(problem, method):
     assert found.evaluations == problem.evaluations <= 300
     again = search(problem, (1.5, 0.5), method, max_evaluations=300)
     assert found.evaluations + again.evaluations == problem.evaluations
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
+    starts = np.array([[1.0, 1.0], [8.0, 0.1], [3.0, 0.4]])[::order]
+    found = fit(problem, starts, method="powell", max_evaluations=3)
+    assert [m.start for m in found.minima] == [tuple(start) for start in starts]
+    assert found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
 
 
 @pytest.mark.parametrize("end", ["low", "high"])
