@@ -96,6 +96,7 @@ def test_every_method_finds_the_root_and_says_what_it_cost(problem, method):
     assert found.evaluations == problem.evaluations <= 300
     again = search(problem, (1.5, 0.5), method, max_evaluations=300)
     assert found.evaluations + again.evaluations == problem.evaluations
+    assert found.seconds + again.seconds == pytest.approx(problem.seconds) and min(found.seconds, again.seconds) > 0
 
 
 @pytest.mark.parametrize("order", [1, -1])
