@@ -182,16 +182,20 @@ def test_what_is_searched_as_a_logarithm_has_a_least_value(low):
 
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant"])
-def test_stiffness_and_damping_are_searched_as_logarithms_within_whole_decades(profile):
+def test_stiffness_and_damping_are_searched_as_logarithms(profile):
     hinges = make_hinges(profile, cockroach())
     assert hinges.positive == tuple(unit != "1/joint" for unit in hinges.units)
-    control = cockroach(profile)
-    ends = [values[k] for values in (control.stiffness, control.damping) for k in {0, -1 if profile == "linear" else 0}]
-    if profile != "exponential":
-        np.testing.assert_allclose(np.sort(hinges.start), np.sort(ends), rtol=0.15)  # near what the fits have found
-        tips = {cockroach("exponential").stiffness[-1], cockroach("exponential").damping[-1]}
-        ends = [*hinges.high, *(low for low in hinges.low if not np.isclose(low, list(tips), rtol=0.01).any())]
-        np.testing.assert_allclose(np.log10(ends), np.round(np.log10(ends)), atol=1e-12)
+
+
+@pytest.mark.parametrize(("profile", "hinges_meant"), [("linear", [0, -1]), ("constant", [0])])
+def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(profile, hinges_meant):
+    hinges, control, own = make_hinges(profile, cockroach()), cockroach(profile), cockroach()
+    fitted = [*control.stiffness[hinges_meant], *control.damping[hinges_meant]]
+    np.testing.assert_allclose(hinges.start, fitted, rtol=0.15)
+    softest = np.isclose(hinges.low, own.stiffness[-1], rtol=0.01) | np.isclose(hinges.low, own.damping[-1], rtol=0.01)
+    assert softest.sum() == 2 * (len(hinges_meant) - 1)  # tips are no softer than the cockroach's
+    ends = np.log10([*hinges.high, *hinges.low[~softest]])
+    np.testing.assert_allclose(ends, np.round(ends), atol=1e-12)
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])

@@ -16,16 +16,15 @@ from feeler.physics.scene import Motion, Scene
 from feeler.stimulus.object import Object
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
-TOGETHER = (
-    8  # [C] how many times the lanes may be filled with the scenes that are run at once; each motion is kept till then
+TOGETHER = 8  # [C] how often over the lanes may be filled with scenes run at once; each motion is kept till then
+WHOLE = 2  # [C] of these halvings, how many are tried on the whole run before only parts of it are refined
+# Shares [C] of the accuracy to which two whole runs must agree; where an object slips off, they may by chance:
+SURE = 0.5  # to be believed, about a corner if they do so twice
+SURER = 0.2  # to be believed about a corner at once
+NEVER = 0.0  # where several parts follow each other: not before the next two runs agree as well
+DRIFT = (
+    5.0  # [C] times that a difference from steps of 0.8 µs counts: down to 0.2 µs, runs part by up to 8 times as much
 )
-WHOLE = 2  # [C] of these, how many are tried on the whole run before only parts of it are refined
-SURE = (
-    0.5  # [C] share of the accuracy to which two whole runs must agree: where an object slips off, they may by chance
-)
-SURER = 0.2  # [C] and to which they are believed about a corner at once, which they else must agree about twice
-DRIFT = 5.0  # [C] past several parts, what a whole run at 0.8 µs differs by counts so many times: with finer steps still, down to
-# 0.2 µs, such runs were seen to part by up to 8 times as much
 FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
 
 
@@ -77,10 +76,11 @@ def run_accurately(
         todo = [i for i in todo if i not in settled]
         if not todo:
             return results
-    for i in todo if HALVINGS > WHOLE else ():
+    if HALVINGS <= WHOLE:
+        return results
+    for i in todo:
         results[i] = _refine(scenes[i], results[i], clock, engine, accuracy, stop)
-    jumpy = [i for i in todo if any(len(item.feature.parts) > 1 for item in scenes[i].objects)]
-    doubted = [i for i in jumpy if HALVINGS > WHOLE and _read_error(results[i]) <= accuracy]
+    doubted = [i for i in todo if once[i] == NEVER and _read_error(results[i]) <= accuracy]
     clock = replace(clock, timestep=timestep / 2 ** (HALVINGS + 1))
     for i, fine in zip(doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True):
         results[i] = _hold_against(scenes[i], results[i], fine)
@@ -102,9 +102,9 @@ def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
 
 
 def _trust(item: Object) -> float:
-    """The share of the accuracy at which whole runs that agree once are believed: never where parts follow each other."""
+    """The share of the accuracy to which two whole runs must agree to be believed at once."""
     if len(item.feature.parts) > 1:
-        return 0.0
+        return NEVER
     return SURE if item.feature.unbounded or len(item.feature.parts[0]) == 1 else SURER
 
 
