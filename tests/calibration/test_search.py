@@ -210,7 +210,13 @@ def test_the_exponential_family_starts_at_the_antenna_and_is_bound_in_proportion
     np.testing.assert_allclose(one, [0.8, 1.2, -0.55, -0.45])
 
 
-@pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale"])
+def test_a_tilted_profile_may_rise_or_fall_from_base_to_tip_by_e_to_the_eighth():
+    hinges = make_hinges("tilt", make_small())
+    np.testing.assert_array_equal([hinges.low, hinges.high], [[1e-3, 1e-3, -8, -8], [1e3, 1e3, 8, 8]])
+    np.testing.assert_array_equal(hinges.scale, [1, 1, 2, 2])  # a factor e, and an eighth of the range
+
+
+@pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale", "tilt"])
 def test_families_turn_parameters_to_logarithms_and_back(name):
     hinges = make_hinges(name, make_small())
     np.testing.assert_allclose(hinges.to_p(hinges.to_x(hinges.start)), hinges.start, rtol=1e-14)

@@ -94,6 +94,12 @@ def test_the_last_held_sample_is_found_though_the_tip_first_rises(noise):
     assert first in (30, 31) and rest == pytest.approx(250, abs=0.5)
 
 
+def test_the_noise_of_a_video_is_that_of_its_second_differences():
+    """White noise of sd σ has second differences of sd √6 σ, and a median of 0.6745 sd."""
+    with pytest.raises(InvalidInput, match=r"with a noise of 3\.7\."):
+        find_release(3.7 * np.random.default_rng(0).standard_normal(20_000))
+
+
 def test_a_violent_swing_is_no_noise():
     rng, time = np.random.default_rng(1), np.arange(1, 300)
     swing = np.r_[np.ones(30), 4.0 * np.exp(-time / 20.0) * np.cos(2.0 * time)]

@@ -58,6 +58,10 @@ def test_closest_is_the_greatest_unless_it_is_said_to_be_the_least():
     np.testing.assert_array_equal([least.trial, least.value], [[1, 0, 0], [1, 1, 2]])
 
 
+def test_two_tensors_are_each_others_closest():
+    np.testing.assert_array_equal(find_closest(np.array([[1.0, 0.3], [0.3, 1.0]])).trial, [1, 0])
+
+
 def test_first_of_equals_is_taken_in_any_block_size():
     tensors = np.repeat(np.random.default_rng(0).random((1, 12, 12)), 5, axis=0)
     for block in (1, 2, 5):
@@ -164,6 +168,15 @@ def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
     intervals = [bootstrap_mean(rng.normal(size=40), rng, n_resamples=400, level=0.8) for _ in range(300)]
     hits = [interval.low <= 0 <= interval.high for interval in intervals]
     assert 0.7 < np.mean(hits) < 0.88
+
+
+def test_an_interval_is_that_of_two_thousand_means_of_drawn_values():
+    """Efron's percentile interval (https://doi.org/10.1214/aos/1176344552), written out with the same draws."""
+    values = np.random.default_rng(6).normal(size=30)
+    rng = np.random.default_rng(7)
+    means = [np.mean(draw) for draw in rng.choice(values, size=(2000, 30))]
+    found = bootstrap_mean(values, np.random.default_rng(7))
+    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(means, [2.5, 97.5])), rel=1e-12)
 
 
 def test_paired_difference_knows_its_sign_and_size():

@@ -185,6 +185,10 @@ def test_ssim_warns_when_its_constants_swamp_the_signal():
         (np.ones((1, 12, 12)), "at least 2"),
         ([np.ones((3, 4)), np.ones((3, 5))], "same number of sensors and samples"),
         (np.full((3, 12, 12), np.nan), "NaN"),
+        (
+            np.where(np.arange(4)[:, None, None] == 2, np.inf, np.ones((4, 12, 12))),
+            r"trial\(s\) 2 hold NaN or infinite",
+        ),
     ],
 )
 def test_input_that_is_no_set_of_tensors_is_refused(compute, tensors, message):

@@ -65,13 +65,15 @@ def test_levels_of_noise_alone_tell():
     assert agree(found.accuracy, found.accuracy_error, truth)
 
 
-def test_the_short_way_equals_noise_drawn_whole():
+@pytest.mark.parametrize("entries", [12, 7, 6])
+def test_the_short_way_equals_noise_drawn_whole(entries):
+    """Also where the tensors leave hardly a direction, or none, to noise alone."""
     rng = np.random.default_rng(3)
-    tensors, sd = rng.standard_normal((6, 12)), np.array([1.5, 1.5, 2.0, 1.2, 1.5, 1.6])
-    found = compute_information(tensors, sd, n_draws=DRAWS)
+    tensors, sd = rng.standard_normal((6, entries)), np.array([1.5, 1.5, 2.0, 1.2, 1.5, 1.6])
+    found = measure_information(tensors @ tensors.T, sd, entries=entries, n_draws=DRAWS)
     sent = rng.integers(6, size=60_000)
-    noisy = tensors[sent] + sd[sent, None] * rng.standard_normal((sent.size, 12))
-    log = -12 * np.log(sd) - ((noisy[:, None] - tensors) ** 2).sum(axis=2) / (2 * sd**2)
+    noisy = tensors[sent] + sd[sent, None] * rng.standard_normal((sent.size, entries))
+    log = -entries * np.log(sd) - ((noisy[:, None] - tensors) ** 2).sum(axis=2) / (2 * sd**2)
     posterior = np.exp(log - log.max(axis=1, keepdims=True))
     posterior /= posterior.sum(axis=1, keepdims=True)
     right = posterior.argmax(axis=1) == sent
@@ -147,6 +149,14 @@ def test_standard_errors_are_the_spread_over_repeated_draws():
     assert noise[:, 1].mean() == pytest.approx(noise[:, 0].std(ddof=1), rel=0.3)
 
 
+def test_the_seed_is_0_unless_another_is_given():
+    tensors = make_pair(1.0)
+    known, other = (compute_information(tensors, 0.7, n_draws=20, random_state=seed) for seed in (0, 1))
+    assert compute_information(tensors, 0.7, n_draws=20) == known != other
+    assert measure_information(compute_energy(tensors), 0.7, n_draws=20).bits == pytest.approx(known.bits)
+    assert find_noise(tensors, n_draws=20) == find_noise(tensors, n_draws=20, random_state=0)
+
+
 @pytest.mark.parametrize(("n_draws", "known"), [(1, False), (2, True)])
 def test_an_error_needs_two_pairs_of_draws(n_draws, known):
     found = compute_information(make_pair(1.0), 0.7, n_draws=n_draws)
@@ -201,6 +211,8 @@ def test_windows_that_do_not_rise_are_refused():
         (np.array([[1.0], [np.nan]]), 1.0, "finite"),
         (np.array([[1.0, 2.0], [3.0, np.inf]]), 1.0, "finite"),
         (np.ones((2, 3)), 0.0, "sd must be one number > 0"),
+        (np.ones((2, 3)), np.array([1.0, -1.0]), "sd must be one number > 0"),
+        (np.ones((2, 3)), np.array([1.0, np.nan]), "sd must be one number > 0"),
         (np.ones((2, 3)), np.ones(3), "one for each of the 2"),
         (np.ones((3, 2)), np.array([1.0, 1.0, 2.0]), "entries= must be the size of a tensor"),
     ],

@@ -97,12 +97,32 @@ def _uneven(values):
         (TIME, swing(TIME[:-1]), "one length"),
         (TIME, swing(TIME, 0.45, 0.02), "beyond the sampling rate"),
         (TIME, swing(TIME, 0.3, 0.02), "beyond the sampling rate"),
+        (TIME, swing(TIME, 0.5 / 2.3, 0.05), "there are not 2.5 samples of 1 ms"),
+        (TIME / 4, swing(TIME, 0.5 / 2.3, 0.05), "there are not 2.5 samples of 0.25 ms"),
         (TIME, np.where(TIME < 50, 0.0, swing(np.maximum(TIME - 50, 0))), "starts at its rest position"),
     ],
 )
 def test_unusable_traces_say_why(time, signal, match):
     with pytest.raises(InvalidInput, match=match):
         measure_free_response(time, signal)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_a_release_is_a_twentieth_of_the_largest_deflection_in_any_unit(unit):
+    """A trace that grows to 1 after it began at 4 % is none; at 6 % it is one, and too short to turn twice."""
+    for begin, match in ((0.04, "starts at its rest position"), (0.06, "without having turned")):
+        with pytest.raises(InvalidInput, match=match):
+            measure_free_response(TIME, unit * (begin + (1 - begin) * TIME / 199))
+
+
+def test_of_several_turns_on_one_side_the_farthest_counts():
+    """Two opposite turns, −0.3 at 20 ms and −0.5 at 40, before the trough 0.25 at 70; the next swings do not matter."""
+    places = [0.0, 20.0, 30.0, 40.0, 70.0, 100.0, 130.0, 160.0, 199.0]
+    signal = np.interp(TIME, places, [1.0, -0.3, -0.1, -0.5, 0.25, -0.1, 0.05, -0.02, 0.0])
+    free = measure_free_response(TIME, signal, fit=False)
+    assert (free.peak, free.trough) == pytest.approx((-0.5, 0.25), abs=0.01)
+    assert free.peak_time == pytest.approx(40.0, abs=0.5)
+    assert free.frequency == pytest.approx(0.5 / 30, rel=0.03)
 
 
 def test_a_clean_trace_passes_unchanged():
@@ -163,6 +183,17 @@ def test_extrema_of_parabolas_are_exact(step):
         assert len(find_extrema(time, signal, floor=3.0)[0]) == 0
 
 
+@given(st.lists(st.integers(-9, 9), min_size=5, max_size=30))
+def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(values):
+    signal = np.array(values, dtype=float)
+    size = np.abs(signal)
+    tops = [k for k in range(1, size.size - 1) if size[k - 1] < size[k] >= size[k + 1]]
+    fits = [np.polyfit([-1.0, 0.0, 1.0], signal[k - 1 : k + 2], 2) for k in tops]
+    times, heights = find_extrema(0.5 * np.arange(size.size), signal)
+    np.testing.assert_allclose(times, [0.5 * (k - b / (2 * a)) for k, (a, b, _) in zip(tops, fits, strict=True)])
+    np.testing.assert_allclose(heights, [np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits], atol=1e-9)
+
+
 def test_a_trace_that_touches_zero_is_no_opposite_peak():
     """Two bumps on one side with a sample at rest between them: nothing swings through."""
     time = np.arange(0.0, 60.0)
@@ -185,18 +216,27 @@ def test_settling_is_counted_from_the_release_and_is_between_samples():
 def test_one_turn_without_a_trough_is_overdamped_and_keeps_its_peak():
     """Below the floor there is no trough: only the opposite peak, whose place and height are told."""
     time = np.arange(0.0, 200.0, 0.1)
-    free = measure_free_response(time, swing(time, ratio=0.8), floor=0.01)
+    free = measure_free_response(50 + time, swing(time, ratio=0.8), floor=0.01)
     fall = np.exp(-np.pi * 0.8 / 0.6)
     assert free.overdamped and free.trough is None and free.frequency is None
     assert (free.peak, free.peak_time) == (pytest.approx(-fall, rel=1e-3), pytest.approx(0.5 / 0.0175, rel=1e-4))
 
 
-def test_time_may_be_uneven_by_a_thousandth():
+@pytest.mark.parametrize("interval", [0.1, 1.0, 8.0])
+def test_time_may_be_uneven_by_a_thousandth(interval):
     time = np.arange(100.0)
     late = (time >= 50).astype(float)  # one interval is longer
-    assert check_trace(time + 0.8e-3 * late, swing(time))[0][-1] == 99.0 + 0.8e-3
+    assert check_trace(interval * (time + 0.8e-3 * late), swing(time))[0][-1] == pytest.approx(interval * 99.0008)
     with pytest.raises(InvalidInput, match="not evenly sampled"):
-        check_trace(time + 1.2e-3 * late, swing(time))
+        check_trace(interval * (time + 1.2e-3 * late), swing(time))
+
+
+def test_what_came_within_10_percent_but_not_5_has_one_settling_time():
+    """exp(−t / 50), cut at 130 ms, where 7 % are left: it passed 10 % at 50 ln 10 ms."""
+    time = np.arange(0.0, 130.0, 0.5)
+    free = measure_free_response(time, np.exp(-time / 50))
+    assert free.overdamped and free.settle_5 is None
+    assert free.settle_10 == pytest.approx(50 * np.log(10), abs=0.01)
 
 
 def test_eight_samples_are_enough_and_seven_are_not():

@@ -41,8 +41,15 @@ def test_the_moment_is_the_vertex_however_sharp_the_turn(bend):
 
 
 def test_a_tip_that_never_turns_is_refused():
-    with pytest.raises(InvalidInput, match="farthest out at the last sample"):
-        measure_deflection_ratios(TIME, TIME, TIME)
+    for tip, word in ((TIME, "last"), (TIME[::-1], "first")):
+        with pytest.raises(InvalidInput, match=f"farthest out at the {word} sample"):
+            measure_deflection_ratios(TIME, TIME, tip)
+
+
+@pytest.mark.parametrize("peak", [1.1, 47.9])
+def test_a_tip_may_turn_beside_the_ends_of_the_trace(peak):
+    tip = 10 - 0.001 * (TIME - peak) ** 2
+    assert measure_deflection_ratios(TIME, 0.3 * TIME, tip)[0] == pytest.approx(0.3 * peak / 10)
 
 
 def test_gaps_and_shapes_of_points_are_refused():
@@ -62,6 +69,12 @@ def bounce(e):
 )
 def test_restitution_of_a_bounce(e, touch):
     assert measure_restitution(TIME, bounce(e), touch=touch) == pytest.approx(e, abs=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.3, 1.0])
+def test_bodies_that_never_quite_meet_turn_where_they_are_nearest(e):
+    gap = 0.2 + np.where(TIME < 20, 0.5 * (20 - TIME), 0.5 * e * (TIME - 20))
+    assert measure_restitution(TIME, gap) == pytest.approx(e)
 
 
 def test_bodies_that_stay_together_leave_no_samples_after_contact():
@@ -85,7 +98,8 @@ def test_four_samples_are_taken_unless_another_number_is_given():
     gap = np.where(
         before < 0, -0.5 * before + 0.01 * before**2, np.where(after > 0, 0.3 * after + 0.01 * after**2, 0.0)
     )
-    assert measure_restitution(TIME, gap) == pytest.approx((0.3 + 0.02 * 2.5) / (0.5 + 0.02 * 2.5))
+    for touch in (None, (20.0, 24.0), (19.5, 24.4)):
+        assert measure_restitution(TIME, gap, touch=touch) == pytest.approx((0.3 + 0.02 * 2.5) / (0.5 + 0.02 * 2.5))
     assert measure_restitution(TIME, gap, n_samples=5) == pytest.approx((0.3 + 0.02 * 3) / (0.5 + 0.02 * 3))
 
 
@@ -117,6 +131,7 @@ def test_a_uniform_cantilever_gives_back_its_rigidity():
 def test_rigidity_by_hand_and_for_many_loads():
     """F a³ / 3 δ: 0.002 N at 10 mm that bends it by 0.5 mm is 4/3 N·mm²; the sign of both may turn."""
     assert measure_bending_stiffness(0.002, 0.5, 10.0) == pytest.approx(4 / 3)
+    assert measure_bending_stiffness(24.0, 0.5, 0.5) == pytest.approx(2.0)  # less than a millimetre from the clamp
     found = measure_bending_stiffness(np.array([-0.002, 0.004]), np.array([-0.5, 0.5]), np.array([10.0, 5.0]))
     np.testing.assert_allclose(found, [4 / 3, 1 / 3])
 
@@ -125,9 +140,14 @@ def test_rigidity_by_hand_and_for_many_loads():
     ("arguments", "match"),
     [
         ((1.0, 0.0, 10.0), "non-zero"),
-        ((1.0, -1.0, 10.0), "sign of the force"),
+        ((0.0, 1.0, 10.0), "non-zero"),
+        ((1.0, np.array([1.0, 0.0]), 10.0), "non-zero"),
+        ((np.array([1.0, -1.0]), 1.0, 10.0), "of one sign"),
+        ((1.0, -1.0, 10.0), "of one sign"),
         ((1.0, 1.0, 0.0), "> 0 mm"),
+        ((1.0, 1.0, np.array([5.0, -5.0])), "> 0 mm from the clamp, got -5"),
         ((np.nan, 1.0, 1.0), "force must be finite"),
+        ((1.0, np.array([1.0, np.inf]), 1.0), "deflection must be finite"),
     ],
 )
 def test_bending_refuses_what_has_no_stiffness(arguments, match):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from feeler import touch
 from feeler.errors import InvalidInput
-from feeler.robot import Recording, make_dataset, make_robot
+from feeler.robot import Recording, make_dataset, make_robot, make_touches
 from feeler.tensors import find_breaches
 
 
@@ -26,6 +27,16 @@ def test_recordings_keep_the_contract():
     shape = make_robot().shape(recordings[0].values.T)
     np.testing.assert_allclose(dataset["tip"][0], shape[:, -1])
     np.testing.assert_allclose(dataset["curvature"][0, 0], dataset["angle"][0, 0] / 7.85)
+    assert dataset["seed"].values.tolist() == [-1, -1]
+
+
+def test_sensors_stand_where_those_of_a_simulated_touch_stand():
+    robot = make_robot()
+    dataset, simulated = make_dataset([_recording()]), touch(robot, make_touches()[0], duration=5.0)
+    start = np.concatenate([[0.0], np.cumsum(robot.segment_length)])
+    np.testing.assert_allclose(dataset["position"], start[:-1] / start[-1])
+    for name in ("position", "segment", "segment_length"):
+        np.testing.assert_allclose(dataset[name], simulated[name])
 
 
 def test_different_durations_are_never_mended_in_silence():

@@ -14,7 +14,9 @@ from feeler.robot import (
     make_robot,
     measure_ringing,
     simulate_release,
+    solve_factors,
 )
+from feeler.robot.factors import Ringing
 
 TIME = np.arange(2000.0)
 
@@ -52,6 +54,23 @@ def test_noise_moves_the_answer_little():
 def test_what_does_not_ring_is_refused(tip, message):
     with pytest.raises(InvalidInput, match=message):
         measure_ringing(TIME, tip)
+
+
+def test_four_crossings_of_rest_are_two_cycles():
+    ringing = measure_ringing(TIME, _cosine(0.001, 0.1))
+    assert (ringing.frequency, ringing.damping_ratio) == pytest.approx((0.001, 0.1), rel=1e-3)
+    with pytest.raises(InvalidInput, match="crosses rest 3 times; at least 4"):
+        measure_ringing(TIME[:1600], _cosine(0.001, 0.1)[:1600])
+
+
+@pytest.mark.parametrize("factors", [(1.0, 1.0), (0.25, 6.0), (9.0, 2.0)])
+def test_factors_in_closed_form_are_those_that_give_the_mode(factors):
+    stiffness, damping = factors
+    theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
+    mode = compute_modes(theory.replace(stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness), 1)
+    zeta = mode.damping_ratio[0]
+    target = Ringing(frequency=mode.frequency[0] * np.sqrt(1 - zeta**2), damping_ratio=zeta, r_squared=1.0)
+    np.testing.assert_allclose(solve_factors(target, theory), factors, rtol=1e-9)
 
 
 def test_uneven_time_is_refused():

@@ -60,6 +60,12 @@ def test_notes_become_labels(tmp_path):
     ("header", "rows", "notes", "message"),
     [
         (_header(n=7), [r[:8] for r in ROWS], "", "7 channels where 8 were expected .missing 8"),
+        (
+            [_header()[0], *_header()[2:]],
+            [[*r[:1], *r[2:]] for r in ROWS],
+            "",
+            "7 channels where 8 were expected .missing 1",
+        ),
         ([*_header(), "hinge9_deg"], [[*r, 1] for r in ROWS], "", "not expected 9"),
         ([*_header()[:8], "ch7_deg"], ROWS, "", "missing 8; twice 7"),
         (_header()[1:], [r[1:] for r in ROWS], "", "no time column"),

@@ -63,6 +63,16 @@ def test_apply_inverts_the_readings_within_the_range():
     np.testing.assert_allclose(fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10)
 
 
+def test_a_reading_may_lie_beyond_the_range_by_a_fiftieth_of_it():
+    """Calibrated from 0 to 64 pF; 64/50 pF are exact neither way, so a hair on either side."""
+    angle = np.linspace(0.0, 0.5, 9)
+    fit = fit_sensors(np.ones(9, int), angle, 128 * angle)
+    for end, out in ((0.0, -1.0), (64.0, 1.0)):
+        assert np.isfinite(fit.apply(np.array([[end + out * 1.27999]]))).all()
+        with pytest.raises(InvalidInput, match="outside the calibrated range"):
+            fit.apply(np.array([[end + out * 1.28001]]))
+
+
 def test_nothing_is_extrapolated_in_silence():
     fit = fit_sensors(*_bench()[:3], robot="A")
     angle = np.tile([0.0, 30 * DEGREE], (3, 1))

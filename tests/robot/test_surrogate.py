@@ -1,5 +1,7 @@
 """The surrogate robot: its faults do what they say, it is labelled everywhere, and no gap means no difference."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,14 @@ def test_compliant_mount_moves_the_whole_antenna_but_is_not_sensed():
     assert rigid.antenna.n_segments == 8 and rigid.mount == 0
 
 
+def test_a_location_is_counted_from_hinge_1_also_on_a_compliant_mount():
+    surrogate = make_surrogate(np.random.default_rng(3), gap=Gap(**{**vars(Gap().scaled(0)), "play": 0.1}))
+    for location in (0.1, 0.5, 1.0):
+        _, trial = surrogate.carry_out([replace(FAST[0], location=location)])[0]
+        free = surrogate.antenna.segment_length[1:].sum()
+        assert trial.location * surrogate.antenna.length == pytest.approx(surrogate.mount + location * free)
+
+
 def test_play_operator_laws():
     rng = np.random.default_rng(4)
     signal = rng.normal(size=(3, 500)).cumsum(axis=1)
@@ -113,6 +123,14 @@ def test_draws_have_the_stated_spread():
     trials = [draw_trial(FAST[0], gap, rng) for _ in range(400)]
     assert np.std([t.location for t in trials]) == pytest.approx(gap.location, rel=0.15)
     assert np.std([t.speed for t in trials]) == pytest.approx(gap.speed * 0.27, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("location", "speed", "reach", "ms"), [(0.5, 0.027, 1, 2643), (0.9, 0.27, 1, 583), (0.75, 0.135, 2, 1161)]
+)
+def test_a_duration_by_hand(location, speed, reach, ms):
+    """20 ms, the sweep of 60 mm (at the middle) less 40 mm per length beyond at that speed, 400 ms; the next whole ms."""
+    assert choose_duration(make_touches(locations=(location,), speeds=(speed,))[0], reach) == ms
 
 
 def test_duration_lets_the_slow_touch_finish():

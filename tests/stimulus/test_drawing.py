@@ -133,6 +133,15 @@ def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
     assert Outline.from_file(path, width=2.0, tolerance=1e-3).size == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("unit", "inch"), [("in", 1), ("mm", 25.4), ("cm", 2.54), ("q", 101.6), ("pt", 72), ("pc", 6), ("m", 0.0254)]
+)
+def test_an_inch_is_25_4_mm_in_every_unit(tmp_path, unit, inch):
+    """CSS Values and Units 4, absolute lengths: 1in = 2.54cm = 101.6q = 72pt = 6pc; a drawing may also speak of m."""
+    path = write_svg(tmp_path / "a.svg", RECTANGLE, f'width="{inch}{unit}" viewBox="0 0 100 40"')
+    assert Outline.from_file(path).size == pytest.approx(4 * 25.4 / 100 / 2)
+
+
 def test_straight_edges_get_no_corners_of_their_own(tmp_path):
     rng = np.random.default_rng(3)
     for _ in range(10):

@@ -128,6 +128,16 @@ def test_a_flat_box_of_no_width_grown_is_nearly_a_ball():
     assert gap == pytest.approx(np.hypot(2.25, 1.0) - 0.25 - 0.1)
 
 
+@pytest.mark.parametrize("radius", [(0.1, 0.2, 0.3), (0.3, 0.2, 0.1)])
+@pytest.mark.parametrize("nearest", [0, 1, 2, 3])
+def test_a_flat_wall_is_as_far_as_the_nearest_end_of_any_segment(nearest, radius):
+    points = np.array([[5.0, 0.0], [6.0, 1.0], [7.0, 2.0], [8.0, 3.0]])
+    points[nearest, 0] = 4.0
+    gap = compute_clearance(points, np.array(radius), Wall(), np.array([1.0, 9.0]), np.array([1.0, 0.0]))
+    meeting = radius[max(nearest - 1, 0) : nearest + 1]  # of the segments that end there
+    assert gap == pytest.approx(4.0 - 1.0 - max(meeting))
+
+
 def test_a_shape_from_outside_is_placed_and_described(capsule):
     trial = Trial(feature=capsule, location=0.6, speed=0.3, lead=2.0)
     start = place(presets.cockroach(), trial)

@@ -32,6 +32,12 @@ def test_a_delayed_and_weakened_swing_has_its_gain_and_phase():
     assert np.angle(ratio) == pytest.approx(-0.1 * 2 * np.pi, rel=1e-3)
 
 
+@pytest.mark.parametrize("lost", [0, 399])
+def test_a_swing_that_was_not_felt_all_the_time_has_no_gain(lost):
+    time = np.arange(0.0, 400.0)
+    assert np.isnan(_compare_swings(0.06, time, np.sin(0.06 * time), np.where(time == lost, np.nan, np.sin(time))))
+
+
 def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g + iωc/v, g the map's slope."""
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
@@ -45,6 +51,10 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     ("fields", "said"),
     [
         ({"delays": [-1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
+        ({"delays": [0.0], "frequencies": [0.1], "oracle": True, "speed": 0.0}, "speed > 0 mm/ms"),
+        ({"delays": [0.0], "frequencies": [0.0], "oracle": True}, "frequencies > 0 rad/ms"),
+        ({"delays": [], "frequencies": [0.1], "oracle": True}, "at least one of each"),
+        ({"delays": [0.0], "frequencies": [], "oracle": True}, "at least one of each"),
         ({"delays": [0.0], "frequencies": [0.1]}, "give known="),
     ],
 )

@@ -1,5 +1,7 @@
 """Peaks and maps against shapes and lines that are known."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -118,6 +120,20 @@ def test_bootstrap_of_the_median():
     median, low, high = bootstrap_median(np.append(rng.normal(0.7, 0.1, 200), np.nan), rng)
     assert low < median < high and abs(median - 0.7) < 0.03 and high - low < 0.08
     assert all(np.isnan(bootstrap_median(np.array([np.nan]), rng)))
+
+
+def test_sweeps_go_to_the_executor_that_is_given():
+    class Counting(ThreadPoolExecutor):
+        asked = 0
+
+        def submit(self, *args, **kwargs):
+            self.asked += 1
+            return super().submit(*args, **kwargs)
+
+    executor = Counting(1)
+    options = {"distances": (9.0, 8.0), "measures": ({"quantity": "bend", "method": "smooth"},), "executor": executor}
+    compare({"exponential": cockroach()}, make_postures(({"reading": "midline"}, {"reading": "total"})), **options)
+    assert executor.asked == 2
 
 
 def test_the_sensitivity_table_counts_every_set_up():

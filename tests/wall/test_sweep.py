@@ -1,5 +1,7 @@
 """A wall approaches: equilibria, the inverted J, mirror images, bad input."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 
@@ -152,6 +154,7 @@ def _simulate(
         ([-3.0], "behind the body"),
         ([np.nan], "behind the body"),
         ([0.1], "starts inside the wall"),
+        ([cockroach().radius[0]], "starts inside the wall"),
     ],
 )
 def test_bad_distances_are_named(distances, message):
@@ -160,8 +163,19 @@ def test_bad_distances_are_named(distances, message):
 
 
 def test_a_fold_that_starts_inside_the_wall_is_refused():
-    with pytest.raises(InvalidInput, match="starts inside the wall"):
-        approach(cockroach(), Posture(prebend="placed", fold_radius=8.0), [12.0])
+    """An arc of 5 mm that begins at the base and turns from its heading α until it points back needs 5 (1 + cos α) mm."""
+    posture = Posture(prebend="placed", fold_radius=5.0)
+    bound = 5.0 * (1 + np.cos(posture.base_angle)) + cockroach().radius.max()
+    with pytest.raises(InvalidInput, match=f"it needs {bound:.3g} mm, the wall stands at {bound - 1:.3g} mm"):
+        approach(cockroach(), posture, [bound - 1])
+    for distance, fits in ((bound - 0.01, False), (bound + 0.01, True)):
+        with nullcontext() if fits else pytest.raises(InvalidInput, match="starts inside the wall"):
+            approach(cockroach(), posture, [distance])
+
+
+def test_a_straight_antenna_is_laid_in_a_j_a_millimetre_nearer_than_its_reach():
+    reach = (posture := Posture(prebend="placed", friction=1.0)).reach(antenna := cockroach())
+    assert approach(antenna, posture, [reach - 0.9, reach - 1.1]).contact.tolist() == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -95,11 +95,12 @@ def _measure(coordinates: np.ndarray, sd: np.ndarray, entries: int, n_draws: int
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
     distance = np.maximum(square[:, None] + square - 2 * coordinates @ coordinates.T, 0.0)
+    free = (entries - rank) * (np.ptp(sd) > 0)  # directions of noise that hold no tensor; they tell levels of noise apart
     size = max(1, ROOM // (2 * count * count))
     doubts, rights = [], []
     for first in range(0, n_draws, size):
         z = rng.standard_normal((min(size, n_draws - first), rank))
-        rest = rng.chisquare(max(entries - rank, 1), len(z)) if np.ptp(sd) else np.zeros(len(z))
+        rest = rng.chisquare(free, len(z)) if free else 0.0
         drawn = np.concatenate([z, -z]) @ coordinates.T
         total = np.tile(np.einsum("nr,nr->n", z, z) + rest, 2)
         doubt, right = _compare(distance, drawn, total, sd, entries)

@@ -29,6 +29,6 @@ def measure_bending_stiffness(force: np.ndarray, deflection: np.ndarray, positio
             raise InvalidInput(f"{name} must be finite, got {values}.")
     if np.any(position <= 0):
         raise InvalidInput(f"position must be > 0 mm from the clamp, got {position.min():g}.")
-    if np.any(deflection == 0) or np.any(force * deflection < 0):
-        raise InvalidInput("deflection must be non-zero and have the sign of the force.")
+    if np.any(force * deflection <= 0):
+        raise InvalidInput("force and deflection must both be non-zero and of one sign.")
     return force * position**3 / (3 * deflection)

@@ -1,6 +1,7 @@
 """Free response: what a released antenna's tip tells about frequency, damping and settling."""
 
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -104,7 +105,7 @@ def measure_free_response(
         )
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
-    cosine = _fit(time, share, frequency, max(ratio, 0.01)) if fit else None
+    cosine = fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9))) if fit else None
     return FreeResponse(
         overdamped=False,
         frequency=float(frequency),
@@ -129,7 +130,8 @@ def _opposite_turns(time: np.ndarray, share: np.ndarray, floor: float) -> tuple[
         return times[:0], heights[:0]
     times, heights = times[after[0] :], heights[after[0] :]
     lobe = np.concatenate(([0], np.cumsum(np.diff(np.sign(heights)) != 0)))
-    best = [int(np.flatnonzero(lobe == k)[np.argmax(np.abs(heights[lobe == k]))]) for k in range(min(2, lobe[-1] + 1))]
+    lobes = (np.flatnonzero(lobe == k) for k in range(lobe[-1] + 1))
+    best = [int(turns[np.argmax(np.abs(heights[turns]))]) for turns in islice(lobes, 2)]
     return times[best], heights[best]
 
 
@@ -190,7 +192,3 @@ def _rejected(time: np.ndarray, share: np.ndarray, period: float) -> float | Non
     """1 − largest |deflection| from the end of the first cycle on."""
     later = np.abs(share[time >= time[0] + period])
     return float(1 - later.max()) if later.size else None
-
-
-def _fit(time, share, frequency, ratio):
-    return fit_damped_cosine(time, share, frequency, min(ratio, 0.9))

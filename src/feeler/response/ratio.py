@@ -37,8 +37,7 @@ def measure_deflection_ratios(time: np.ndarray, deflection: np.ndarray, tip: np.
             f"the tip is farthest out at the {'first' if k == 0 else 'last'} sample ({time[k]:g} ms): the trace "
             "does not hold the whole deflection. Record longer."
         )
-    bend = tip[k - 1] - 2 * tip[k] + tip[k + 1]
-    share = 0.0 if bend == 0 else 0.5 * (tip[k - 1] - tip[k + 1]) / bend
+    share = 0.5 * (tip[k - 1] - tip[k + 1]) / (tip[k - 1] - 2 * tip[k] + tip[k + 1])  # the first of the farthest: not 0
     return _parabola(deflection[:, k - 1 : k + 2], share) / _parabola(tip[None, k - 1 : k + 2], share)
 
 
