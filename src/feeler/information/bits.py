@@ -95,7 +95,7 @@ def _measure(coordinates: np.ndarray, sd: np.ndarray, entries: int, n_draws: int
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
     distance = np.maximum(square[:, None] + square - 2 * coordinates @ coordinates.T, 0.0)
-    free = (entries - rank) * (np.ptp(sd) > 0)  # directions of noise that hold no tensor; they tell levels of noise apart
+    free = entries - rank if np.ptp(sd) else 0  # directions without tensors, where noise still tells levels apart
     size = max(1, ROOM // (2 * count * count))
     doubts, rights = [], []
     for first in range(0, n_draws, size):
