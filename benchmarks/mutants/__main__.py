@@ -55,6 +55,8 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=10)
     parser.add_argument("--number", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--printed", action="store_true", help="numbers and units that a person reads, and no others")
+    parser.add_argument("--tests", default="", help="files or folders of tests in place of the room's own")
     parser.add_argument("--only", nargs="*", default=[], help="planted mistakes by their names, or files")
     return parser.parse_args()
 
@@ -62,14 +64,14 @@ def _parse() -> argparse.Namespace:
 def _judge_room(copy: Path, said: argparse.Namespace) -> None:
     end = time.monotonic() + 60 * said.minutes
     room, modules, files = PARTS.get(said.room, (said.room, "", ""))
-    tests = [f"tests/{room}/{name}" for name in files.split()] or [f"tests/{room}"]
+    tests = said.tests.split() or [f"tests/{room}/{name}" for name in files.split()] or [f"tests/{room}"]
     paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
     paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
     paths = [path for path in paths if not said.only or path.stem in said.only]
     equal = {(known["file"], known["line"]) for known in _read_list("equivalent")}
     first = _run_first(copy, tests)
     noticed = tried = 0
-    for mutant in draw_mutants(copy, paths, said.seed):
+    for mutant in draw_mutants(copy, paths, said.seed, printed=said.printed):
         if tried == said.number or time.monotonic() > end:
             break
         if (str(mutant.path.relative_to("src/feeler")), mutant.before) in equal:

@@ -11,6 +11,7 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator
 from parso.python.tree import Name
+from printed import DoublePrinted, OtherUnit
 
 TOOL = {
     "ReplaceBinaryOperator": "Add_Sub Sub_Add Mul_Div Div_Mul FloorDiv_Mul Pow_Mul Mod_FloorDiv BitAnd_BitOr BitOr_BitAnd",
@@ -64,6 +65,7 @@ OPERATORS: list[Operator] = [SwapName()]
 OPERATORS += [
     get_operator(f"core/{kind}_{name}".replace("/_", "/"))() for kind, names in TOOL.items() for name in names.split()
 ]
+PRINTED: list[Operator] = [DoublePrinted(), OtherUnit()]
 
 
 @dataclass(frozen=True)
@@ -77,15 +79,18 @@ class Mutant:
     code: str
 
 
-def draw_mutants(root: Path, paths: list[Path], seed: int) -> Iterator[Mutant]:
-    """All places where a mistake can be made, each once, in an order and with a mistake drawn by ``seed``."""
+def draw_mutants(root: Path, paths: list[Path], seed: int, *, printed: bool = False) -> Iterator[Mutant]:
+    """All places where a mistake can be made, each once, in an order and with a mistake drawn by ``seed``.
+
+    ``printed``: in what is printed and drawn, instead of in what is computed.
+    """
     rng = random.Random(seed)
     sites: dict[tuple[Path, tuple[int, int]], list[tuple[Operator, int]]] = {}
     for path in paths:
         source = (root / path).read_text(encoding="utf-8")
-        hidden = _find_hidden(source)
+        hidden = _find_hidden(source, printed)
         nodes = list(ast_nodes(get_ast(source)))
-        for operator in OPERATORS:
+        for operator in PRINTED if printed else OPERATORS:
             places = [position for node in nodes for position, _ in operator.mutation_positions(node)]
             for occurrence, place in enumerate(places):
                 if not any(start <= place < end for start, end in hidden):
@@ -110,7 +115,7 @@ def _is_other(source: str, code: str) -> bool:
     return ast.dump(after) != ast.dump(before) and named[0] == named[1]
 
 
-def _find_hidden(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def _find_hidden(source: str, printed: bool) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     """Where none is planted: types, imports, decorators, texts and errors, and how hard a solver tries."""
     hidden: list[ast.AST] = []
     for node in ast.walk(ast.parse(source)):
@@ -121,7 +126,7 @@ def _find_hidden(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
             hidden += [node.returns] if isinstance(node, ast.FunctionDef) and node.returns else []
         elif isinstance(node, ast.arg | ast.AnnAssign) and node.annotation:
             hidden.append(node.annotation)
-        elif isinstance(node, ast.JoinedStr):
+        elif isinstance(node, ast.JoinedStr) and not printed:
             hidden.append(node)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
             hidden += [size for size in node.args if isinstance(size, ast.UnaryOp)]  # NumPy takes any −n for −1

@@ -1,5 +1,6 @@
 """A calibration whose every answer is known: an oscillator in place of the simulation."""
 
+import re
 from dataclasses import replace
 from itertools import count
 
@@ -111,6 +112,18 @@ def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
     found = fit(problem, starts, method="powell", max_evaluations=3)
     assert [m.start for m in found.minima] == [tuple(start) for start in starts]
     assert found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
+
+
+def test_directions_are_told_with_every_part_above_a_fifth():
+    """Rows of a rotation by asin 0.3: both parts are told; by asin 0.1 the small one is left out."""
+    for small, strong, weak in (
+        (0.3, r"\+0.95 p1 \+0.30 p2", r"\+0.95 p2 -0.30 p1"),
+        (0.1, r"\+0.99 p1", r"\+0.99 p2"),
+    ):
+        large = np.sqrt(1 - small**2)
+        jacobian = np.diag([3.0, 1.0]) @ np.array([[large, small], [-small, large]])
+        words = decompose(("p1", "p2"), np.ones(2), jacobian).describe()
+        assert re.search(f"combination {strong} best and {weak} least .* differs 3-fold", words)
 
 
 @pytest.mark.parametrize("end", ["low", "high"])

@@ -54,6 +54,7 @@ def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
     half = student.ppf(0.95, 3) * logs.std(axis=0, ddof=1) / 2
     np.testing.assert_allclose(np.log(result.p), logs.mean(axis=0))
     np.testing.assert_allclose(np.log([result.low, result.high]), logs.mean(axis=0) + np.outer([-1, 1], half))
+    np.testing.assert_array_equal(result.directions.p, result.each[0])
     for row, simulated, residual in zip(traces.displacement, result.simulated, result.residual, strict=True):
         goal = row / row[0]
         best = np.linalg.lstsq(simulated[:, None], goal, rcond=None)[0] * simulated
@@ -200,6 +201,11 @@ def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
     trace[0] = 1.0
     with pytest.raises(InvalidInput, match=r"jumps from sample to sample by (29|30|31)% of its first deflection"):
         measure_trace(time, trace)
+
+
+def test_a_mirrored_trace_has_the_same_frequency_and_damping(traces):
+    there, mirrored = (measure_trace(traces.time, side * traces.displacement[0]) for side in (1, -1))
+    assert (mirrored.frequency, mirrored.damping_ratio) == (there.frequency, there.damping_ratio)
 
 
 def test_five_samples_before_the_first_crossing_are_smoothed():

@@ -233,6 +233,8 @@ def test_starts_scatter_evenly_about_the_familys_own():
     np.testing.assert_array_equal(starts[0], 0.0)
     np.testing.assert_allclose(starts[1:].std(axis=0), 0.3, rtol=0.05)
     np.testing.assert_allclose(starts[1:].mean(axis=0), 0.0, atol=0.03)
+    usual = np.log(np.array(make_starts(hinges, 2001, np.random.default_rng(1))))
+    np.testing.assert_allclose(usual, starts * 0.7 / 0.3, atol=1e-9)
 
 
 def test_two_targets_cannot_determine_four_numbers():

@@ -8,7 +8,7 @@ from pynwb import NWBHDF5IO
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.file import load_antenna, save_antenna
-from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges
+from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges, own
 from feeler.calibration.band import Band
 from feeler.errors import InvalidInput
 from tests.cli._command import run
@@ -56,6 +56,27 @@ def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
     assert result.directions.condition > 1 and "The data determine" in result.directions.describe("data")
     recorded = traces.displacement / traces.displacement[1, 0]
     assert np.abs(result.simulated - recorded).max() < 0.1  # the fit's rows are the recording's, in its order
+
+
+def test_animals_let_go_at_different_frames_are_cut_to_the_shortest(tmp_path):
+    rows = [film((1.0,), (1.0, 1.0), "scale", frames=frames)[0] for frames in ((40, 90), (60, 70))]
+    file = write(tmp_path / "video.csv", ("a", "b"), np.array(rows))
+    traces = load_traces(file, frame_rate=1000, release="found")
+    held = [find_release(row)[0] for row in rows]
+    assert held[1] - held[0] == 20 and traces.time.tolist() == [float(t) for t in range(130 - held[1])]
+    for row, first, cut in zip(rows, held, traces.displacement, strict=True):
+        np.testing.assert_allclose(np.ptp(cut - row[first : first + traces.time.size]), 0, atol=1e-4)
+
+
+@pytest.mark.parametrize(("interval", "found", "more"), [(4.0, True, 16.0), (4.0, False, 0.0)])
+def test_a_step_is_simulated_to_the_end_of_the_latest_release(monkeypatch, interval, found, more):
+    """A release may be four samples later than found, and the cubic between samples must not run past its end."""
+    seen = []
+    monkeypatch.setattr(own, "_fit_one", lambda *args: seen.append(args[3].step_duration) or 1 / 0)
+    time = interval * np.arange(30)
+    with pytest.raises(ZeroDivisionError):
+        fit_traces(Traces(time=time, displacement=np.exp(-time / 20)[None], names=("a",), found=found), make_small())
+    assert seen[0] >= time[-1] + more
 
 
 def test_an_overdamped_tip_is_fitted_sample_by_sample():

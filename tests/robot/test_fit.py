@@ -35,6 +35,12 @@ def test_a_damped_cosine_is_measured_exactly(frequency, zeta):
     assert ringing.r_squared > 0.9999
 
 
+def test_r_squared_is_the_share_of_the_variance_that_is_not_noise():
+    noisy = _cosine(0.005, 0.05) + np.random.default_rng(0).normal(0, 0.05, TIME.size)
+    ringing = measure_ringing(TIME, noisy)
+    assert 1 - ringing.r_squared == pytest.approx(0.05**2 / noisy[50:].var(), rel=0.1)  # from the first crossing on
+
+
 def test_noise_moves_the_answer_little():
     rng = np.random.default_rng(0)
     ringing = measure_ringing(TIME, _cosine(0.005, 0.05) + rng.normal(0, 0.05, TIME.size))
@@ -133,7 +139,7 @@ def test_powell_finds_the_same():
 
 
 def test_posture_is_the_linear_static_deflection():
-    robot = make_robot()
+    robot = make_robot().replace(damping=np.geomspace(0.01, 1.0, 8))  # which has no part in it
     posture = make_posture(robot, 0.1)
     assert robot.shape(posture)[-1, 0] == pytest.approx(0.1, rel=1e-4)
     arm = robot.length - robot.hinge_position

@@ -143,6 +143,21 @@ def test_another_sampling_rate_is_resampled_and_said(interval):
     assert "resampled to 1 ms" in fixed.history[-1]
 
 
+def test_ways_to_repair_are_known_ones():
+    for field in ("gaps", "bad_channels"):
+        with pytest.raises(InvalidInput, match=f"unknown {field}='mend'; valid: refuse"):
+            repair(_wave(), **{field: "mend"})
+
+
+@pytest.mark.parametrize("back", [0.3, 1.0, 30.0])
+def test_time_that_runs_backwards_by_ever_so_little_is_refused(back):
+    wave = _wave()
+    time = wave.time.copy()
+    time[40:] -= time[40] - time[39] + back
+    with pytest.raises(InvalidInput, match="time runs backwards after sample 39"):
+        repair(Recording(time=time, values=wave.values))
+
+
 def test_too_low_a_rate_is_refused():
     with pytest.raises(InvalidInput, match="gaps longer than 10 ms, the longest 25 ms"):
         repair(_wave(25.0))

@@ -118,6 +118,27 @@ def test_table_file_units_and_name(tmp_path):
         load_calibration_table(tmp_path / "t.csv")
 
 
+def test_three_angles_can_be_left_out_one_by_one_and_two_cannot():
+    angle, reading = np.array([0.0, 0.1, 0.3]), np.array([1.0, 1.2, 1.5])
+    lines = [np.polyfit(reading[angle != left], angle[angle != left], 1) for left in angle]
+    errors = [a - np.polyval(line, c) for a, line, c in zip(angle, lines, reading, strict=True)]
+    found = fit_sensors(np.ones(3, int), angle, reading)
+    assert found.cross_validated[0] == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    two = fit_sensors(np.ones(4, int), np.repeat(angle[:2], 2), np.repeat(reading[:2], 2))
+    assert np.isnan(two.cross_validated[0])
+
+
+def test_a_file_of_more_than_a_mebibyte_is_no_calibration(tmp_path):
+    path = tmp_path / "c.json"
+    save_calibration(fit_sensors(*_bench()[:3]), path)
+    text = path.read_text()
+    path.write_text(text + " " * (2**20 - len(text.encode())))
+    assert load_calibration(path).slope.size == 3
+    path.write_text(path.read_text() + " ")
+    with pytest.raises(InvalidInput, match="more than 1,048,576 bytes"):
+        load_calibration(path)
+
+
 def test_saved_and_loaded_is_the_same(tmp_path):
     fit = fit_sensors(*_bench(noise=0.01)[:3], robot="A")
     save_calibration(fit, tmp_path / "c.json")

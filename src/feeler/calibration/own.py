@@ -49,7 +49,7 @@ class TraceFit:
     band: Band | None
     """Stiffness and damping along the antenna with their intervals; None where nothing is known of the spread."""
     directions: Directions | None
-    """What one animal's trace determines best and least; None for a fit by targets."""
+    """What the first animal's trace determines best and least; None for a fit by targets."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
