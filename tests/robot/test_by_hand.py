@@ -34,6 +34,15 @@ def readings():
     return hinge, level, 5 + 3 * level * hinge + 0.1 * rng.standard_normal(30), rng.permutation(30) * 7e3
 
 
+def test_one_reality_gap_is_as_large_as_it_was_declared():
+    """Before the first surrogate was judged [C]; another size would change how often a robot is read right."""
+    shares = {"stiffness": 0.1, "stiffness_each": 0.08, "damping": 0.25, "mass": 0.08, "length": 0.01, "play": 0.1}
+    touch = {"location": 0.01, "speed": 0.02, "size": 0.03, "approach": 2.0, "friction": 0.3}  # degrees; logarithm
+    angles = {"rest_angle": 0.015, "noise": 0.004, "quantum": 0.002, "drift": 0.01, "hysteresis": 0.006}  # rad
+    signal = {"gain": 0.03, "crosstalk": 0.02, "bend": 0.03, "jitter": 0.05, "dropped": 0.01}  # jitter in ms
+    assert vars(Gap()) == shares | touch | angles | signal
+
+
 def test_a_calibration_is_that_of_the_libraries(readings):
     hinge, angle, capacitance, time = readings
     fit = fit_sensors(hinge, angle, capacitance, time=time, robot="A")
