@@ -84,7 +84,7 @@ def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
         assert values[k - 1] <= found <= values[k + 1]
 
 
-@pytest.mark.parametrize("top", [3.0, 3.2, 2.6])
+@pytest.mark.parametrize("top", [3.0, 3.2, 2.6, 0.6, 5.1])
 def test_the_top_of_a_parabola_is_found_exactly_and_at_the_ends_the_sample(top):
     place = np.arange(0.0, 6.0, 0.5)
     rows = np.stack([4.0 - (place - top) ** 2, 4.0 - place, place + 1.0, np.ones(12)])
@@ -173,6 +173,14 @@ def test_reach_is_that_of_the_farthest_point_with_its_radius(reading, degrees):
     )  # a straight part, then an arc from heading a to π, where it runs along the wall
     arc = 0.75 * LENGTH * np.sin(a) + radius * (1 + np.cos(a))
     assert slack.reach(ANTENNA) == pytest.approx(arc + 0.1, abs=0.25)  # of half a segment
+
+
+def test_a_thin_tip_reaches_as_far_as_it_is_thin():
+    posture, thin = Posture(prebend="none"), ANTENNA.replace(radius=np.linspace(0.5, 0.1, N))
+    points = ANTENNA.shape(base_angle=posture.base_angle)[:, 0]
+    assert posture.reach(thin) == pytest.approx(points[-1] + 0.1)
+    blunt = ANTENNA.replace(radius=np.where(np.arange(N) == N // 2, 12.0, 0.1))
+    assert posture.reach(blunt) == pytest.approx(points[N // 2 + 1] + 12.0)  # where the thick segment ends
 
 
 def test_a_fold_lies_straight_to_the_wall_bends_by_its_radius_and_comes_straight_back():

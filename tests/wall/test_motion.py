@@ -70,7 +70,12 @@ def test_a_slow_drive_passes_through_the_equilibria():
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"far": 5.0, "near": 10.0}, "far to near"), ({"near": 0.0}, "far to near"), ({"speed": 0.0}, "speed must be")],
+    [
+        ({"far": 5.0, "near": 10.0}, "far to near"),
+        ({"near": 0.0}, "far to near"),
+        ({"far": 8.0, "near": 8.0}, "far to near"),
+        ({"speed": 0.0}, "speed must be"),
+    ],
 )
 def test_a_drive_that_goes_nowhere_is_refused(options, message):
     with pytest.raises(InvalidInput, match=message):
@@ -164,6 +169,8 @@ def test_the_controller_waits_filters_and_has_a_limit():
     gain = 0.02**2 / 0.45
     assert turns[3] == pytest.approx((gain + 2 * 0.02 / 0.45) / 6)  # a low-pass of 5 ms gives a sixth at once
     assert turns[-1] == pytest.approx(gain, rel=1e-2)
+    slow = Controller(delay=0.0, smoothing=5.0).begin(speed=0.45, period=2.0)
+    assert slow(13.0) == pytest.approx((gain + 2 * 0.02 / 0.45 / 2) * 2 / 7)  # the same change in twice the time
     wild = Controller(delay=0.0, max_turn=0.03).begin(speed=0.45, period=1.0)
     assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
 
@@ -195,6 +202,7 @@ def test_without_a_map_there_is_nothing_to_steer_by():
     [
         (lambda: Course(lengths=(100.0,), turns=(30.0,)), "one turn fewer"),
         (lambda: Course(lengths=(5.0,), turns=()), "> 10 mm"),
+        (lambda: Course(lengths=(50.0, 10.0), turns=(30.0,)), "> 10 mm"),
         (lambda: make_turn(85.0), "±80"),
         (lambda: Controller(target=0.0), "target must be finite and > 0"),
         (lambda: Controller(delay=-1.0), "delay must be finite and ≥ 0"),

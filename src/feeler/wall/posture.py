@@ -91,10 +91,7 @@ class Posture:
 
     def reach(self, antenna: Antenna) -> float:
         """Greatest distance [mm] at which the antenna, slack and bent as it is, touches the wall."""
-        if self.prebend != "rest":
-            return antenna.length * np.sin(self.base_angle) + float(antenna.radius.max())
-        x = self.bend(antenna).shape(base_angle=self.base_angle)[:, 0]
-        return float(np.max(x + np.append(antenna.radius, antenna.radius[-1])))
+        return measure_reach(self.bend(antenna), self.base_angle)
 
     def lay(self, antenna: Antenna, distance: float) -> np.ndarray:
         """Headings (segment,) of a fold: straight to the wall, an arc of ``fold_radius``, straight back along it."""
@@ -102,3 +99,9 @@ class Posture:
         start = max(near, 0.0) / np.sin(self.base_angle)
         middle = antenna.hinge_position + antenna.segment_length / 2
         return self.base_angle + np.clip((middle - start) / self.fold_radius, 0.0, np.pi - self.base_angle)
+
+
+def measure_reach(antenna: Antenna, base_angle: float) -> float:
+    """How far [mm] the surface of an antenna in its slack shape extends to the right of its base."""
+    thick = np.maximum(np.append(antenna.radius, 0.0), np.append(0.0, antenna.radius))  # of the segments at a node
+    return float(np.max(antenna.shape(base_angle=base_angle)[:, 0] + thick))

@@ -13,7 +13,7 @@ from feeler.physics.rod.stepper import Rest, RodStepper
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 from feeler.stimulus.wall import Wall
-from feeler.wall.posture import Posture
+from feeler.wall.posture import Posture, measure_reach
 
 DISTANCES = tuple(np.linspace(25.0, 5.0, 20))  # [C] mm, far to near; the paper states none
 SUBSTEP = 0.5  # mm; the wall moves in steps no longer than this between two equilibria
@@ -154,9 +154,7 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
     """The pre-bend, and the distance at which the wall then stands; on the right side."""
     base, wall = posture.base_angle, min(first, posture.reach(antenna) - TUCK)
     if posture.prebend in ("rest", "none"):
-        x = antenna.shape(base_angle=base)[1:, 0]
-        thick = np.maximum(antenna.radius, np.append(antenna.radius[1:], 0.0))  # of the two segments at a node
-        return _hold(antenna, posture, first), max(first, float(np.max(x + thick)))
+        return _hold(antenna, posture, first), max(first, measure_reach(antenna, base))
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
         raise InvalidInput(
