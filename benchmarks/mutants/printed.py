@@ -12,14 +12,16 @@ OTHER = {
 }  # fmt: skip
 UNITS = "|".join(sorted(map(re.escape, OTHER), key=len, reverse=True))
 BEHIND_A_NUMBER = re.compile(rf"^( ?)({UNITS})(?![\w/·°])")
-OF_AN_AXIS = re.compile(rf"[(\[]({UNITS})[)\]]")
+OF_AN_AXIS = re.compile(rf" [(\[]({UNITS})[)\]]")
 
 
 class DoublePrinted(Operator):
     """A number with a format in an f-string is twice as large: ``{2 * (speed):.2f}``."""
 
     def mutation_positions(self, node):
-        if node.type == "fstring_expr" and any(child.type == "fstring_format_spec" for child in node.children):
+        if node.type == "fstring_expr" and any(
+            child.type == "fstring_format_spec" and child.get_code()[-1] in "defg%" for child in node.children
+        ):
             yield node.start_pos, node.end_pos
 
     def mutate(self, node, index):

@@ -64,7 +64,7 @@ def test_two_tensors_are_each_others_closest():
 
 def test_first_of_equals_is_taken_in_any_block_size():
     tensors = np.repeat(np.random.default_rng(0).random((1, 12, 12)), 5, axis=0)
-    for block in (1, 2, 5):
+    for block in (1, 2, 3, 5):
         np.testing.assert_array_equal(search_closest(tensors, "mse", block=block).trial, [1, 0, 0, 0, 0])
 
 

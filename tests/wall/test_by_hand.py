@@ -201,7 +201,15 @@ def test_turns_are_measured_to_the_left_in_degrees():
 
 @pytest.mark.parametrize(
     ("turns", "n_blocks"),
-    [((-0.5,), 1), ((-30.0, -40.0), 1), ((0.5,), 2), ((30.0, -40.0), 2), ((-70.0, -70.0), 1), ((-76.0, -76.0), 2)],
+    [
+        ((-0.5,), 1),
+        ((-30.0, -40.0), 1),
+        ((0.5,), 2),
+        ((30.0, -40.0), 2),
+        ((-70.0, -70.0), 1),
+        ((-76.0, -76.0), 2),
+        ((-40.0, 30.0, -40.0), 2),
+    ],
 )
 def test_a_wall_is_one_block_where_it_only_turns_away_and_by_less_than_150_degrees(turns, n_blocks):
     course = Course(lengths=(50.0,) * (len(turns) + 1), turns=turns)

@@ -18,7 +18,7 @@ from feeler.wall import (
     make_turn,
     slide,
 )
-from feeler.wall.sensitivity import FRICTIONS
+from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
@@ -160,6 +160,8 @@ def test_choices_of_the_controller_and_of_the_declared_family():
     assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
     assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
     assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
+    hooks = [{"hook_share": 0.25}, {"hook_share": 0.5}, {"hook_share": 0.5, "tip_heading": 150.0}, {"hook_share": 1.0}]
+    assert list(BENDS) == [*hooks, {"prebend": "rotation"}, {"prebend": "none"}]
 
 
 def test_the_controller_waits_filters_and_has_a_limit():
@@ -171,6 +173,8 @@ def test_the_controller_waits_filters_and_has_a_limit():
     assert turns[-1] == pytest.approx(gain, rel=1e-2)
     slow = Controller(delay=0.0, smoothing=5.0).begin(speed=0.45, period=2.0)
     assert slow(13.0) == pytest.approx((gain + 2 * 0.02 / 0.45 / 2) * 2 / 7)  # the same change in twice the time
+    late = Controller(delay=6.0).begin(speed=0.45, period=2.0)
+    assert [late(13.0) > 0 for _ in range(5)] == [False] * 3 + [True] * 2  # 6 ms are three periods
     wild = Controller(delay=0.0, max_turn=0.03).begin(speed=0.45, period=1.0)
     assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
 
@@ -204,6 +208,7 @@ def test_without_a_map_there_is_nothing_to_steer_by():
         (lambda: Course(lengths=(5.0,), turns=()), "> 10 mm"),
         (lambda: Course(lengths=(50.0, 10.0), turns=(30.0,)), "> 10 mm"),
         (lambda: make_turn(85.0), "±80"),
+        (lambda: make_turn(80.0), "±80"),
         (lambda: Controller(target=0.0), "target must be finite and > 0"),
         (lambda: Controller(delay=-1.0), "delay must be finite and ≥ 0"),
         (lambda: follow(cockroach(), speed=0.0), "speed must be"),

@@ -75,9 +75,8 @@ def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, 
 
 
 def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int) -> None:
-    """Take over the better matches of a block, in place; at equal values the earlier tensor stays."""
+    """Take over the better matches of a block, in place; blocks come in order, so at equal values the earlier stays."""
     candidate = score.argmax(axis=1)
     value = score[np.arange(len(score)), candidate]
-    candidate = candidate + start
-    better = (value > best) | ((value == best) & (candidate < match))
-    best[better], match[better] = value[better], candidate[better]
+    better = value > best
+    best[better], match[better] = value[better], candidate[better] + start
