@@ -29,6 +29,11 @@ def list_versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: find_version(name) for name in PACKAGES}}
 
 
+def describe_versions() -> str:
+    """The same in words, for the foot of a page."""
+    return ", ".join(f"{name} {version}" for name, version in list_versions().items())
+
+
 @cache
 def find_version(package: str) -> str:
     """Version of a package by the name that it is installed or imported under; "" if it is not installed."""

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from feeler.active import (
@@ -15,9 +16,12 @@ from feeler.active import (
     judge_steering,
     load_contest,
 )
+from feeler.active.page import fill_comparison, plot_comparison
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
+from feeler.report import Section
+from feeler.tradeoff import average_sets
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
 NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]
@@ -99,6 +103,46 @@ def test_a_budget_leaves_out_what_costs_more(comparison):
     rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
     assert rows[0.5][1:] == ["none", pytest.approx(np.nan, nan_ok=True), comparison.steered[1], pytest.approx(60)]
     assert rows[4.0][3] == comparison.steered[0]
+
+
+def test_the_page_says_what_was_measured(comparison, tmp_path):
+    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
+    seeds = np.array([[0.7, 0.8], [0.61, 0.7]])[:, :, None] * np.ones(2)
+    learned = xr.Dataset({"accuracy": (("seed", "set", "deadline"), seeds)}, {"set": [1, 3], "deadline": [10.0, 20.0]})
+    learned["work"] = 2 * learned["accuracy"]
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison, learned)
+    right, work, verdict, energy, taught = [block for block in section.blocks if block["kind"] == "table"]
+    assert "[%]" in right["caption"] and "[µJ]" in work["caption"]
+    assert right["header"] == work["header"] == ["policy", "10 ms", "20 ms"]
+    found = average_sets(measured["accuracy"])
+    for row, name in zip(right["rows"], measured["policy"].values, strict=True):
+        one = found.sel(policy=name, deadline=10.0)
+        assert row == [name, *[f"{100 * float(one['mean']):.1f} ± {100 * float(one['half']):.1f}"] * 2]
+    assert [row[1:] for row in work["rows"]] == [["1", "1"], ["3", "3"], ["0.2", "0.2"]]
+    judged = judge_steering(measured, comparison).sel(deadline=10.0)
+    told = [f"{float(judged[name]):.4g}" for name in ("fixed_accuracy", "steered_accuracy", "gain", "half")]
+    row = verdict["rows"][0]
+    assert [row[0], row[1], row[3], row[7]] == ["10 ms", comparison.fixed[0], comparison.steered[0], "False"]
+    assert [row[2], *row[4:7]] == told
+    assert f"at least {comparison.gain:g} points" in verdict["caption"]
+    assert energy["header"][:2] == ["deadline [ms]", "budget [µJ]"] and float(energy["rows"][0][0]) == 10
+    ppo = judge_learned(learned, measured, comparison).sel(deadline=20.0)
+    names = ("learned", "least", "most", "fixed_gain", "fixed_half", "steered_gain", "steered_half")
+    assert taught["rows"][1] == ["20 ms", *(f"{float(ppo[name]):.4g}" for name in names)]
+    assert "mean of 2 seeds" in taught["caption"]
+
+
+def test_the_picture_is_in_per_cent_and_microjoules(comparison):
+    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
+    plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
+    left, right = figure.axes
+    assert (left.get_xlabel(), left.get_ylabel()) == ("deadline [ms since the beginning]", "right answers [%]")
+    assert (right.get_xlabel(), right.get_ylabel()) == ("work on the antenna [µJ]", "right at 20 ms [%]")
+    lines = [bars.lines[0].get_xydata() for bars in left.containers]
+    np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
+    points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
+    np.testing.assert_allclose(points, [[1, 52.5], [3, 68.0], [0.2, 60.0]])
 
 
 def test_the_command_makes_its_page(tmp_path):

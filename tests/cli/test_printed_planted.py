@@ -1,21 +1,29 @@
 """Results are planted in the place of long computations: each number that a verb prints is the planted one, in its unit."""
 
+import io
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from tensors._sets import make_set
 from typer.testing import CliRunner
 
 import feeler
-from feeler import calibration, wall
+from feeler import calibration, comparison, robot, wall
 from feeler.calibration.own import TraceFit
 from feeler.cli.app import app
 from feeler.cli.choose import change_antenna
+from feeler.cli.progress import ProgressBar
+from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
+from feeler.provenance import describe_versions
+from feeler.report import Section
 from feeler.robot.answer import Answer, name_touch
+from feeler.robot.examples import get_example
 from feeler.robot.sensor import SensorCalibration
 from feeler.tensors.formats import save
 
@@ -219,3 +227,72 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
     assert "3 samples were missing" in said
+
+
+SHARES = {
+    "noise": {"all": (0.81, 0.74, 0.88), "feature": (0.95, 0.9, 1.0)},
+    "everything": {"all": (0.4, 0.31, 0.52), "feature": (0.7, 0.6, 0.8)},
+}
+
+
+def test_gap_prints_shares_in_per_cent_and_draws_what_is_lost(monkeypatch, tmp_path):
+    figures = []
+    scores = {
+        name: SimpleNamespace(correct=tuple(shares), share=shares.__getitem__, total=24)
+        for name, shares in SHARES.items()
+    }
+    plant(monkeypatch, robot, measure_parts=lambda *_, **__: scores)
+    monkeypatch.setattr(Section, "figure", lambda _, name, caption, draw, **__: figures.append((caption, draw)))
+    said = run("robot", "gap", "--out", tmp_path)
+    for name, shares in SHARES.items():
+        expected = [100 * share for share in (*shares["all"], shares["feature"][0])]
+        assert read(rf"{name} +#% read right \(#% to #%\); feature #%", said) == pytest.approx(expected)
+    page = re.sub("<[^>]+>", " ", (tmp_path / "robot.html").read_text(encoding="utf-8"))
+    assert read(r"noise\s+#\s+#\s+#\s+#", page) == [81, 74, 88, 95]
+    (caption, draw), figure = figures[0], Figure()
+    draw(figure)
+    (ax,) = figure.axes
+    assert "of 24 each" in caption and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
+    np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [19, 60])
+    ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])
+    np.testing.assert_allclose(ends, [[12, 26], [48, 69]])
+    assert [tick.get_text() for tick in ax.get_yticklabels()] == [*SHARES]
+
+
+def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
+    run("robot", "fit", get_example("release"), "--out", tmp_path)
+    found = json.loads((tmp_path / "robot.json").read_text())
+    page = (tmp_path / "robot.html").read_text(encoding="utf-8")
+    p1, p2, error = read("p1 = #, p2 = # ms, error #", page)
+    assert (p1, p2) == pytest.approx((found["stiffness_factor"], found["damping_factor"]), abs=6e-5)
+    assert error == pytest.approx(found["error"], rel=0.05)
+
+
+def test_progress_says_megabytes_and_the_share_that_failed():
+    stream = io.StringIO()
+    stream.isatty = lambda: True
+    now = iter([0.0, 10.0, 10.0]).__next__
+    with ProgressBar("touches", stream=stream, clock=now) as progress:
+        progress.tell(failed={"no contact": 3}, stored=123_456_789)
+        progress(50, 100)
+    assert re.search(r"50/100.* 0\.1/s, 123 MB, 6 % no contact", stream.getvalue())
+
+
+def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
+    said = []
+    plant(
+        monkeypatch,
+        comparison,
+        compare_antennas=lambda *_, **__: SimpleNamespace(list_rows=lambda: [("bits", "1", "2")]),
+    )
+    plant(monkeypatch, comparison, write_comparison=lambda _, out, words: said.append(words) or out)
+    words = run(
+        "compare", "robot", "constant", "--scale", "smoke", "--speed", 0.3, "--seed", 4, "--out", tmp_path / "c.html"
+    )
+    assert re.search(r"^bits +1 +2$", words, re.MULTILINE)
+    timestep, count, speed = read(
+        r"Scale smoke, seed 4, engine chain-consistent, timestep # ms, # touches at # m/s\. ", said[0]
+    )
+    assert (timestep, speed) == (get_engine("chain-consistent").timestep, 0.3)
+    assert f"robot: touched {count:g} times" in words and said[0].endswith(describe_versions())
+    assert f"feeler {feeler.__version__}, mujoco" in describe_versions()

@@ -1,18 +1,24 @@
 """Plans: files say what is wrong with them; a plan carried out leaves an antenna, numbers and a page, and goes on."""
 
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import feeler
 from feeler.cli.app import app
+from feeler.cli.design import _report
 from feeler.design import load_plan
 from feeler.design.making import SHEETS, make_strips, measure_tolerance
 from feeler.design.outcome import carry_out
+from feeler.design.page import _say_making, _say_result, plot_confusion, plot_designs
 from feeler.design.plan import TEMPLATE
 from feeler.errors import InvalidInput
+from feeler.report import Section
 from tests.design.test_design import ANTENNA, TASK
 
 TEXT = """\
@@ -114,6 +120,89 @@ def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
     assert "Which antenna should I build?" in page and "data:image/png" in page
     said = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).stdout)
     assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(found.compare())
+
+
+def read_numbers(pattern, text):
+    return [float(number) for number in re.search(pattern.replace("#", r"([\d.]+)"), text).groups()]
+
+
+def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, capsys):
+    """Of eight touches the reference names all, half … wrong, the best antenna fewer: errors avoided, with their SE."""
+    _, found = made
+    other = np.array([[[1.0, 0.5, 0.5, 1.0], [0.75, 0.25, 0.5, 0.5]]])  # (speed, class, touch)
+    mine = other * np.array([0.5, 1.0, 0.25, 0.75])
+    final, reference = (
+        replace(score, wrong=wrong, errors=float(wrong.mean()), errors_error=error)
+        for score, wrong, error in ((found.final, mine, 0.031), (found.reference_final, other, 0.042))
+    )
+    told = replace(found, final=final, reference_final=reference, looks=1)
+    touches = (other - mine).mean(axis=(0, 1))
+    fewer, error = touches.mean() / other.mean(), touches.std(ddof=1) / np.sqrt(4) / other.mean()
+    assert told.compare() == pytest.approx((fewer, error))
+    assert replace(told, reference_final=replace(reference, errors=0.0)).compare() == pytest.approx(
+        (np.nan,) * 2, nan_ok=True
+    )
+    _report(told, tmp_path, robot=False, movie=False, executor=None, as_json=False)
+    said = read_numbers(r"final draws: # % wrong, the reference # %: errors avoided # ± # %\n", capsys.readouterr().out)
+    assert said == pytest.approx([100 * mine.mean(), 100 * other.mean(), 100 * fewer, 100 * error], abs=0.5)
+    page = re.sub("<[^>]+>", " ", (tmp_path / "design.html").read_text(encoding="utf-8"))
+    told_page = (
+        r"names # ± # % of noisy touches wrong, the reference # ± # %: errors avoided # ± # % \(standard error\)"
+    )
+    expected = [mine.mean(), 0.031, other.mean(), 0.042, fewer, error]
+    assert read_numbers(told_page, page) == pytest.approx([100 * x for x in expected], abs=0.5)
+    _report(replace(told, looks=3), tmp_path, robot=False, movie=False, executor=None, as_json=False)
+    assert "(look number 3)" in capsys.readouterr().out
+
+
+def test_the_page_lists_each_design_with_its_scores(made, tmp_path):
+    _, found = made
+    section = Section(name="design", title="", folder=tmp_path, vector=False)
+    _say_result(found, section)
+    _say_making(found, section, [found.tests[0], found.reference_test])
+    scores, strips = [block for block in section.blocks if block["kind"] == "table"]
+    assert f"At most {np.log2(4):.2f} bits" in scores["caption"]
+    assert scores["header"][1:6] == ["bits", "± SE", "wrong [%]", "peak [rad]", "least damping ratio"]
+    antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
+    for row, score, antenna in zip(scores["rows"], (found.reference_test, *found.tests), antennas, strict=True):
+        least = feeler.antenna.compute_modes(antenna, 6).damping_ratio.min()
+        expected = [score.bits, score.bits_error, 100 * score.errors, score.peak, least]
+        assert [float(cell) for cell in row[1:6]] == pytest.approx(expected, rel=1e-3)
+    made_of = make_strips(found.best)
+    expected = np.stack([found.best.stiffness, made_of.width, made_of.thickness], axis=1)
+    np.testing.assert_allclose([[float(cell) for cell in row[1:]] for row in strips["rows"]], expected, rtol=1e-3)
+    errors, bits = zip(*((one.errors, one.bits) for one in (found.tests[0], found.reference_test)), strict=True)
+    pattern = r"test draws\): # % wrong \(# to #\) in place of # %, # bits in place of #\."
+    told = read_numbers(pattern, next(b["text"] for b in section.blocks if "Made 5 %" in str(b.get("text"))))
+    expected = [100 * np.mean(errors), 100 * min(errors), 100 * max(errors), 100 * errors[0], np.mean(bits), bits[0]]
+    assert told == pytest.approx(expected, abs=0.06)
+
+
+def test_the_pictures_of_a_design_are_in_their_units(made):
+    _, found = made
+    plot_designs(found, figure := Figure())
+    axes = figure.axes
+    assert [ax.get_ylabel() for ax in axes] == [
+        "stiffness [N·mm/rad]",
+        "damping [N·mm·ms/rad]",
+        "damping ratio",
+        "missing bits",
+    ]
+    antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
+    whole = [line for line in axes[0].lines if line.get_linestyle() == "-"]
+    for stiff, damp, ratio, antenna in zip(whole, axes[1].lines, axes[2].lines, antennas, strict=True):
+        place = antenna.hinge_position / antenna.length
+        np.testing.assert_allclose(
+            [*stiff.get_data(), *damp.get_data()], [place, antenna.stiffness, place, antenna.damping]
+        )
+        np.testing.assert_allclose(ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio)
+    plot_confusion(found, figure := Figure())
+    for ax, one, name in zip(
+        figure.axes, (found.reference_final, found.final), ("reference", "design 1"), strict=False
+    ):
+        assert ax.get_title() == f"{name}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong"
+        np.testing.assert_array_equal(ax.images[0].get_array(), one.confusion)
+        assert [tick.get_text() for tick in ax.get_xticklabels()] == ["0.6", "0.9"]
 
 
 def test_strips_are_as_stiff_as_the_hinges_and_can_be_cut():

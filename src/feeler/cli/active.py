@@ -37,7 +37,7 @@ def active(
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar, say_what_stays
     from feeler.errors import MissingExtra
-    from feeler.provenance import list_versions
+    from feeler.provenance import describe_versions
 
     comparison = load_contest(sets=sets, copies=copies)
     names = policy or [*comparison.fixed, *comparison.steered]
@@ -60,8 +60,8 @@ def active(
                 break
     conditions = (
         f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise {comparison.noise:g} rad. "
+        f"{describe_versions()}"
     )
-    conditions += ", ".join(f"{name} {version}" for name, version in list_versions().items())
     page = write_active(measured, comparison, out, tuple(films), conditions)
     if as_json:
         say_json({**measured.to_dict(), "page": page})

@@ -35,7 +35,7 @@ def compare(
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
-    from feeler.provenance import list_versions
+    from feeler.provenance import describe_versions
     from feeler.scale import SCALES
     from feeler.stimulus import load_objects
     from feeler.stimulus.ninety import trials
@@ -64,8 +64,7 @@ def compare(
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, "
-        f"{len(touches)} touches at "
-        f"{speed:g} m/s. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+        f"{len(touches)} touches at {speed:g} m/s. {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
     if as_json:

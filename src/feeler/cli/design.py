@@ -57,15 +57,15 @@ def design(
 def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool) -> None:
     from feeler.design.making import measure_tolerance
     from feeler.design.page import write_design
-    from feeler.provenance import list_versions
+    from feeler.provenance import describe_versions
 
     tolerance = measure_tolerance(found.best, found.task, executor=executor) if robot else None
     fewer, error = found.compare()
     task = found.plan.task
     conditions = (
         f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s, {task.deadline:g} ms, {task.noise} noise "
-        f"{task.level:g}; seeds of the draws {task.seeds}; timestep {task.timestep:g} ms. "
-    ) + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+        f"{task.level:g}; seeds of the draws {task.seeds}; timestep {task.timestep:g} ms. {describe_versions()}"
+    )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
     if as_json:
         say_json({**found.to_plain(), "antenna": out / "antenna.toml", "page": page})

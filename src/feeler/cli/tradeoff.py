@@ -35,7 +35,7 @@ def tradeoff(
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
-    from feeler.provenance import list_versions
+    from feeler.provenance import describe_versions
     from feeler.stimulus.feature import parse_feature
     from feeler.tradeoff import load_declared, measure_tradeoff, write_tradeoff
 
@@ -51,7 +51,7 @@ def tradeoff(
         measured[name] = found.assign_attrs(antenna=name)
     conditions = (
         f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, {declared.sets} sets, seed "
-        f"{declared.seed}. " + ", ".join(f"{name} {version}" for name, version in list_versions().items())
+        f"{declared.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, declared, out, conditions)
     if as_json:

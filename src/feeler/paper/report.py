@@ -17,7 +17,7 @@ from feeler.paper.context import Context
 from feeler.paper.findings import list_findings, list_numbers, list_topics
 from feeler.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
 from feeler.physics.contact import get_contact
-from feeler.provenance import list_versions
+from feeler.provenance import describe_versions, list_versions
 from feeler.report.page import Part, embed, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
 
@@ -43,9 +43,8 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     names = [str(name).removesuffix(".mp4") for name in made]
     body = templates.places([{"prefix": "", "note": ""} | place for place in _load_places()], names)
     places = Part(name="places", title="Every figure and movie", body=body)
-    versions = ", ".join(f"{name} {version}" for name, version in list_versions().items())
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
-    body = templates.methods(_describe_methods(context), versions, machine, context.seed, sections)
+    body = templates.methods(_describe_methods(context), describe_versions(), machine, context.seed, sections)
     methods = Part(name="methods", title="Methods and conditions", body=body)
     other = f"The antenna '{context.antenna.name}', touched"
     title = "Soft antennae, touched" if context.is_cockroach else other
