@@ -39,6 +39,11 @@ def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
     assert found["peak_hinge_angle"] == np.degrees(float(tensors["angle"].max()))
     assert found["peak_curvature"] == float(tensors["curvature"].max())
     assert found["peak_force"] == 1e3 * np.linalg.norm(tensors["force"], axis=-1).max()
+    assert found["units"] == {"peak_hinge_angle": "deg", "peak_curvature": "1/mm", "peak_force": "mN"}
+    page = re.sub("<[^>]+>", " ", (tmp_path / "touch.html").read_text(encoding="utf-8"))
+    facts = r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep \[ms\]\s+#"
+    expected = [found["peak_hinge_angle"], found["peak_curvature"], found["peak_force"], 0.05]
+    assert read(facts, page) == pytest.approx(expected, rel=1e-3)
 
 
 def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
@@ -52,6 +57,8 @@ def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
     left, n_left, right, n_right = read(rf"{path.name} +# \( *#\) +# \( *#\)", said)
     assert (left, right) == pytest.approx(1e3 * 180 / np.pi * found.mean_peak[0], abs=0.006)
     assert (n_left, n_right) == tuple(found.n_peaks[0])
+    errors = read(r"standard error: left #, right # °/s", said)
+    assert errors == pytest.approx(1e3 * 180 / np.pi * found.error[0], rel=0.06)
 
 
 def test_robot_fit_prints_hertz():

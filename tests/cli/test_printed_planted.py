@@ -3,6 +3,8 @@
 import io
 import json
 import re
+from importlib.resources import files
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +20,7 @@ from feeler.calibration.own import TraceFit
 from feeler.cli.app import app
 from feeler.cli.choose import change_antenna
 from feeler.cli.progress import ProgressBar
+from feeler.cli.tracks import _plot
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
 from feeler.provenance import describe_versions
@@ -177,8 +180,6 @@ def test_set_scales_one_quantity_alone(change, field):
 
 
 def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
-    from importlib.resources import files
-
     path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
     result = CliRunner().invoke(
         app, ["tracks", str(path), "--frame-rate", "30", "--json", "--out", str(tmp_path)], catch_exceptions=False
@@ -191,12 +192,33 @@ def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     assert found["lateral_speed"] == pytest.approx(expected.mean * 42.0) and found["units"]["lateral_speed"] == "m/s"
     assert found["trials"][0]["mean_peak"] == pytest.approx(per_second * expected.mean_peak[0])
     assert found["trials"][0]["error"] == pytest.approx(per_second * expected.error[0])
+    page = re.sub("<[^>]+>", " ", (tmp_path / "tracks.html").read_text(encoding="utf-8"))
+    cell = r"\s+# ± # \(#\)"
+    said = read(rf"left \[°/s\] \(peaks\)\s+right \[°/s\] \(peaks\).*?\.csv{cell}{cell}", " ".join(page.split()))
+    one = found["trials"][0]
+    assert said[:3] == pytest.approx([one[name][0] for name in ("mean_peak", "error", "n_peaks")], rel=0.06)
+    assert said[3:] == pytest.approx([one[name][1] for name in ("mean_peak", "error", "n_peaks")], rel=0.06)
     table = np.genfromtxt(tmp_path / "tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     left = table[table["side"] == "left"]
     sweeps = expected.sweeps[0][0]
     np.testing.assert_allclose(left["time_ms"], tracks.time, rtol=1e-5)
     np.testing.assert_allclose(left["angle_deg"], np.rad2deg(sweeps.angle), rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3)
+
+
+def test_the_picture_of_tracks_is_in_degrees_over_seconds():
+    path = Path(str(files("feeler.tracking"))) / "data" / "synthetic_tracks_xypts.csv"
+    tracks = feeler.tracking.load_tracks(path, frame_rate=30)
+    result = feeler.tracking.measure_exploration([tracks])
+    _plot(figure := Figure(), [path], [tracks], result)
+    angle, speed = figure.axes
+    assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
+    assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")
+    for k, sweeps in enumerate(result.sweeps[0]):
+        np.testing.assert_allclose(angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi])
+        fast, peaks = speed.lines[2 * k : 2 * k + 2]
+        np.testing.assert_allclose(fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi])
+        np.testing.assert_allclose(peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi])
 
 
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
