@@ -1,6 +1,7 @@
 """The robot's electronics and their repair, written out: scikit-learn, SciPy and small cases by hand."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ from scipy.stats import linregress
 from sklearn.linear_model import LinearRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
-from feeler.robot import Gap, make_robot
+from feeler.robot import Gap, make_robot, make_touches, parts
+from feeler.robot.gap import draw_antenna, draw_trial
 from feeler.robot.mending import find_bad_channels, repair
+from feeler.robot.parts import QUIET
 from feeler.robot.preset import FACTS
 from feeler.robot.recording import Recording
 from feeler.robot.sensing import Sensing, draw_sensing
@@ -41,6 +44,44 @@ def test_one_reality_gap_is_as_large_as_it_was_declared():
     angles = {"rest_angle": 0.015, "noise": 0.004, "quantum": 0.002, "drift": 0.01, "hysteresis": 0.006}  # rad
     signal = {"gain": 0.03, "crosstalk": 0.02, "bend": 0.03, "jitter": 0.05, "dropped": 0.01}  # jitter in ms
     assert vars(Gap()) == shares | touch | angles | signal
+
+
+def test_an_antenna_is_drawn_share_by_share():
+    """Log-normal shares: stiffness together and each, damping together, each mass, each length; then rest angles."""
+    robot, gap, rng = make_robot(), Gap(), np.random.default_rng(5)
+    drawn = draw_antenna(robot, gap, np.random.default_rng(5))
+    together, each = rng.standard_normal(), rng.standard_normal(8)
+    np.testing.assert_allclose(drawn.stiffness, robot.stiffness * np.exp(0.1 * together + 0.08 * each))
+    np.testing.assert_allclose(drawn.damping, robot.damping * np.exp(0.25 * rng.standard_normal()))
+    np.testing.assert_allclose(drawn.segment_mass, robot.segment_mass * np.exp(0.08 * rng.standard_normal(8)))
+    np.testing.assert_allclose(drawn.segment_length, robot.segment_length * np.exp(0.01 * rng.standard_normal(8)))
+    np.testing.assert_allclose(drawn.rest_angle, robot.rest_angle + 0.015 * rng.standard_normal(8))
+
+
+def test_a_touch_is_drawn_number_by_number():
+    """Log-normal size, speed and friction; normal place and direction, kept within what can be touched."""
+    trial, rng = make_touches(locations=(0.7,))[0], np.random.default_rng(6)
+    drawn = draw_trial(trial, Gap(), np.random.default_rng(6))
+    assert drawn.feature.size == pytest.approx(trial.feature.size * np.exp(0.03 * rng.standard_normal()))
+    assert drawn.location == pytest.approx(0.7 + 0.01 * rng.standard_normal())
+    assert drawn.speed == pytest.approx(trial.speed * np.exp(0.02 * rng.standard_normal()))
+    assert drawn.approach == pytest.approx(90 + 2.0 * rng.standard_normal())
+    assert drawn.friction == pytest.approx(trial.friction * np.exp(0.3 * rng.standard_normal()))
+    wild = [draw_trial(trial, make_gap(location=9.0, approach=900.0), rng) for _ in range(40)]
+    ends = [(min(values), max(values)) for values in zip(*((one.location, one.approach) for one in wild), strict=True)]
+    assert ends == [(0.05, 1.0), (30.0, 150.0)]
+
+
+@pytest.mark.parametrize(("entries", "noise"), [(("gain",), QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)])
+def test_a_part_alone_has_hardly_any_noise_unless_noise_is_in_it(monkeypatch, entries, noise):
+    gaps = []
+    monkeypatch.setattr(parts, "draw_robots", lambda *_, gap, **__: gaps.append(gap) or [])
+    monkeypatch.setattr(parts, "touch_robots", lambda *_, **__: None)
+    monkeypatch.setattr(parts, "measure_transfer", lambda *_: None)
+    monkeypatch.setattr(parts, "make_training", lambda *_: SimpleNamespace(values=None, labels=None))
+    monkeypatch.setattr(parts.TransferClassifier, "fit", lambda self, *_: self)
+    parts.measure_parts(parts={"one": entries})
+    assert gaps[0].noise == noise and (gaps[0].gain, gaps[0].play) == (0.03 if "gain" in entries else 0.0, 0.0)
 
 
 def test_a_calibration_is_that_of_the_libraries(readings):

@@ -141,6 +141,7 @@ def test_powell_finds_the_same():
 def test_posture_is_the_linear_static_deflection():
     robot = make_robot().replace(damping=np.geomspace(0.01, 1.0, 8))  # which has no part in it
     posture = make_posture(robot, 0.1)
+    np.testing.assert_allclose(make_posture(robot), 150 * posture)  # 15 mm unless another deflection is given
     assert robot.shape(posture)[-1, 0] == pytest.approx(0.1, rel=1e-4)
     arm = robot.length - robot.hinge_position
     force = robot.stiffness * posture / arm  # the same tip force explains every hinge

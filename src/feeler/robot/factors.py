@@ -231,9 +231,8 @@ def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
     """
-    modes = compute_modes(theory.replace(damping=theory.stiffness), 1)
     omega = 2 * np.pi * target.frequency / np.sqrt(1 - target.damping_ratio**2)
-    p1 = (omega / (2 * np.pi * modes.frequency[0])) ** 2
+    p1 = (omega / (2 * np.pi * compute_modes(theory, 1).frequency[0])) ** 2
     return np.array([p1, 2 * target.damping_ratio * p1 / omega])
 
 
