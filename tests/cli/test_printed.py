@@ -66,11 +66,13 @@ def test_robot_fit_prints_hertz():
     found = fit_factors(repair(load_recording(path)))
     said = run("robot", "fit", path)
     for name, ringing in (("recording", found.target), ("model", found.reached)):
-        frequency, ratio = read(rf"{name} +# Hz damped, damping ratio #,", said)
+        frequency, ratio, share = read(rf"{name} +# Hz damped, damping ratio #, a damped cosine explains #%", said)
+        assert share == pytest.approx(100 * ringing.r_squared, abs=0.06)
         assert frequency == pytest.approx(1e3 * ringing.frequency, abs=6e-4)  # kHz
         assert ratio == pytest.approx(ringing.damping_ratio, abs=6e-5)
-    p1, p2 = read("p1 = #, p2 = # ms", said)
+    p1, p2, error, count = read("p1 = #, p2 = # ms, error #, # evaluations", said)
     assert (p1, p2) == pytest.approx((found.stiffness_factor, found.damping_factor), abs=6e-5)
+    assert (error, count) == (pytest.approx(found.error, rel=0.05), found.n_evaluations)
 
 
 def test_where_machines_listen_only_json_is_said(tmp_path, capsys):

@@ -18,8 +18,10 @@ import feeler
 from feeler import calibration, comparison, robot, wall
 from feeler.calibration.own import TraceFit
 from feeler.cli.app import app
+from feeler.cli.calibrate import _Watch
 from feeler.cli.choose import change_antenna
 from feeler.cli.progress import ProgressBar
+from feeler.cli.reproduce import _make_reporter, _summarise
 from feeler.cli.tracks import _plot
 from feeler.physics.engine import get_engine
 from feeler.presets import cockroach
@@ -288,6 +290,37 @@ def test_the_page_of_a_fit_says_its_factors_and_its_error(tmp_path):
     p1, p2, error = read("p1 = #, p2 = # ms, error #", page)
     assert (p1, p2) == pytest.approx((found["stiffness_factor"], found["damping_factor"]), abs=6e-5)
     assert error == pytest.approx(found["error"], rel=0.05)
+    words = " ".join(re.sub("<[^>]+>", " ", page).split())
+    head = r"damped frequency \[Hz\] damping ratio a damped cosine explains"
+    row = read(rf"{head} recording # # #% model", words)
+    ringing = found["recording"]
+    expected = [1e3 * ringing["frequency"], ringing["damping_ratio"], 100 * ringing["r_squared"]]
+    assert row == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_search_says_its_best_error_and_each_start_its_own(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    watch = _Watch()
+    watch(12, 0.5)
+    watch(24, 0.125)
+    watch(36, 0.25)  # a worse one
+    watch.end_start(1, 3, SimpleNamespace(error=0.25, evaluations=36, seconds=4.2), 0.125)
+    said = capsys.readouterr().err
+    assert re.findall(r"(\d+) antennas, best error ([\d.]+)", said) == [("12", "0.5"), ("24", "0.125"), ("36", "0.125")]
+    assert "start 1/3: error 0.25 after 36 antennas, 4.2 s; best 0.125" in said
+
+
+def test_stages_are_timed_in_seconds(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("time.perf_counter", lambda: 112.5)
+    report = _make_reporter(False, 7, 100.0)
+    report("Fig. 2", None)
+    report("Fig. 2", SimpleNamespace(seconds=3.21, cached=False))
+    report("Fig. 3", SimpleNamespace(seconds=0.0, cached=True))
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["[0/7]   12.5 s  Fig. 2  ...", "[1/7]   12.5 s  Fig. 2  3.2 s"]
+    assert lines[2] == "[2/7]   12.5 s  Fig. 3  from the cache"
+    _summarise(SimpleNamespace(is_cockroach=False, out=tmp_path, vector=True), [], 61.26, False)
+    assert capsys.readouterr().out.endswith(f"figures: {tmp_path / 'figures'}, {tmp_path / 'figures.pdf'}   (61.3 s)\n")
 
 
 def test_progress_says_megabytes_and_the_share_that_failed():

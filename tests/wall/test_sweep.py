@@ -12,7 +12,7 @@ from feeler.physics.contact import get_contact
 from feeler.physics.run import run_scene
 from feeler.presets import cockroach
 from feeler.wall import Posture, approach
-from feeler.wall.sweep import make_wall_scene
+from feeler.wall.sweep import _begin, make_wall_scene
 
 FEW = (22.0, 16.0, 10.0, 6.0)
 
@@ -171,6 +171,16 @@ def test_a_fold_that_starts_inside_the_wall_is_refused():
     for distance, fits in ((bound - 0.01, False), (bound + 0.01, True)):
         with nullcontext() if fits else pytest.raises(InvalidInput, match="starts inside the wall"):
             approach(cockroach(), posture, [distance])
+
+
+def test_one_pre_bend_is_laid_and_the_other_is_turned_from_behind():
+    """Laid, the antenna begins as the fold that ``lay`` gives; turned, the wall has bent it on its way, base forward."""
+    antenna, posture = cockroach(), Posture(prebend="placed", friction=1.0)
+    laid, wall = _begin(antenna, posture, 12.0)
+    fold = np.diff(posture.lay(antenna, wall), prepend=posture.base_angle)
+    np.testing.assert_allclose(laid.read().angle[0], fold, atol=1e-12)
+    turned, _ = _begin(antenna, posture.replace(prebend="rotation"), 12.0)
+    assert np.abs(turned.read().angle[0] - fold).max() > 0.01
 
 
 def test_a_straight_antenna_is_laid_in_a_j_a_millimetre_nearer_than_its_reach():
