@@ -173,12 +173,14 @@ def test_a_tag_may_name_every_kind_of_source_and_no_other():
 
 @pytest.mark.parametrize(("key", "most"), [("name", 200), ("note", 2000)])
 def test_texts_end_somewhere(tmp_path, key, most):
-    named, noted = (most, 1) if key == "name" else (1, most)
-    for more in (0, 1):
-        antenna = cockroach().replace(name="n" * (named + more * (key == "name")))
-        source = Source(tag="P", note="n" * (noted + more * (key == "note")))
+    def write(size):
+        words = {"name": "n", "note": "n"} | {key: size * "n"}
+        antenna, source = cockroach().replace(name=words["name"]), Source(tag="P", note=words["note"])
         (tmp_path / "a.toml").write_text(write_antenna(antenna, {"stiffness": source}), encoding="utf-8")
-        if not more:
-            assert load_antenna(tmp_path / "a.toml").name == antenna.name
+        return antenna
+
+    longest = write(most)
+    assert load_antenna(tmp_path / "a.toml").name == longest.name
+    write(most + 1)
     with pytest.raises(InvalidInput, match=f"{key}: must be a text of at most {most} characters"):
         load_antenna(tmp_path / "a.toml")
