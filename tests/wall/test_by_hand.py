@@ -193,6 +193,13 @@ def test_a_fold_lies_straight_to_the_wall_bends_by_its_radius_and_comes_straight
     assert x[-1] == pytest.approx(x.max(), abs=1e-9)
 
 
+def test_the_first_and_the_last_face_go_on_by_100_mm():
+    course = Course(lengths=(30.0, 50.0), turns=(60.0,))
+    heading = np.radians(-60.0)
+    corner, way = np.array([0.0, 30.0]), np.array([np.sin(heading), np.cos(heading)])
+    np.testing.assert_allclose(course.line, [[0.0, -100.0], corner, corner + 150.0 * way], atol=1e-9)
+
+
 def test_turns_are_measured_to_the_left_in_degrees():
     heading = np.radians([90.0, 120.0, 60.0, 60.0, 139.0])  # anticlockwise from +x
     along = np.stack([np.cos(heading), np.sin(heading)], axis=1)

@@ -1,11 +1,13 @@
 """The closed loop: with the true distance its limit is the closed form's, and an antenna only takes away from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
-from feeler.wall import calibrate, map_stability, measure_wall_response
+from feeler.wall import calibrate, loop, map_stability, measure_wall_response
 from feeler.wall.loop import LIMIT, _compare_swings
 
 
@@ -45,6 +47,29 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     assert 0.8 < slow.real < 1.3
     assert fast.real == pytest.approx(slow.real, rel=0.03)
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
+
+
+@pytest.mark.parametrize(("hertz", "amplitude"), [(4.0, 1.0), (8.0, 0.5)])
+def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(monkeypatch, hertz, amplitude):
+    """A heading of ωA/v · sin ωt at a speed v takes the body to A (1 − cos ωt) from where it began, 12 mm from the wall."""
+    seen = []
+    monkeypatch.setattr(loop, "_compare_swings", lambda *given: seen.append(given) or 0j)
+    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
+    measure_wall_response(antenna, calibrate(antenna, **rod), [hertz], amplitude=amplitude, cycles=2, **rod)
+    ((omega, time, true, _),) = seen
+    assert omega == pytest.approx(2e-3 * np.pi * hertz)
+    assert (time[0], time[-1]) == pytest.approx((1000 / hertz, 2000 / hertz), abs=1.1)  # the second cycle
+    swing = amplitude * (1 - np.cos(omega * time))
+    away = np.sign((true - 12.0)[time.size // 2 - 9]) * swing
+    np.testing.assert_allclose(true, 12.0 + away, atol=0.05 * amplitude)
+
+
+def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
+    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
+    known = calibrate(antenna, **rod)
+    assert map_stability(antenna, [10.0], [0.01], known=known, **rod).stable.tolist() == [[True]]
+    lost = map_stability(antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt"), **rod)
+    assert lost.stable.tolist() == [[False]] and np.isnan(lost.spread).all()
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,11 @@ from feeler.wall import (
     calibrate,
     drive,
     follow,
+    following,
     make_turn,
     slide,
 )
+from feeler.wall.following import BODY_LOST, LISTENING, SETTLING
 from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 
@@ -188,6 +190,35 @@ def test_any_engine_can_carry_the_antenna_along_the_wall(known, engine, timestep
     )
     assert np.isfinite(run.estimate[-20:]).all()
     assert np.abs(run.distance - usual.distance).max() < 0.3
+
+
+def test_a_body_that_meets_the_wall_has_ended_there():
+    blind = Controller(frequency=1e-3)
+    run = follow(cockroach(), make_turn(70.0), controller=blind, oracle=True, engine="rod-inertia", timestep=1.0)
+    assert run.collided and run.distance[-1] <= BODY_LOST
+    assert np.all(run.distance[:-1] > BODY_LOST)
+
+
+def test_a_map_is_read_after_the_antenna_has_settled(monkeypatch):
+    """A runner whose peak moves by 10 µm a millisecond: the median is that of the time of listening."""
+
+    class Moving:
+        period, time = 2.0, 0.0
+
+        def __init__(self, *_):
+            pass
+
+        def go(self, turn):
+            assert turn == 0.0
+            self.time += self.period
+
+        def feel(self):
+            return 0.01 * self.time
+
+    monkeypatch.setattr(following, "_Runner", Moving)
+    found = calibrate(cockroach(), distances=(12.0, 10.0))
+    times = np.arange(SETTLING, SETTLING + LISTENING + 1.0, 2.0)
+    np.testing.assert_allclose(found.position, 0.01 * np.median(times))
 
 
 def test_steering_by_the_truth_needs_no_map():

@@ -173,6 +173,16 @@ def test_a_fold_that_starts_inside_the_wall_is_refused():
             approach(cockroach(), posture, [distance])
 
 
+def test_a_tip_that_points_backward_after_a_whole_turn_is_no_inverted_j():
+    antenna = cockroach()
+    rolled = antenna.replace(rest_angle=antenna.rest_angle + 2 * np.pi / antenna.n_segments)
+    plain, coil = (approach(one, Posture(), (6.0,)) for one in (antenna, rolled))
+    assert plain.contact.all() and plain.inverted.all()
+    heading = np.degrees(Posture().base_angle + coil.angle.sum(axis=1))
+    assert coil.contact.all() and np.all((heading > 450) & (heading < 630))
+    assert not coil.inverted.any()
+
+
 def test_one_pre_bend_is_laid_and_the_other_is_turned_from_behind():
     """Laid, the antenna begins as the fold that ``lay`` gives; turned, the wall has bent it on its way, base forward."""
     antenna, posture = cockroach(), Posture(prebend="placed", friction=1.0)
