@@ -122,7 +122,17 @@ def test_what_cannot_be_released_is_refused(posture, duration, message):
         simulate_release(make_robot(), posture, duration)
 
 
+def test_a_hinge_without_stiffness_does_not_turn_in_a_held_posture():
+    robot = make_robot()
+    posture = make_posture(robot.replace(stiffness=np.where(np.arange(8) == 0, 0.0, robot.stiffness)))
+    assert posture[0] == 0.0 and np.all(posture[1:] > 0)
+
+
 def test_a_tip_needs_the_angles_of_all_hinges():
+    rng, few = np.random.default_rng(0), make_robot().replace(sensors=np.array([1, 5]))
+    for shape in ((8, 20), (3, 8, 20)):  # of one touch, and of several
+        angle = 0.1 * rng.standard_normal(shape)
+        np.testing.assert_allclose(compute_tip(few, angle), compute_tip(make_robot(), angle))
     with pytest.raises(InvalidInput, match="needs the 8 hinges"):
         compute_tip(make_robot(), np.zeros((7, 20)))
 

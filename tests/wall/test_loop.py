@@ -49,16 +49,16 @@ def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
-@pytest.mark.parametrize(("hertz", "amplitude"), [(4.0, 1.0), (8.0, 0.5)])
-def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(monkeypatch, hertz, amplitude):
+@pytest.mark.parametrize(("hertz", "amplitude", "timestep"), [(4.0, 1.0, 1.0), (8.0, 0.5, 2.0)])
+def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(monkeypatch, hertz, amplitude, timestep):
     """A heading of ωA/v · sin ωt at a speed v takes the body to A (1 − cos ωt) from where it began, 12 mm from the wall."""
     seen = []
     monkeypatch.setattr(loop, "_compare_swings", lambda *given: seen.append(given) or 0j)
-    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
+    antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": timestep}
     measure_wall_response(antenna, calibrate(antenna, **rod), [hertz], amplitude=amplitude, cycles=2, **rod)
     ((omega, time, true, _),) = seen
     assert omega == pytest.approx(2e-3 * np.pi * hertz)
-    assert (time[0], time[-1]) == pytest.approx((1000 / hertz, 2000 / hertz), abs=1.1)  # the second cycle
+    assert (time[0], time[-1]) == pytest.approx((1000 / hertz, 2000 / hertz), abs=2.1)  # the second cycle
     swing = amplitude * (1 - np.cos(omega * time))
     away = np.sign((true - 12.0)[time.size // 2 - 9]) * swing
     np.testing.assert_allclose(true, 12.0 + away, atol=0.05 * amplitude)

@@ -137,7 +137,7 @@ def simulate_release(
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
     """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection`` mm off (linear)."""
     arm = antenna.length - antenna.hinge_position
-    angle = np.where(antenna.stiffness > 0, arm / np.where(antenna.stiffness > 0, antenna.stiffness, 1.0), 0.0)
+    angle = np.divide(arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0)
     return angle * deflection / float(arm @ angle)
 
 
