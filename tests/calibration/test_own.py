@@ -43,7 +43,7 @@ def hinges_tip(traces, x):
 @pytest.mark.parametrize("by", ["trace", "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
     result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
-    assert result.each.shape == (4, 2)
+    assert result.each.shape == (4, 2) and result.residual.shape == (4,) and np.all(result.residual < 0.1)
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
 
@@ -218,7 +218,7 @@ def test_unknown_ways_and_confidences(traces):
     with pytest.raises(InvalidInput, match="valid: trace, targets"):
         fit_traces(traces, make_small(), by="eye")
     with pytest.raises(InvalidInput, match="between 0 and 1"):
-        fit_traces(traces, make_small(), confidence=95)
+        fit_traces(traces, make_small(), confidence=1.0)
     with pytest.raises(InvalidInput, match="between 0 and 1"):
         fit_traces(traces, make_small(), confidence=-0.5)
     with pytest.raises(InvalidInput, match="no such file"):

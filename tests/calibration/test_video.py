@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 from feeler.antenna.file import load_antenna, save_antenna
 from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges, own
 from feeler.calibration.band import Band
+from feeler.calibration.onset import find_rest
 from feeler.errors import InvalidInput
 from tests.cli._command import run
 
@@ -119,6 +120,12 @@ def test_the_noise_of_a_video_is_that_of_its_second_differences():
     """White noise of sd σ has second differences of sd √6 σ, and a median of 0.6745 sd."""
     with pytest.raises(InvalidInput, match=r"with a noise of 3\.7\."):
         find_release(3.7 * np.random.default_rng(0).standard_normal(20_000))
+
+
+def test_rest_is_the_median_of_the_last_fifth():
+    signal = np.r_[np.full(80, 5.0), np.arange(19.0), 900.0]
+    assert find_rest(signal) == np.median(signal[80:]) == 9.5
+    assert find_rest(np.r_[7.0, 0.0, 1.0, 2.0, 3.0, 40.0]) == 2.0  # five samples at least
 
 
 def test_a_violent_swing_is_no_noise():

@@ -236,7 +236,7 @@ def test_a_channel_with_hysteresis_is_not_called_saturated():
 
 def test_doubled_and_backward_times_are_refused():
     wave = _wave(n=10)
-    with pytest.raises(InvalidInput, match="1 samples share their time"):
+    with pytest.raises(InvalidInput, match="1 samples share their time with the one before, the first at 8 ms"):
         repair(Recording(time=np.minimum(wave.time, 8), values=wave.values))
     with pytest.raises(InvalidInput, match="time runs backwards after sample 4"):
         repair(Recording(time=np.where(wave.time == 5, 0, wave.time), values=wave.values))
