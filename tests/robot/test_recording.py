@@ -225,6 +225,14 @@ def test_a_channel_is_saturated_eight_noises_away_from_its_median(sds, stuck):
     assert list(find_bad_channels(Recording(time=np.arange(4000.0), values=values))) == ([5] if stuck else [])
 
 
+@pytest.mark.parametrize(("n", "run"), [(150, 20), (600, 60), (4000, 100)])
+def test_a_channel_is_saturated_after_20_samples_or_a_tenth_but_100_suffice(n, run):
+    for stuck, bad in ((run, [3]), (run - 1, [])):
+        values = np.random.default_rng(4).normal(0, 0.1, (4, n))
+        values[2, 10 : 10 + stuck] = 2.0
+        assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == bad
+
+
 def test_a_channel_with_hysteresis_is_not_called_saturated():
     from feeler.robot.sensing import play
 

@@ -146,6 +146,9 @@ def test_saved_and_loaded_is_the_same(tmp_path):
     for name in ("slope", "offset", "low", "high", "residual", "resolution", "drift", "r_squared"):
         np.testing.assert_array_equal(getattr(again, name), getattr(fit, name))
     assert again.robot == "A"
+    assert json.loads((tmp_path / "c.json").read_text())["version"] == 1  # older files must stay readable
+    with pytest.raises(InvalidInput, match="2 readings at 2 angles; a line needs 3 at 2"):
+        fit_sensors(np.ones(2, int), np.array([0.0, 0.1]), np.array([1.0, 2.0]))
     one = fit_sensors(np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([1.0, 2.0, 3.0]))  # of a single hinge
     save_calibration(one, tmp_path / "one.json")
     assert load_calibration(tmp_path / "one.json").slope == one.slope

@@ -74,7 +74,7 @@ def compute_dispersion(
     sets = _split(tensors, groups)
     least, greatest = min(array.min() for array in sets.values()), max(array.max() for array in sets.values())
     if scale:
-        largest = max(abs(least), abs(greatest))
+        largest = max(-least, greatest)
         if largest == 0:
             raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
         sets = {name: array / largest for name, array in sets.items()}

@@ -72,7 +72,7 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
         raise InvalidInput("a ringing trace needs at least 20 evenly spaced samples. Repair it first.")
     rest = np.mean(tip[-max(tip.size // 4, 2) :])
     crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
-    if crossings.size < 2 * MIN_CYCLES or np.ptp(tip) == 0:
+    if crossings.size < 2 * MIN_CYCLES:
         raise InvalidInput(
             f"the trace crosses rest {crossings.size} times; at least {2 * MIN_CYCLES:.0f} (two cycles) are needed. "
             "It is too short, over-damped (which has no damped frequency), or holds no release."
