@@ -5,7 +5,14 @@ import pytest
 
 import feeler
 from feeler.errors import InvalidInput
-from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_derivatives, scale_peaks
+from feeler.information import (
+    PARAMETERS,
+    compute_bounds,
+    compute_fisher,
+    differentiate_touches,
+    scale_derivatives,
+    scale_peaks,
+)
 
 
 def test_bounds_are_what_least_squares_reaches():
@@ -26,6 +33,15 @@ def test_what_cannot_be_told_has_no_bound():
     assert np.isinf(compute_bounds(compute_fisher(np.array([[1.0], [0.0]]), 1.0))[1])
     with pytest.raises(InvalidInput, match="finite"):
         compute_fisher(np.array([[np.nan]]), 1.0)
+
+
+def test_parameters_move_a_touch_by_millimetres_and_per_cent():
+    antenna, trial = feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3)
+    moved = {name: PARAMETERS[name].move(antenna, trial, 4.0) for name in ("location", "size", "speed")}
+    found = {name: (one.location, one.feature.size, one.speed) for name, one in moved.items()}
+    assert found["location"] == pytest.approx((0.7 + 4.0 / 42.0, 1.5, 0.3))
+    assert found["size"] == pytest.approx((0.7, 5.5, 0.3))
+    assert found["speed"] == pytest.approx((0.7, 1.5, 0.3 * 1.04))
 
 
 @pytest.fixture(scope="module")
