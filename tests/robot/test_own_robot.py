@@ -85,6 +85,7 @@ def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
         ("modulus = 2500", 'modulus = "stiff"', "must be a number or a list"),
         ("radius = 1.0", "radius = [1, 2, 3]", "one number per hinge; their lengths are"),
         ("stiffness = 1.0", "stiffness = -1.0", "must be a number > 0"),
+        ("stiffness = 1.0", "stiffness = 0.0", "must be a number > 0, got .0.0"),
         ("name =", "nmae =", "unknown key 'nmae'"),
         ("[hinges]", "[hinges", "robot.toml"),
     ],

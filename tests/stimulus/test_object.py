@@ -24,6 +24,12 @@ def test_the_object_of_a_trial_stands_where_the_trial_is_placed(side, approach):
     assert (item.name, item.friction, item.feature, item.turn) == ("left one", 0.4, trial.shape, 0.0)
 
 
+def test_unless_said_otherwise_an_object_lies_still_at_the_origin():
+    one = Object(feature=Ball(radius=1.0))
+    assert (one.place, one.forward, one.velocity, one.turn) == ((0.0, 0.0), (1.0, 0.0), (0.0, 0.0), 0.0)
+    assert one.friction == 1.0
+
+
 def test_plain_data_gives_the_object_back():
     item = Object(
         feature=Box(half_width=1, half_height=2), place=(-5, 3), forward=(0.6, 0.8), velocity=(1, 0), turn=0.1, name="b"

@@ -37,6 +37,12 @@ def test_unless_said_otherwise_touches_are_those_around_the_papers_ninety():
         assert stats.kstest(columns[name], stats.loguniform(low, high).cdf).pvalue > 1e-3
 
 
+def test_features_and_sides_are_equally_likely():
+    columns = sample_trials(6000, features=("ball", "box", "triangle"), sides=("left", "right")).columns
+    assert stats.chisquare(np.bincount(columns["feature"], minlength=3)).pvalue > 1e-3
+    assert stats.chisquare(np.bincount(columns["right"].astype(int), minlength=2)).pvalue > 1e-3
+
+
 def test_another_range_leaves_the_other_parameters_as_they_were():
     one, other = sample_trials(500), sample_trials(500, speeds=0.3)
     for name in ("size", "location", "approach", "friction", "feature", "right"):

@@ -93,6 +93,14 @@ def test_a_dent_is_one_at_any_size(size):
         order(1e-7)
 
 
+@pytest.mark.parametrize("n", [3, 4, 7])
+def test_corners_of_a_part_go_round_to_the_left_whichever_way_they_came(n):
+    turn = 2 * np.pi * np.arange(n) / n
+    left = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    np.testing.assert_array_equal(_order(left, "ring"), left)
+    np.testing.assert_array_equal(_order(left[::-1], "ring"), left)
+
+
 def test_boxes_and_triangles_are_as_deep_and_wide_as_they_say():
     for feature, depth in [
         (Box(half_width=1.5, half_height=0.7), 1.4),

@@ -82,6 +82,8 @@ def test_feature_bigger_than_the_antenna_is_refused():
     [
         ([(0, 0), (1, 1), (1, 0), (0, 1)], "self-intersecting"),
         ([(0, 0), (1, 0)], "3 to 1000 points"),
+        ([(0, 0, 1), (1, 0, 1), (1, 1, 1)], r"3 to 1000 points \(corner, 2\), got shape \(3, 3\)"),
+        ([0, 0, 1, 0, 1, 1], r"got shape \(6,\)"),
         ([(0, 0), (1, 0), (2, 0)], "no area|self-intersecting"),
         ([(0, 0), (0, 0), (1, 1)], "repeats a corner"),
         ([(0, 0), (np.inf, 0), (1, 1)], "finite"),
@@ -90,6 +92,19 @@ def test_feature_bigger_than_the_antenna_is_refused():
 def test_bad_outlines_are_refused(vertices, message):
     with pytest.raises(InvalidInput, match=message):
         Outline(vertices=vertices)
+
+
+@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
+def test_a_trial_s_picture_has_the_feature_on_its_way_to_the_antenna(monkeypatch, side, sign):
+    """The antenna points up; the way begins 0.4 reaches (of 3 half-widths) before it and ends 0.1 before it."""
+    seen = []
+    monkeypatch.setattr("feeler.stimulus.trial.make_picture", lambda *given: seen.append(given) or "")
+    Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side)._repr_html_()
+    label, ((antenna, _), (way, _)), (rim,) = seen[0]
+    assert label == "ball 1.5 mm at 0.5 L, 0.3 m/s"
+    np.testing.assert_allclose(antenna, [[0.0, -4.5], [0.0, 4.5]])
+    np.testing.assert_allclose(way, [[-1.8 * sign, 0.0], [-0.45 * sign, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(np.hypot(*(rim - [-1.8 * sign - 1.5 * sign, 0.0]).T), 1.5, atol=1e-6)
 
 
 def test_unknown_feature_lists_the_valid_ones():
