@@ -13,7 +13,7 @@ from feeler import Ball, Box, Outline, Trial, Triangle, Wall, presets
 from feeler.errors import InvalidInput
 from feeler.stimulus import SHAPES, Feature, make_feature, parse_feature, place
 from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.convex import is_convex, measure_area
+from feeler.stimulus.convex import is_convex, measure_area, trace_rim
 from feeler.stimulus.feature import _order
 
 from ._capsule import Capsule
@@ -91,6 +91,22 @@ def test_a_dent_is_one_at_any_size(size):
     assert len(order(1e-11)) == 5  # rounding errors are none
     with pytest.raises(InvalidInput, match="not convex"):
         order(1e-7)
+
+
+@pytest.mark.parametrize("feature", [EXAMPLES[0], EXAMPLES[1], EXAMPLES[3], EXAMPLES[6]], ids=lambda f: f.kind)
+def test_balls_boxes_triangles_and_flat_walls_are_their_own_mirror_images(feature):
+    assert feature.symmetric and feature.mirror() is feature
+    for part in feature.parts:
+        mirrored = {tuple(corner) for corner in np.round(part * [1.0, -1.0], 12) + 0.0}
+        assert mirrored == {tuple(corner) for corner in np.round(part, 12) + 0.0}
+
+
+@pytest.mark.parametrize("rounding", [0.0, 0.2])
+def test_a_rim_runs_round_a_part_at_its_rounding(rounding):
+    (part,) = Box(half_width=1.5, half_height=1.0).parts
+    rim = trace_rim(part, rounding)
+    ends = [rim.min(axis=0), rim.max(axis=0)]
+    np.testing.assert_allclose(ends, [part.min(axis=0) - rounding, part.max(axis=0) + rounding], atol=1e-2 * rounding)
 
 
 @pytest.mark.parametrize("n", [3, 4, 7])

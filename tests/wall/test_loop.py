@@ -77,6 +77,7 @@ def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
     [
         ({"delays": [-1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
         ({"delays": [0.0], "frequencies": [0.1], "oracle": True, "speed": 0.0}, "speed > 0 mm/ms"),
+        ({"delays": [5.0, -1.0], "frequencies": [0.1], "oracle": True}, "delays must be ≥ 0"),
         ({"delays": [0.0], "frequencies": [0.0], "oracle": True}, "frequencies > 0 rad/ms"),
         ({"delays": [], "frequencies": [0.1], "oracle": True}, "at least one of each"),
         ({"delays": [0.0], "frequencies": [], "oracle": True}, "at least one of each"),

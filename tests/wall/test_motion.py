@@ -19,7 +19,7 @@ from feeler.wall import (
     make_turn,
     slide,
 )
-from feeler.wall.following import BODY_LOST, LISTENING, SETTLING
+from feeler.wall.following import BODY_LOST, CALIBRATION, LISTENING, SETTLING
 from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 
@@ -162,6 +162,7 @@ def test_choices_of_the_controller_and_of_the_declared_family():
     assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
     assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
     assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
+    assert pytest.approx(np.linspace(25, 5, 20)) == DISTANCES and pytest.approx(np.arange(6, 23)) == CALIBRATION  # mm
     hooks = [{"hook_share": 0.25}, {"hook_share": 0.5}, {"hook_share": 0.5, "tip_heading": 150.0}, {"hook_share": 1.0}]
     assert list(BENDS) == [*hooks, {"prebend": "rotation"}, {"prebend": "none"}]
 
