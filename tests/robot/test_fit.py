@@ -1,5 +1,7 @@
 """Fit of p1 and p2: planted factors come back; what does not ring is refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from feeler.robot import (
     Recording,
     compare_tips,
     compute_tip,
+    factors,
     fit_factors,
     make_posture,
     make_robot,
@@ -69,14 +72,14 @@ def test_four_crossings_of_rest_are_two_cycles():
         measure_ringing(TIME[:1600], _cosine(0.001, 0.1)[:1600])
 
 
-@pytest.mark.parametrize("factors", [(1.0, 1.0), (0.25, 6.0), (9.0, 2.0)])
-def test_factors_in_closed_form_are_those_that_give_the_mode(factors):
-    stiffness, damping = factors
+@pytest.mark.parametrize("planted", [(1.0, 1.0), (0.25, 6.0), (9.0, 2.0)])
+def test_factors_in_closed_form_are_those_that_give_the_mode(planted):
+    stiffness, damping = planted
     theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
     mode = compute_modes(theory.replace(stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness), 1)
     zeta = mode.damping_ratio[0]
     target = Ringing(frequency=mode.frequency[0] * np.sqrt(1 - zeta**2), damping_ratio=zeta, r_squared=1.0)
-    np.testing.assert_allclose(solve_factors(target, theory), factors, rtol=1e-9)
+    np.testing.assert_allclose(solve_factors(target, theory), planted, rtol=1e-9)
 
 
 def test_uneven_time_is_refused():
@@ -84,13 +87,13 @@ def test_uneven_time_is_refused():
         measure_ringing(TIME**1.1, _cosine(0.005, 0.05))
 
 
-@pytest.mark.parametrize("factors", [(1.19, 2.06), (0.7, 5.0)])
-def test_planted_factors_come_back(factors):
-    robot = make_robot(stiffness_factor=factors[0], damping_factor=factors[1])
+@pytest.mark.parametrize("planted", [(1.19, 2.06), (0.7, 5.0)])
+def test_planted_factors_come_back(planted):
+    robot = make_robot(stiffness_factor=planted[0], damping_factor=planted[1])
     motion = simulate_release(robot, make_posture(robot), 1500.0)
     fit = fit_factors(Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion))
-    assert fit.stiffness_factor == pytest.approx(factors[0], rel=1e-3)
-    assert fit.damping_factor == pytest.approx(factors[1], rel=1e-3)
+    assert fit.stiffness_factor == pytest.approx(planted[0], rel=1e-3)
+    assert fit.damping_factor == pytest.approx(planted[1], rel=1e-3)
     assert fit.error < 9e-4  # the paper's minimum error
     assert fit.target.frequency == pytest.approx(compute_modes(robot, 1).frequency[0], rel=0.01)
 
@@ -146,6 +149,23 @@ def test_powell_finds_the_same():
     assert powell.stiffness_factor == pytest.approx(update.stiffness_factor, rel=1e-3)
     assert powell.damping_factor == pytest.approx(update.damping_factor, rel=1e-3)
     assert powell.n_evaluations > 5 * update.n_evaluations
+
+
+def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
+    seen = {}
+
+    def minimize(cost, x, bounds, **options):
+        seen.update(x=x, bounds=bounds, cost=cost)
+        return SimpleNamespace(x=x + 0.5)
+
+    monkeypatch.setattr(factors, "minimize", minimize)
+    target = Ringing(frequency=0.004, damping_ratio=0.1, r_squared=1.0)
+    reached = Ringing(frequency=0.0048, damping_ratio=0.11, r_squared=1.0)
+    found = factors._search_powell(lambda p: (reached if p[0] < 3 else None, None), target, np.array([2.0, 5.0]))
+    np.testing.assert_allclose(found, np.array([2.0, 5.0]) * np.exp(0.5))
+    np.testing.assert_allclose(np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0])))
+    assert seen["cost"](np.log([2.0, 5.0])) == pytest.approx(np.hypot(0.2, 0.1))
+    assert seen["cost"](np.log([4.0, 5.0])) > 100
 
 
 def test_posture_is_the_linear_static_deflection():

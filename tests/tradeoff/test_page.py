@@ -6,9 +6,11 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from feeler.report import Section
 from feeler.tradeoff import average_sets, find_best, load_declared, write_tradeoff
+from feeler.tradeoff.draw import plot_tradeoff
 from feeler.tradeoff.measure import list_windows
 from feeler.tradeoff.page import fill_section
 
@@ -69,3 +71,33 @@ def test_the_table_of_numbers_has_means_and_half_intervals(declared, measured, t
             assert float(row[field]) == pytest.approx(float(found["mean"]), rel=1e-5)
             assert float(row[f"{field}_half"]) == pytest.approx(float(found["half"]), rel=1e-5)
         assert float(row["work"]) == pytest.approx(float(measured["work"].sel(speed=at["speed"]).mean()), rel=1e-5)
+
+
+def test_the_picture_is_in_per_cent_bits_microjoules_and_millinewtons(declared, measured):
+    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
+    plot_tradeoff({"toy": measured}, levels, figure := Figure())
+    time, distance, best, common, relative, work, force = figure.axes
+    assert (time.get_xlabel(), time.get_ylabel()) == ("time since contact [ms]", "ideal accuracy [%]")
+    assert distance.get_xlabel() == "distance since contact [mm]"
+    assert (best.get_xlabel(), best.get_ylabel()) == ("deadline [ms since contact]", "best speed [m/s]")
+    assert (work.get_ylabel(), force.get_ylabel()) == ("work of a touch [µJ]", "peak force [mN] (dashed, or hollow)")
+    for ax, level, unit in ((common, levels["common"], "rad"), (relative, levels["relative"], "of peak")):
+        assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("speed [m/s]", "bits", f"noise {level} {unit}")
+        matched = measured["window"].values[measured["kind"].values == "distance and samples"][0]
+        whole, dashed = (bars.lines[0].get_xydata() for bars in ax.containers)
+        for line, window in ((whole, "whole touch"), (dashed, matched)):
+            expected = measured["bits"].sel(level=level, window=window).mean("set")
+            np.testing.assert_allclose(line, np.column_stack([SPEEDS, expected]))
+    for bars, level in zip(best.containers, levels.values(), strict=True):
+        found = find_best(measured, level)
+        found = found.isel(window=np.flatnonzero(found["kind"].values == "time"))
+        np.testing.assert_allclose(bars.lines[0].get_xydata(), np.column_stack([found["value"], found["best"]]))
+        (span,) = bars.lines[2]
+        ends = np.array([segment[:, 1] for segment in span.get_segments()])
+        np.testing.assert_allclose(ends, np.column_stack([found["least"], found["most"]]))
+    for ax, kind in ((time, "time"), (distance, "distance")):
+        chosen = (
+            measured["accuracy"].sel(level=levels["common"]).mean("set").isel(window=measured["kind"].values == kind)
+        )
+        for line, speed in zip(ax.lines, SPEEDS, strict=True):
+            np.testing.assert_allclose(line.get_ydata(), 100 * chosen.sel(speed=speed))

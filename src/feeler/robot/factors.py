@@ -182,7 +182,7 @@ def fit_factors(
     if theory is None:
         hinges = make_flexures() if hinges is None else hinges
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
-    theory = theory.replace(damping=theory.stiffness, name=name)
+    theory = theory.replace(name=name)
     target = measure_ringing(recording.time, compute_tip(theory, _check_release(recording, theory)))
     release = _find_release(recording)
     count = 0
