@@ -77,6 +77,17 @@ def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
     assert np.abs(np.corrcoef(noise) - np.eye(3)).max() < 0.4
 
 
+def test_synthetic_animals_are_log_normal_about_what_was_planted():
+    quiet = {"noise": 0.0, "protocol": QUICK}
+    drawn = np.random.default_rng(3).standard_normal((2, 2))
+    options = {"n_animals": 2, "spread": 0.1, "planted": PLANTED}
+    made = make_synthetic_traces(make_small(), np.random.default_rng(3), **options, **quiet)
+    for row, share in zip(made.displacement, np.exp(0.1 * drawn), strict=True):
+        one = make_small(*(np.array(PLANTED) * share))
+        alone = make_synthetic_traces(one, np.random.default_rng(0), n_animals=1, spread=0.0, **quiet)
+        np.testing.assert_allclose(row, alone.displacement[0], atol=1e-9)
+
+
 def test_one_animal_has_an_interval_from_its_residuals():
     one = make_synthetic_traces(
         make_small(), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.01, planted=PLANTED, protocol=QUICK

@@ -128,7 +128,7 @@ def _refit(problem: Problem, x: np.ndarray, held: int, refits: int) -> np.ndarra
         whole[free] = part
         return whole
 
-    start = np.clip(x[free], low[free] + 1e-9, high[free] - 1e-9)
+    start = np.clip(x[free], low[free], high[free])
     result = least_squares(
         lambda part: problem.compute_residuals(fill(part)),
         start,
@@ -177,7 +177,7 @@ def _refit_all(problem: Problem, values: np.ndarray, x: np.ndarray, refits: int)
     again = Problem(
         hinges=problem.hinges, targets=problem.targets.with_values(np.maximum(values, 1e-6)), protocol=problem.protocol
     )
-    inside = np.clip(x, low + 1e-9, high - 1e-9)
+    inside = np.clip(x, low, high)
     least_squares(
         again.compute_residuals,
         inside,

@@ -72,13 +72,11 @@ class _Spent(Exception):
 @METHODS.register("least-squares")
 def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in lanes."""
-    low, high = problem.hinges.bounds
-    inside = np.clip(x, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
     least_squares(
         problem.compute_residuals,
-        inside,
+        x,
         jac=problem.compute_jacobian,
-        bounds=(low, high),
+        bounds=problem.hinges.bounds,
         x_scale=problem.hinges.scale,
         xtol=1e-5,
         ftol=1e-6,

@@ -197,7 +197,7 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
         both = _subtract(simulate([*(x + change), *(x - change)]), goal)
         return ((both[: len(x)] - both[len(x) :]) / (2 * np.diag(change))[:, None]).T
 
-    start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low + 1e-6, high - 1e-6)
+    start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low, high)
     best = least_squares(
         residual, start, jac=jacobian, bounds=(low, high), x_scale=scale, max_nfev=MAX_ITERATIONS, xtol=1e-6
     )
