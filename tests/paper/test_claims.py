@@ -63,6 +63,47 @@ def test_rules(claim, values, verdict):
     assert judge(claim, values, CONTEXT).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("claim", "values", "why"),
+    [
+        ({"target": 2.0, "tolerance": 0.1}, {"a": 2.1}, "within 10%"),
+        ({"target": 2.0, "tolerance": 0.1}, {"a": 2.3}, "off by +15%, tolerance 10%, within twice of it"),
+        ({"target": 2.0, "tolerance": 0.1}, {"a": 1.0}, "off by -50%, tolerance 10%"),
+        ({"kind": "share"}, {"a": 0.8}, "holds in 80%; 75% are asked for, 50% are partly"),
+        ({"kind": "above", "target": 1.5}, {"a": 2.0}, "above 1.5 with its whole spread"),
+        ({"kind": "below", "target": 1.5}, {"a": 2.0}, "not below 1.5"),
+        ({"kind": "order", "keys": ("a", "b")}, {"a": 2, "b": 1}, "the ends are not in the claimed order"),
+        (
+            {"kind": "order", "keys": ("a", "b"), "null": ("n", "m")},
+            {"a": 1.0, "b": 2.0, "n": 0.125, "m": 0.5},
+            "in the claimed order, but identical touches give the same order of the ends (null 0.125, 0.5)",
+        ),
+        (
+            {"kind": "above", "target": 0.1, "null": ("n",), "apart": "greater"},
+            {"a": 0.5, "n": 0.625},
+            "above 0.1 with its whole spread, but identical touches are told apart as much in at least one group (null 0.625)",
+        ),
+    ],
+)
+def test_reasons_name_the_numbers_that_were_compared(claim, values, why):
+    assert judge(make_claim(**claim), values, CONTEXT).why == why
+
+
+@pytest.mark.parametrize(
+    ("keys", "values", "ours"),
+    [
+        (("a",), {"a": 2.12345}, "2.123"),
+        (("a",), {"a": {"value": 0.51234, "low": 0.4, "high": 0.6}}, "0.512 (0.4…0.6)"),
+        (("a",), {"a": {"undefined": "no peak"}}, "undefined: no peak"),
+        (("r.slow", "r.fast"), {"r.slow": 1.5, "r.fast": {"value": 2, "low": 1, "high": 3}}, "slow 1.5; fast 2 (1…3)"),
+        (("a",), {}, "–"),
+    ],
+)
+def test_our_numbers_are_shown_with_their_spread(keys, values, ours):
+    claim = make_claim(kind="order" if len(keys) > 1 else "value", target=1.0, keys=keys)
+    assert judge(claim, values, CONTEXT).ours == ours
+
+
 def spread(value, low, high):
     return {"value": value, "low": low, "high": high}
 

@@ -168,6 +168,13 @@ def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
     assert seen["cost"](np.log([4.0, 5.0])) > 100
 
 
+def test_a_release_is_counted_from_the_mean_of_the_last_quarter():
+    values = np.concatenate([np.linspace(1.0, 0.0, 30), np.full(10, 0.25)])[None] * np.arange(1.0, 9.0)[:, None]
+    held, lasting = factors._find_release(Recording(time=2.0 * np.arange(40), values=values))
+    np.testing.assert_allclose(held, 0.75 * np.arange(1.0, 9.0))
+    assert lasting == 79.0  # the span and one sample of 1 ms
+
+
 def test_posture_is_the_linear_static_deflection():
     robot = make_robot().replace(damping=np.geomspace(0.01, 1.0, 8))  # which has no part in it
     posture = make_posture(robot, 0.1)

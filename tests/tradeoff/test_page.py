@@ -45,6 +45,7 @@ def test_tables_hold_means_over_the_sets_and_the_best_speed(declared, measured, 
     for table, (kind, size) in zip(tables, declared.headline.items(), strict=True):
         assert table["header"] == ["window", "0.06 m/s", "0.6 m/s", "1.2 m/s", "best"]
         assert f"toy, noise {kind} {size:g} {'rad' if kind == 'common' else 'of peak'}: bits" in table["caption"]
+        assert "accuracy in %. Best speed by accuracy [m/s]" in table["caption"]
         here, best = measured.sel(level=f"{kind} {size:g}").mean("set"), find_best(measured, f"{kind} {size:g}")
         for window, *cells, last in table["rows"]:
             for cell, speed in zip(cells, SPEEDS, strict=True):
