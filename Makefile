@@ -61,8 +61,8 @@ $(BIN)/.mutants: $(BIN)/.test
 	@$(PIP) -e '.[test,mutants]'
 	@touch $@
 
-mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted)
-	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED)
+mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted; ROOM=cli PRINTED=1)
+	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED) $(if $(PRINTED),--printed)
 
 bench: $(BIN)/.core  ## our engines against bare MuJoCo, the encoder and dispersion against plain loops
 	@for script in physics chain wall calibration; do $(BIN)/python benchmarks/$$script.py; done

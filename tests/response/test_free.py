@@ -107,6 +107,12 @@ def test_unusable_traces_say_why(time, signal, match):
         measure_free_response(time, signal)
 
 
+@pytest.mark.parametrize("half", [2.6, 3.2])
+def test_two_and_a_half_samples_of_half_a_cycle_are_enough(half):
+    found = measure_free_response(TIME, swing(TIME, 0.5 / half, 0.1), fit=False)
+    assert found.frequency == pytest.approx(0.5 / half, rel=0.02)
+
+
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 def test_a_release_is_a_twentieth_of_the_largest_deflection_in_any_unit(unit):
     """A trace that grows to 1 after it began at 4 % is none; at 6 % it is one, and too short to turn twice."""
