@@ -22,6 +22,11 @@ def test_sparseness_ignores_scale_and_takes_any_axis():
     np.testing.assert_allclose(hoyer_sparseness(1e-200 * values.T, axis=0), hoyer_sparseness(values))
 
 
+def test_sparseness_of_entries_whose_squares_underflow_is_that_of_their_ratios():
+    for vector in ([1.0, 0.0, 2.0], [1.0, 3.0, 2.0]):
+        assert hoyer_sparseness(1e-200 * np.array(vector)) == pytest.approx(hoyer_sparseness(vector), rel=1e-12)
+
+
 def test_sparseness_of_zeros_is_undefined():
     assert np.isnan(hoyer_sparseness(np.zeros(5)))
 

@@ -5,7 +5,7 @@ import pytest
 
 from feeler.decoding import Relative, compute_sweep
 from feeler.dispersion import compute_dispersion
-from feeler.robot import comparison
+from feeler.robot import comparison, make_robot
 from feeler.robot.comparison import DURATION, PROFILES, compute_comparison, make_profiles, simulate_comparison
 from feeler.robot.touches import SPEEDS, make_touches
 
@@ -13,7 +13,7 @@ from feeler.robot.touches import SPEEDS, make_touches
 def test_profiles_have_one_compliance_and_one_damping_time():
     profiles = make_profiles()
     assert tuple(profiles) == PROFILES
-    robot = profiles["linear"]
+    robot = make_robot()
     for name, antenna in profiles.items():
         assert np.sum(1 / antenna.stiffness) == pytest.approx(np.sum(1 / robot.stiffness))
         np.testing.assert_allclose(antenna.damping / antenna.stiffness, robot.damping[0] / robot.stiffness[0])
