@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from feeler.calibration import (
 )
 from feeler.calibration.hinges import Hinges
 from feeler.calibration.identify import Profiles, decompose
+from feeler.calibration.own import _find_directions
 from feeler.calibration.problem import FAILED
 from feeler.calibration.protocol import Measured
 from feeler.errors import InvalidInput
@@ -112,6 +114,16 @@ def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
     found = fit(problem, starts, method="powell", max_evaluations=3)
     assert [m.start for m in found.minima] == [tuple(start) for start in starts]
     assert found.error == min(m.error for m in found.minima) < max(m.error for m in found.minima)
+
+
+def test_a_jacobian_is_told_in_typical_changes(problem):
+    """Of a tilted family: the first hinge's logarithms move by −½ per tilt, and a typical tilt is 2."""
+    tilted = replace(problem, hinges=make_hinges("tilt", make_small()))
+    expected = np.array([[-0.5, 0.0, 0.5, 0.0], [0.5, -1.0, -0.5, 1.0]])
+    found = analyse_directions(tilted, np.array([1.0, 1.0, 0.0, 0.0]), step=1e-3)
+    np.testing.assert_allclose(found.jacobian, expected, atol=1e-5)
+    fitted = SimpleNamespace(jacobian=expected / tilted.hinges.scale, x=np.zeros(4))
+    np.testing.assert_allclose(_find_directions(tilted.hinges, fitted).jacobian, expected)
 
 
 def test_directions_are_told_with_every_part_above_a_fifth():
