@@ -15,10 +15,15 @@ from feeler.active import (
     judge_learned,
     judge_steering,
     load_contest,
+    show,
 )
-from feeler.active.page import fill_comparison, plot_comparison
+from feeler.active.observer import Observer
+from feeler.active.page import fill_comparison, film_policy, plot_comparison
+from feeler.active.policies import parse_policy
+from feeler.active.show import write_film
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
+from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.tradeoff import average_sets
@@ -143,6 +148,32 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
     np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
     points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
     np.testing.assert_allclose(points, [[1, 52.5], [3, 68.0], [0.2, 60.0]])
+
+
+def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch, comparison):
+    made = []
+    monkeypatch.setattr(show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n)))
+    observer = Observer(comparison.make_task(cockroach(), 0), period=comparison.period)
+    film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
+    assert film.labels == tuple(f"{f.name} {f.size:g} mm" for f in observer.task.trials.features)
+    write_film(film, "film.mp4", slower=20.0)
+    figure, draw, count = made[0]
+    left, above, below = figure.axes
+    assert (left.get_xlabel(), left.get_ylabel(), above.get_ylabel()) == ("x [mm]", "y [mm]", "speed [m/s]")
+    assert below.get_xlabel() == "time [ms]"
+    draw(count - 1)
+    assert left.get_title() == say_clock(float(film.time[-1]), 20.0)
+    np.testing.assert_array_equal(above.lines[0].get_data(), [film.time, film.speed])
+    for line, belief in zip(below.lines, film.belief.T, strict=True):
+        np.testing.assert_array_equal(line.get_data(), [film.time, belief])
+
+
+def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
+    measured = make_measured(comparison, [[0.52], [0.9], [0.6]])
+    section = Section(name="active", title="", folder=tmp_path, vector=False)
+    fill_comparison(section, measured, comparison)
+    right = next(block for block in section.blocks if block["kind"] == "table")
+    assert [row[1] for row in right["rows"]] == ["52.0", "90.0", "60.0"]
 
 
 def test_the_command_makes_its_page(tmp_path):

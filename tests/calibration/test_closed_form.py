@@ -126,6 +126,12 @@ def test_a_jacobian_is_told_in_typical_changes(problem):
     np.testing.assert_allclose(_find_directions(tilted.hinges, fitted).jacobian, expected)
 
 
+def test_one_target_without_spread_leaves_the_others_to_draw_from(problem):
+    targets = make_targets(frequency=(FREQUENCY, 0.0), damping_ratio=(RATIO, SPREADS[1]))
+    drawn = bootstrap(replace(problem, targets=targets), np.ones(2), np.random.default_rng(0), n_draws=50)
+    assert np.ptp(drawn[:, 0]) < 1e-6 < np.ptp(drawn[:, 1])
+
+
 def test_directions_are_told_with_every_part_above_a_fifth():
     """Rows of a rotation by asin 0.3: both parts are told; by asin 0.1 the small one is left out."""
     for small, strong, weak in (

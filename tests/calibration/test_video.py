@@ -122,6 +122,17 @@ def test_the_noise_of_a_video_is_that_of_its_second_differences():
         find_release(3.7 * np.random.default_rng(0).standard_normal(20_000))
 
 
+def test_a_band_follows_the_logarithm_of_a_profile_that_is_no_power_of_its_numbers():
+    """Linear: k = b + (t − b) s, so that d ln k / d ln b = b (1 − s) / k and d ln k / d ln t = t s / k."""
+    hinges, p = make_hinges("linear", make_small()), np.array([2.0, 0.5, 3.0, 1.0])
+    band = compute_band(hinges, p, np.diag([0.01, 0.04, 0.0, 0.0]), 2.0)
+    share = (band.middle[0] - 2.0) / (0.5 - 2.0)
+    slopes = np.stack([2.0 * (1 - share), 0.5 * share]) / band.middle[0]
+    expected = 2.0 * np.sqrt((slopes**2 * [[0.01], [0.04]]).sum(axis=0))
+    np.testing.assert_allclose(np.log(band.high / band.middle)[0], expected, rtol=1e-5)
+    np.testing.assert_allclose(band.high[1], band.middle[1])
+
+
 def test_rest_is_the_median_of_the_last_fifth():
     signal = np.r_[np.full(80, 5.0), np.arange(19.0), 900.0]
     assert find_rest(signal) == np.median(signal[80:]) == 9.5

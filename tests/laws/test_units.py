@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[2] / "src" / "feeler"
-UNITS = """mm cm m px ms s Hz kHz ° degrees rad radians % ‰ m/s mm/s mm/ms cm/s °/s rad/s rad/ms mN N mg g µJ mJ bits nats 1/mm
-N·mm/rad N·mm·ms/rad rad/N·mm 1/joint""".split()
-UNIT = f"({'|'.join(map(re.escape, UNITS))})"
+UNIT = (
+    r"(mm|cm|m|px|ms|s|Hz|kHz|°|degrees|rad|radians|%|‰|m/s|mm/s|mm/ms|cm/s|°/s|rad/s|rad/ms|mN|N|mg|g|µJ|mJ|bits|nats|1/mm"
+    r"|N·mm/rad|N·mm·ms/rad|rad/N·mm|1/joint)"
+)
 LABEL = re.compile(rf"(?:^|[,;(] ?)([^\[\],;]*?) [\[(]{UNIT}[\])]")
 OWN = {
     r"angular speed|mean of peak speeds|\|speed\||^left$|^right$": {"°/s", "%"},

@@ -99,6 +99,19 @@ def test_a_turn_through_the_back_is_unwrapped_even_across_a_gap():
     right[51:] -= 2 * np.pi
     filled, _ = bridge_gaps(right, 5)
     np.testing.assert_allclose(np.diff(filled), np.diff(swing), atol=1e-9)
+    right[51:] += 6 * np.pi  # two turns on instead of one back
+    np.testing.assert_allclose(np.diff(bridge_gaps(right, 5)[0]), np.diff(swing), atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [0.0, -2.0, np.inf, np.nan])
+def test_pixels_are_scaled_by_a_positive_number_and_once(scale):
+    tracks = Tracks(position=np.ones((3, 1, 2)), landmarks=("tip",), interval=10.0)
+    with pytest.raises(InvalidInput, match="tracks in px are scaled by px/mm > 0"):
+        tracks.scaled(scale)
+    scaled = tracks.scaled(4.0)
+    np.testing.assert_array_equal(scaled.position, 0.25)
+    with pytest.raises(InvalidInput, match="tracks in mm are scaled by px/mm > 0, once"):
+        scaled.scaled(4.0)
 
 
 def test_lost_frames_change_the_answer_little():
