@@ -94,7 +94,9 @@ def test_nothing_is_extrapolated_in_silence():
     ("change", "message"),
     [
         (lambda h, a, c: (h[:-1], a, c), "lists of one length"),
-        (lambda h, a, c: (h + 1, a, c), "numbered 1, 2"),
+        (lambda h, a, c: (h + 1, a, c), "numbered 1, 2, … without a hole, got 2, 3, 4"),
+        (lambda h, a, c: (h[:0], a[:0], c[:0]), "without a hole, got none"),
+        (lambda h, a, c: (1.0 + np.arange(257), np.ones(257), np.ones(257)), "at most 256 hinges, got readings of 257"),
         (lambda h, a, c: (h, np.where(h == 2, 0.1, a), c), "hinge 2 has 180 readings at 1 angles"),
         (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 at every angle"),
         (lambda h, a, c: (h, a, np.where(h == 3, np.nan, c)), "must be complete"),

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.tracking import compute_antenna_angle, load_tracks, measure_exploration, measure_posture, trackers
-from feeler.tracking.trackers import Found
+from feeler.tracking.trackers import Found, _project
 from feeler.tracking.tracks import Tracks, _doubt
 
 DATA = Path(__file__).parent / "data"
@@ -171,6 +171,19 @@ def test_column_names_that_would_call_something_are_refused(tmp_path):
 def test_what_is_missing_is_named(options, match):
     with pytest.raises(InvalidInput, match=match):
         load_tracks(DATA / "DLC_one.csv", **options)
+
+
+@pytest.mark.parametrize(("plane", "axes"), [("xy", [0, 1]), ("xz", [0, 2]), ("yz", [1, 2])])
+def test_a_plane_is_the_two_axes_that_it_names(plane, axes):
+    position = np.random.default_rng(0).normal(size=(7, 2, 3))
+    found = _project(Found(names=("a", "b"), position=position), plane, "pose_3d.csv")
+    np.testing.assert_array_equal(found.position, position[:, :, axes])
+
+
+def test_the_ends_of_what_may_be_asked_for_may_be_asked_for():
+    slow = load_tracks(DATA / "DLC_one.csv", frame_rate=0.5)
+    assert slow.interval == 2000.0
+    assert load_tracks(DATA / "DLC_one.csv", frame_rate=30, min_likelihood=1.0).n_frames == slow.n_frames
 
 
 def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):

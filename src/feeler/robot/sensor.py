@@ -157,7 +157,9 @@ def fit_sensors(
 
 def _count_hinges(hinge: np.ndarray) -> int:
     numbers = np.unique(hinge)
-    if numbers.size == 0 or numbers.size > MAX_HINGES or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
+    if numbers.size > MAX_HINGES:
+        raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got readings of {numbers.size}.")
+    if numbers.size == 0 or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
         shown = ", ".join(f"{number:g}" for number in numbers[:12])
         raise InvalidInput(f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}.")
     return numbers.size
