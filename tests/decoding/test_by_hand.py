@@ -149,6 +149,15 @@ def test_several_touches_of_a_class_give_its_mean_and_spread():
     np.testing.assert_allclose(decoder.constant_[0], -0.5 * np.log(variance).sum(axis=0) / 20.0)
 
 
+@pytest.mark.parametrize(("since", "known"), [(-1, False), (0, True), (5, True)])
+def test_a_touch_is_decided_from_its_first_sample_of_contact_on(monkeypatch, since, known):
+    decoder = StreamDecoder()
+    decoder.classes_ = ["a", "b"]
+    state = SimpleNamespace(since_contact=since, posterior=np.array([0.25, 0.75]))
+    monkeypatch.setattr(StreamDecoder, "replay", lambda *_: [state])
+    np.testing.assert_array_equal(decoder.decide([np.zeros((2, 9))]), [[0.25, 0.75] if known else [np.nan, np.nan]])
+
+
 def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
     rng = np.random.default_rng(1)
     tensors = np.cumsum(rng.normal(size=(3, 2, 30)), axis=2)
@@ -166,6 +175,9 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
     silent, strange = np.full((1, 2, 30), np.nan), ("c", 0.5, 0.1)  # of no contact, and of no class: left out
     more = classifier.temper(np.concatenate([test, silent, test[:1]]), [*true, labels[0], strange])
     assert more.temperature_ == found
+    for wrong in (true[:-1], [strange] * len(true)):
+        with pytest.raises(InvalidInput, match="temper needs touches with contact"):
+            classifier.temper(test, wrong)
     expected = np.exp(votes / found) / np.exp(votes / found).sum(axis=1, keepdims=True)
     np.testing.assert_allclose(classifier.predict_proba(test), expected)
     scored = score_transfer(classifier, test, true)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feeler.decoding.link import CLOCK, WRAP, Link, frame_sample
+from feeler.decoding.link import CLOCK, WRAP, Link, frame_sample, unwrap_clock
 from feeler.decoding.samples import open_serial, read_samples
 
 
@@ -65,6 +65,13 @@ def test_a_board_that_begins_anew_is_followed():
 def test_a_clock_that_begins_anew_goes_on_for_hours():
     link, true = Link(3), np.arange(0.0, 3.5 * CLOCK, CLOCK / 7)
     assert [link.follow(time % CLOCK) for time in true] == pytest.approx(list(true))
+
+
+def test_a_recorded_clock_that_begins_anew_is_unwrapped_and_a_small_step_back_stays():
+    true = np.arange(0.0, 2.5 * CLOCK, CLOCK / 7)
+    np.testing.assert_allclose(unwrap_clock(true % CLOCK), true, rtol=1e-12)
+    jitter = np.array([0.0, 4.0, 3.0, 8.0])
+    np.testing.assert_array_equal(unwrap_clock(jitter), jitter)
 
 
 def test_a_serial_line_that_drops_and_repeats_is_read_as_it_comes():

@@ -1,5 +1,6 @@
 """Fit of p1 and p2: planted factors come back; what does not ring is refused."""
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -166,6 +167,13 @@ def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
     np.testing.assert_allclose(np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0])))
     assert seen["cost"](np.log([2.0, 5.0])) == pytest.approx(np.hypot(0.2, 0.1))
     assert seen["cost"](np.log([4.0, 5.0])) > 100
+
+
+@pytest.mark.parametrize(("bend", "enough"), [(0.0199, False), (0.0201, True)])
+def test_a_release_is_measured_from_a_fiftieth_of_a_radian_on_in_all_hinges_together(bend, enough):
+    recording = Recording(time=TIME, values=np.full((8, 1), bend / 8) * _cosine(0.004, 0.05))
+    with nullcontext() if enough else pytest.raises(InvalidInput, match="no deflection worth measuring"):
+        assert factors._check_release(recording, make_robot()) is recording.values
 
 
 def test_a_release_is_counted_from_the_mean_of_the_last_quarter():

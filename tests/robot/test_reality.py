@@ -16,6 +16,7 @@ from feeler.robot import (
     make_touches,
     make_training,
     measure_transfer,
+    reality,
     sweep_shots,
     touch_robots,
 )
@@ -56,6 +57,27 @@ def test_without_a_gap_transfer_is_perfect_and_a_gap_costs(classifier):
     assert none.correct == {"all": 6, "feature": 6, "location": 6, "speed": 6, "top2": 6}
     wide = measure_transfer(classifier, touch_robots(draw_robots(4.0, 3, seed=0)))
     assert wide.share()[0] < 0.8
+
+
+@pytest.mark.parametrize(("speed", "more"), [(0.27, 0), (0.0135, 1500)])
+def test_a_stream_looks_back_further_where_slower_touches_need_it(monkeypatch, speed, more):
+    asked = {}
+
+    class Decoder:
+        window = 700
+
+        def __init__(self, **options):
+            asked.update(options)
+
+        def fit(self, *_):
+            return self
+
+        temper = fit
+
+    monkeypatch.setattr(reality, "StreamDecoder", Decoder)
+    monkeypatch.setattr(reality, "_simulate", lambda *_: [])
+    reality.make_decoder(trials=make_touches(speeds=(speed,), locations=(0.9,)))
+    assert asked == {"threshold": 0.9, "window": 700 + more}
 
 
 def test_touches_together_equal_touches_alone():
