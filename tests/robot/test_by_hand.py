@@ -9,7 +9,8 @@ from scipy.stats import linregress
 from sklearn.linear_model import LinearRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
-from feeler.robot import Gap, make_robot, make_touches, parts
+from feeler.errors import InvalidInput
+from feeler.robot import Gap, draw_robots, make_robot, make_touches, parts
 from feeler.robot.gap import draw_antenna, draw_trial
 from feeler.robot.mending import find_bad_channels, repair
 from feeler.robot.parts import QUIET
@@ -44,6 +45,21 @@ def test_one_reality_gap_is_as_large_as_it_was_declared():
     angles = {"rest_angle": 0.015, "noise": 0.004, "quantum": 0.002, "drift": 0.01, "hysteresis": 0.006}  # rad
     signal = {"gain": 0.03, "crosstalk": 0.02, "bend": 0.03, "jitter": 0.05, "dropped": 0.01}  # jitter in ms
     assert vars(Gap()) == shares | touch | angles | signal
+
+
+def test_what_is_refused_or_mended_is_told_with_its_numbers():
+    time = 2.0 * np.arange(60)
+    values = np.random.default_rng(0).normal(0, 0.1, (3, 60))
+    assert (
+        repair(Recording(time=time, values=values)).history[-1].startswith("recorded every 2 ms (jitter sd 0 ms), none")
+    )
+    values[1] = 0.125
+    assert find_bad_channels(Recording(time=time, values=values)) == {2: "dead (always 0.125)"}
+    fit = fit_sensors(np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([4.0, 5.0, 6.0]), unit="pF")
+    with pytest.raises(InvalidInput, match=r"3\.25 to 7\.5 pF, calibrated 4 to 6\. Calibrate a wider range"):
+        fit.apply(np.array([[3.25, 5.0, 7.5]]))
+    names = [robot.name for robot in draw_robots(0.5, 2, seed=0)]
+    assert names == ["surrogate-0.5-0", "surrogate-0.5-1"]
 
 
 def test_an_antenna_is_drawn_share_by_share():

@@ -71,6 +71,8 @@ def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
     width = np.linspace(12, 4, 5)
     np.testing.assert_allclose(robot.theory.stiffness, 2500 * width * 0.05**3 / (12 * 0.5))
     np.testing.assert_allclose(robot.antenna.damping, 2.0 * robot.theory.stiffness)
+    for words in ("w [mm]", "t [mm]", "ℓ [mm]", "p2 [ms]"):
+        assert words in (tmp_path / "r.toml").read_text()
     plain = [line for line in (tmp_path / "r.toml").read_text().splitlines() if not line.startswith("hinges")]
     (tmp_path / "plain.toml").write_text("\n".join(plain))
     for name in ("r.toml", "plain.toml"):  # every hinge is sensed unless another list is given
