@@ -30,6 +30,19 @@ def test_gymnasium_finds_nothing_wrong(name):
         check_env(gymnasium.make(name, render_mode="rgb_array").unwrapped)
 
 
+def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
+    titles = []
+    monkeypatch.setattr("matplotlib.axes.Axes.set_title", lambda _, words, **__: titles.append(words))
+    envs = TouchVectorEnv(make_task(), num_envs=2, render_mode="rgb_array")
+    envs.reset(seed=0)
+    for _ in range(3):
+        envs.step(make_action(2, 0.5))
+    pictures = envs.render()
+    time = envs.arena.reading.time[:, 0]
+    assert titles == [f"{t:.0f} ms" for t in time] and time[0] > 0
+    assert pictures[0].shape == pictures[1].shape == (360, 320, 3)
+
+
 @pytest.mark.parametrize("name", TASKS)
 def test_gymnasium_makes_lanes(name):
     envs = gymnasium.make_vec(name, num_envs=3)

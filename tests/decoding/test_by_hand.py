@@ -158,6 +158,11 @@ def test_a_touch_is_decided_from_its_first_sample_of_contact_on(monkeypatch, sin
     np.testing.assert_array_equal(decoder.decide([np.zeros((2, 9))]), [[0.25, 0.75] if known else [np.nan, np.nan]])
 
 
+def test_tensors_of_nothing_but_zeros_are_not_divided_by_zero():
+    found = TransferClassifier().fit(np.zeros((2, 2, 30)), [("a", 0.5, 0.1), ("b", 0.5, 0.1)])
+    assert found.scale_ == 1.0 and np.isfinite(found.copies_).all()
+
+
 def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
     rng = np.random.default_rng(1)
     tensors = np.cumsum(rng.normal(size=(3, 2, 30)), axis=2)
