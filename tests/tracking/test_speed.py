@@ -103,6 +103,15 @@ def test_a_turn_through_the_back_is_unwrapped_even_across_a_gap():
     np.testing.assert_allclose(np.diff(bridge_gaps(right, 5)[0]), np.diff(swing), atol=1e-9)
 
 
+def test_a_synthetic_animal_holds_its_left_antenna_on_its_left():
+    tracks = make_synthetic_tracks(np.random.default_rng(4), peak_speed=(1e-9, 1e-9), noise=0.0)
+    forward = tracks.of("head") - tracks.of("abdomen")
+    for side, name in ((1.0, "left_tip"), (-1.0, "right_tip")):
+        out = tracks.of(name) - tracks.of("head")
+        turned = np.arctan2(forward[:, 0] * out[:, 1] - forward[:, 1] * out[:, 0], (forward * out).sum(axis=1))
+        np.testing.assert_allclose(np.degrees(turned), side * 35.0, atol=1e-3)  # y upwards: left is anticlockwise
+
+
 @pytest.mark.parametrize("scale", [0.0, -2.0, np.inf, np.nan])
 def test_pixels_are_scaled_by_a_positive_number_and_once(scale):
     tracks = Tracks(position=np.ones((3, 1, 2)), landmarks=("tip",), interval=10.0)

@@ -200,6 +200,22 @@ def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
         load_tracks(tmp_path / "hole.csv", frame_rate=30)
 
 
+def test_two_frames_with_one_missing_between_them_are_refused():
+    with pytest.raises(InvalidInput, match="frames missing"):
+        trackers._check_frames(np.array([4, 6]), "a.csv")
+    trackers._check_frames(np.array([4]), "a.csv")
+
+
+def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():
+    """Pieces of 3, 5 and 8 px that turn by 0.4 and by −0.2 rad."""
+    heading, length = np.array([0.1, 0.5, 0.3]), np.array([3.0, 5.0, 8.0])
+    steps = length[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    position = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[None].repeat(2, axis=0)
+    found = measure_posture(Tracks(position=position, landmarks=tuple("abcd"), interval=10.0), tuple("abcd"))
+    np.testing.assert_allclose(found["curvature"], [[0.4 / 4, -0.2 / 6.5]] * 2)
+    np.testing.assert_allclose(found["piece_length"], length)
+
+
 @pytest.mark.parametrize("n", [3, 9])
 def test_an_arc_has_one_curvature_and_bends_that_add_up(n):
     radius, turn = 50.0, np.linspace(0.0, 1.2, n)

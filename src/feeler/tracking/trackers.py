@@ -87,7 +87,7 @@ def _gather(
 
 
 def _check_frames(frame: np.ndarray, source: str) -> None:
-    if frame.size > 1 and not np.all(np.diff(frame) == 1):
+    if not np.all(np.diff(frame) == 1):
         raise InvalidInput(
             f"{source}: frame numbers do not rise one by one; there are frames missing. Fill them with NaN."
         )
