@@ -63,7 +63,8 @@ def _parse() -> argparse.Namespace:
 
 def _judge_room(copy: Path, said: argparse.Namespace) -> None:
     end = time.monotonic() + 60 * said.minutes
-    room, modules, files = PARTS.get(said.room, (said.room, "", ""))
+    whole = (said.room, "", "")
+    room, modules, files = whole if said.printed else PARTS.get(said.room, whole)
     tests = said.tests.split() or [f"tests/{room}/{name}" for name in files.split()] or [f"tests/{room}"]
     paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
     paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
