@@ -23,6 +23,9 @@ def test_what_is_never_wrong_is_not_listed():
     confused = explain_confusion(np.eye(4) + np.eye(4)[[1, 0, 3, 2]], ATTRIBUTES)
     assert confused.describe() == "right 50.0 %; wrong in size 50.0 %"
     assert explain_confusion(np.eye(4), ATTRIBUTES).describe() == "all right"
+    once = np.zeros((4, 4))
+    once[0, 0] = 1  # a single trial
+    assert explain_confusion(once, ATTRIBUTES).describe() == "all right"
 
 
 def test_shares_add_up():

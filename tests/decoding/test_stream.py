@@ -209,6 +209,15 @@ def test_the_ends_of_a_range_belong_to_it(ends):
     assert StreamDecoder(**ends).fit(TOUCHES, LABELS).classes_
 
 
+def test_fifty_samples_too_many_at_the_start_are_left_out_and_one_more_is_refused():
+    stream = _decoder().start()
+    for _ in range(51):
+        stream.update(np.zeros(3), 0.0)
+    assert stream.surplus == 50
+    with pytest.raises(InvalidInput, match="samples come faster than every 1 ms"):
+        stream.update(np.zeros(3), 0.0)
+
+
 @pytest.mark.parametrize(
     ("act", "message"),
     [
