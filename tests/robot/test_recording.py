@@ -91,6 +91,14 @@ def test_a_time_column_swapped_with_a_channel_is_caught(tmp_path):
         load_recording(_write(tmp_path, _header(), rows))
 
 
+def test_a_time_unit_may_be_given_by_hand_or_stand_in_a_note(tmp_path):
+    path = _write(tmp_path, _header(time="time"), ROWS)
+    np.testing.assert_allclose(load_recording(path, time_unit="s").time, [0.0, 1000.0, 2000.0])
+    np.testing.assert_allclose(
+        load_recording(_write(tmp_path, _header(time="time"), ROWS, "# time unit: us\n")).time, [0, 1e-3, 2e-3]
+    )
+
+
 def test_unit_given_by_hand_must_agree_with_the_header(tmp_path):
     path = _write(tmp_path, ["time_ms", *(f"c{k}" for k in range(1, 9))], ROWS)
     assert load_recording(path, unit="pF").quantity == "capacitance"
