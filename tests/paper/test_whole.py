@@ -9,7 +9,7 @@ import pytest
 from feeler.paper.claims import load_claims
 from feeler.paper.context import Context
 from feeler.paper.reproduce import STAGES, reproduce
-from feeler.paper.verdicts import judge_claims
+from feeler.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
 from feeler.scale import SCALES
 
 from ._page import FOREIGN
@@ -96,3 +96,14 @@ def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not
     assert all(section.cached for section in sections.values())
     changed = {stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))}
     assert changed == {stage.name for stage in STAGES if "seed" in stage.reads} != {stage.name for stage in STAGES}
+
+
+def test_the_page_opens_with_the_verdicts_that_were_given(whole, sections):
+    """Of the paper's claims with evidence, as many of each verdict as are judged so."""
+    counts = count_verdicts(judge_claims(list(sections.values()), Context(scale="smoke")))
+    page = re.sub(r"<(style|script).*?</\1>", " ", (whole / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
+    words = " ".join(re.sub("<[^>]+>", " ", page).split())
+    every = sum(counts[verdict] for verdict in EVIDENCE)
+    assert f"{counts['reproduced']} of {every} claims of the paper with evidence here are reproduced" in words
+    for verdict in (verdict for verdict in EVIDENCE if counts[verdict]):
+        assert f"{counts[verdict]} {verdict}" in words, verdict
