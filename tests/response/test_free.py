@@ -200,6 +200,14 @@ def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(value
     np.testing.assert_allclose(heights, [np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits], atol=1e-9)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_samples_that_differ_in_their_last_bit_turn_at_the_middle_one(sign):
+    """1 − 2⁻⁵³, 1, 1: the middle is farther out, and yet their second difference rounds to nothing."""
+    signal = sign * np.array([0.0, np.nextafter(1.0, 0.0), 1.0, 1.0, 0.0])
+    times, heights = find_extrema(np.arange(5.0), signal)
+    np.testing.assert_array_equal([times, heights], [[2.0], [sign]])
+
+
 def test_a_trace_that_touches_zero_is_no_opposite_peak():
     """Two bumps on one side with a sample at rest between them: nothing swings through."""
     time = np.arange(0.0, 60.0)

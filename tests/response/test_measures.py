@@ -52,6 +52,12 @@ def test_a_tip_may_turn_beside_the_ends_of_the_trace(peak):
     assert measure_deflection_ratios(TIME, 0.3 * TIME, tip)[0] == pytest.approx(0.3 * peak / 10)
 
 
+def test_a_tip_that_rests_at_its_farthest_but_for_a_bit_is_read_there():
+    tip = np.clip(TIME / 20, 0.0, 1.0) * np.clip((49 - TIME) / 20, 0.0, 1.0)
+    tip[20] = np.nextafter(1.0, 0.0)
+    assert np.argmax(tip) == 21 and measure_deflection_ratios(TIME, 0.3 * TIME, tip)[0] == pytest.approx(0.3 * 21)
+
+
 def test_gaps_and_shapes_of_points_are_refused():
     tip = 10 - 0.1 * (TIME - 20.4) ** 2
     with pytest.raises(InvalidInput, match="missing samples"):

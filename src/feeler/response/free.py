@@ -1,7 +1,6 @@
 """Free response: what a released antenna's tip tells about frequency, damping and settling."""
 
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 
@@ -130,8 +129,8 @@ def _opposite_turns(time: np.ndarray, share: np.ndarray, floor: float) -> tuple[
         return times[:0], heights[:0]
     times, heights = times[after[0] :], heights[after[0] :]
     lobe = np.concatenate(([0], np.cumsum(np.diff(np.sign(heights)) != 0)))
-    lobes = (np.flatnonzero(lobe == k) for k in range(lobe[-1] + 1))
-    best = [int(turns[np.argmax(np.abs(heights[turns]))]) for turns in islice(lobes, 2)]
+    lobes = (np.flatnonzero(lobe == k) for k in (0, 1))
+    best = [int(turns[np.argmax(np.abs(heights[turns]))]) for turns in lobes if turns.size]
     return times[best], heights[best]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.response.trace import check_trace
+from feeler.response.trace import check_trace, find_vertex
 
 
 @checked
@@ -37,7 +37,7 @@ def measure_deflection_ratios(time: np.ndarray, deflection: np.ndarray, tip: np.
             f"the tip is farthest out at the {'first' if k == 0 else 'last'} sample ({time[k]:g} ms): the trace "
             "does not hold the whole deflection. Record longer."
         )
-    share = 0.5 * (tip[k - 1] - tip[k + 1]) / (tip[k - 1] - 2 * tip[k] + tip[k + 1])  # the first of the farthest: not 0
+    share = float(find_vertex(*tip[k - 1 : k + 2]))
     return _parabola(deflection[:, k - 1 : k + 2], share) / _parabola(tip[None, k - 1 : k + 2], share)
 
 

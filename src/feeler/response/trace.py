@@ -63,6 +63,12 @@ def find_extrema(time: np.ndarray, signal: np.ndarray, floor: float = 0.0) -> tu
     size = np.abs(signal)
     middle = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:]) & (size[1:-1] > floor)) + 1
     before, here, after = signal[middle - 1], signal[middle], signal[middle + 1]
-    share = 0.5 * (before - after) / (before - 2 * here + after)  # ≠ 0: the middle is farther out than the one before
+    share = find_vertex(before, here, after)
     step = time[1] - time[0]
     return time[middle] + share * step, here - 0.25 * (before - after) * share
+
+
+def find_vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Where the parabola through three samples turns, in samples from the middle one; 0 where all but their last bit is one."""
+    bend = before - 2 * here + after
+    return np.where(bend == 0, 0.0, 0.5 * (before - after) / np.where(bend == 0, 1.0, bend))

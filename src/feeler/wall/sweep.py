@@ -152,9 +152,11 @@ def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Res
 
 def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
     """The pre-bend, and the distance at which the wall then stands; on the right side."""
-    base, wall = posture.base_angle, min(first, posture.reach(antenna) - TUCK)
+    base = posture.base_angle
+    reach = measure_reach(antenna, base)
     if posture.prebend in ("rest", "none"):
-        return _hold(antenna, posture, first), max(first, measure_reach(antenna, base))
+        return _hold(antenna, posture, first), max(first, reach)
+    wall = min(first, reach - TUCK)
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
         raise InvalidInput(
