@@ -1,12 +1,15 @@
-"""Does ``accuracy=`` keep its word? Random touches, each against the same touch at a timestep 1/64 of the coarsest.
+"""Does ``accuracy=`` keep its word? Random touches, each against the same touch at a timestep 1/64
+of the coarsest.
 
-python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0] [--seconds 400] [--out out/accuracy]
+python benchmarks/accuracy.py [--touches 2000] [--accuracy 0.01] [--seed 0] [--seconds 400] [--out
+out/accuracy]
 
-Drawn before anything was run [C]: three stiffness profiles times 0.3 to 3 (compliance) and damping likewise; ball, box,
-triangle of half size 0.3 to 4 mm, every second one rounded, plain walls, saw-tooth walls of slopes up to 4; place 0.2 to 1;
-speed 0.02 to 5 m/s; approach 45 to 135 degrees; friction 0 (every tenth) or up to 1.5. Each lasts until 40 mm are travelled
-or longer: 20, 50, 100 or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer one.
-References and lines are kept in --out, so that a run can be cut short and gone on with.
+Drawn before anything was run [C]: three stiffness profiles times 0.3 to 3 (compliance) and damping
+likewise; ball, box, triangle of half size 0.3 to 4 mm, every second one rounded, plain walls,
+saw-tooth walls of slopes up to 4; place 0.2 to 1; speed 0.02 to 5 m/s; approach 45 to 135 degrees;
+friction 0 (every tenth) or up to 1.5. Each lasts until 40 mm are travelled or longer: 20, 50, 100
+or (at most) 200 ms. Touches that were stepped as finely as the reference are held against a finer
+one. References and lines are kept in --out, so that a run can be cut short and gone on with.
 """
 
 import argparse
@@ -37,7 +40,9 @@ def draw(index: int, seed: int) -> tuple[Scene, float]:
     rng = np.random.default_rng([seed, index])
     antenna = cockroach(str(rng.choice(["exponential", "linear", "constant"])))
     scale = np.exp(rng.uniform(np.log(0.3), np.log(3), 2))
-    antenna = antenna.replace(stiffness=antenna.stiffness * scale[0], damping=antenna.damping * scale[1])
+    antenna = antenna.replace(
+        stiffness=antenna.stiffness * scale[0], damping=antenna.damping * scale[1]
+    )
     kind, size = (
         str(rng.choice(["ball", "box", "triangle", "wall", "texture"])),
         np.exp(rng.uniform(np.log(0.3), np.log(4))),
@@ -45,11 +50,14 @@ def draw(index: int, seed: int) -> tuple[Scene, float]:
     rounding = float(rng.uniform(0.05, 0.5) * size * rng.integers(2))
     shapes = {
         "ball": lambda: Ball(radius=size),
-        "box": lambda: Box(half_width=size, half_height=size * rng.uniform(0.5, 2), rounding=rounding),
+        "box": lambda: Box(
+            half_width=size, half_height=size * rng.uniform(0.5, 2), rounding=rounding
+        ),
         "triangle": lambda: Triangle(half_width=size, rounding=rounding),
         "wall": Wall,
         "texture": lambda: Wall(
-            profile=((-size, 0.0), (0.0, size * rng.uniform(0.1, 4)), (size, 0.0)), repeat=max(1, int(30 / size))
+            profile=((-size, 0.0), (0.0, size * rng.uniform(0.1, 4)), (size, 0.0)),
+            repeat=max(1, int(30 / size)),
         ),
     }
     speed = float(np.exp(rng.uniform(np.log(0.02), np.log(5))))
@@ -61,7 +69,9 @@ def draw(index: int, seed: int) -> tuple[Scene, float]:
         friction=0.0 if rng.integers(10) == 0 else float(rng.uniform(0, 1.5)),
         lead=min(5.0, 2 / speed),
     )
-    return make_scene(antenna, trial), next((d for d in DURATIONS if d >= 40 / speed), DURATIONS[-1])
+    return make_scene(antenna, trial), next(
+        (d for d in DURATIONS if d >= 40 / speed), DURATIONS[-1]
+    )
 
 
 def judge(scenes: list[Scene], duration: float, accuracy: float, kept: Path) -> list[dict]:
@@ -82,17 +92,22 @@ def judge(scenes: list[Scene], duration: float, accuracy: float, kept: Path) -> 
             "diverged": not isinstance(motion, Motion),
             "timestep": getattr(motion, "timestep", None),
             "said": getattr(motion, "error", None),
-            "off": compute_error(scene, motion, replace(motion, angle=angle))
-            if isinstance(motion, Motion) and np.isfinite(angle).all()
-            else None,
+            "off": (
+                compute_error(scene, motion, replace(motion, angle=angle))
+                if isinstance(motion, Motion) and np.isfinite(angle).all()
+                else None
+            ),
             "seconds": seconds,
         }
         for scene, motion, angle in zip(scenes, found, truth, strict=True)
     ]
 
 
-def load_reference(scenes: list[Scene], duration: float, timestep: float, kept: Path) -> list[np.ndarray]:
-    """The angles (sample, segment) of each scene stepped that finely, made once: they depend on no choice of steps.
+def load_reference(
+    scenes: list[Scene], duration: float, timestep: float, kept: Path
+) -> list[np.ndarray]:
+    """The angles (sample, segment) of each scene stepped that finely, made once: they depend on no
+    choice of steps.
 
     NaN where even so fine a simulation diverges.
     """
@@ -109,7 +124,9 @@ def load_reference(scenes: list[Scene], duration: float, timestep: float, kept: 
 def _list_angles(found: list[Motion | Exception]) -> list[np.ndarray]:
     """NaN where a simulation diverged."""
     shape = next((motion.angle.shape for motion in found if isinstance(motion, Motion)), (1, 1))
-    return [motion.angle if isinstance(motion, Motion) else np.full(shape, np.nan) for motion in found]
+    return [
+        motion.angle if isinstance(motion, Motion) else np.full(shape, np.nan) for motion in found
+    ]
 
 
 def list_tasks(touches: int, seed: int) -> list[tuple[float, list[int]]]:
@@ -117,7 +134,11 @@ def list_tasks(touches: int, seed: int) -> list[tuple[float, list[int]]]:
     by_duration = defaultdict(list)
     for index in range(touches):
         by_duration[draw(index, seed)[1]].append(index)
-    return [(d, rest[k : k + LANES]) for d, rest in by_duration.items() for k in range(0, len(rest), LANES)]
+    return [
+        (d, rest[k : k + LANES])
+        for d, rest in by_duration.items()
+        for k in range(0, len(rest), LANES)
+    ]
 
 
 def summarise(rows: list[dict], accuracy: float) -> dict:
@@ -138,28 +159,45 @@ def summarise(rows: list[dict], accuracy: float) -> dict:
         "beyond_5_percent_unwarned": int(((off > OFF) & (said <= accuracy)).sum()),
         "seconds_per_touch": float(np.mean([row["seconds"] for row in rows])),
         "timesteps": {
-            f"{h:g}": int(sum(row["timestep"] == h for row in kept)) for h in sorted({row["timestep"] for row in kept})
+            f"{h:g}": int(sum(row["timestep"] == h for row in kept))
+            for h in sorted({row["timestep"] for row in kept})
         },
-        "worst": sorted((row for row in kept if row["said"] <= accuracy), key=lambda row: -row["off"])[:10],
+        "worst": sorted(
+            (row for row in kept if row["said"] <= accuracy), key=lambda row: -row["off"]
+        )[:10],
     }
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--touches", type=int, default=2000)
     parser.add_argument("--accuracy", type=float, default=0.01)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=float, default=np.inf, help="begin nothing after this; run again to go on")
-    parser.add_argument("--out", type=Path, default=Path("out/accuracy"), help="references, and a line for each touch")
+    parser.add_argument(
+        "--seconds", type=float, default=np.inf, help="begin nothing after this; run again to go on"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/accuracy"),
+        help="references, and a line for each touch",
+    )
     args = parser.parse_args()
     start, lines = time.perf_counter(), args.out / "rows.jsonl"
-    rows = {row["index"]: row for row in map(json.loads, lines.read_text().splitlines() if lines.exists() else ())}
+    rows = {
+        row["index"]: row
+        for row in map(json.loads, lines.read_text().splitlines() if lines.exists() else ())
+    }
     for duration, own in list_tasks(args.touches, args.seed):
         if time.perf_counter() - start > args.seconds:
             break
         if not all(index in rows for index in own):
             scenes = [draw(index, args.seed)[0] for index in own]
-            found = judge(scenes, duration, args.accuracy, args.out / f"{args.seed}_{own[0]}_{own[-1]}.npy")
+            found = judge(
+                scenes, duration, args.accuracy, args.out / f"{args.seed}_{own[0]}_{own[-1]}.npy"
+            )
             rows |= {index: {"index": index, **row} for index, row in zip(own, found, strict=True)}
             with lines.open("a") as file:
                 file.writelines(json.dumps(rows[index]) + "\n" for index in own)
@@ -167,7 +205,9 @@ def main() -> None:
     result = summarise(list(rows.values()), args.accuracy)
     print(json.dumps(result, indent=2))
     if len(rows) == args.touches:
-        Path(__file__).with_name("results").joinpath("accuracy.json").write_text(json.dumps(result, indent=1) + "\n")
+        Path(__file__).with_name("results").joinpath("accuracy.json").write_text(
+            json.dumps(result, indent=1) + "\n"
+        )
 
 
 if __name__ == "__main__":

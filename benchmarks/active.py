@@ -1,4 +1,5 @@
-"""Does it pay to steer? Policies against each other as declared.toml says, in pieces that a run can be ended between.
+"""Does it pay to steer? Policies against each other as declared.toml says, in pieces that a run can
+be ended between.
 
 python benchmarks/active.py compare     # every policy and set that the journal lacks
 python benchmarks/active.py confirm     # the policies chosen, on fresh sets
@@ -6,10 +7,11 @@ python benchmarks/active.py confirm_learned  # the learned ones too, a quarter o
 python benchmarks/active.py speed       # steps of 64 environments per second
 python benchmarks/active.py places      # where to touch next
 python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
-python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed; needs sb3-contrib
-python benchmarks/active.py judge store_learned  # the learned policies under the exact observer, beside the others
-python benchmarks/active.py walls       # wall following as a closed loop
-python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the others write their own parts
+python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed; needs
+sb3-contrib python benchmarks/active.py judge store_learned  # the learned policies under the exact
+observer, beside the others python benchmarks/active.py walls       # wall following as a closed
+loop python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the
+others write their own parts
 """
 
 import json
@@ -21,7 +23,13 @@ import numpy as np
 import xarray as xr
 
 from feeler.active import Observer, make_learned
-from feeler.active.compare import compare_policies, confirm_steering, judge_energy, judge_learned, judge_steering
+from feeler.active.compare import (
+    compare_policies,
+    confirm_steering,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+)
 from feeler.active.declared import Contest, load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
@@ -30,7 +38,9 @@ from feeler.tradeoff import average_sets
 HERE = Path(__file__).parent / "results"
 STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report
 RESULTS = HERE / "active.json"
-JOURNAL = Path(__file__).parents[1] / "build" / "active.jsonl"  # of one state of the code, so not kept
+JOURNAL = (
+    Path(__file__).parents[1] / "build" / "active.jsonl"
+)  # of one state of the code, so not kept
 
 
 def keep(**values: object) -> None:
@@ -46,7 +56,11 @@ def compare() -> None:
     for names in ((*comparison.fixed, *comparison.steered), comparison.ahead):
         began = time.process_time()
         compare_policies(
-            cockroach(), comparison, names, journal=JOURNAL, progress=lambda *done: print(*done, flush=True)
+            cockroach(),
+            comparison,
+            names,
+            journal=JOURNAL,
+            progress=lambda *done: print(*done, flush=True),
         )
         print(f"{time.process_time() - began:.0f} s CPU", flush=True)
 
@@ -56,7 +70,12 @@ def write() -> None:
     comparison = load_contest()
     measured = compare_policies(cockroach(), comparison, journal=JOURNAL)
     verdict, energy = judge_steering(measured, comparison), judge_energy(measured, comparison)
-    keep(steering=verdict.to_dict(), energy=energy, measured=measured.to_dict(), declared=vars(comparison))
+    keep(
+        steering=verdict.to_dict(),
+        energy=energy,
+        measured=measured.to_dict(),
+        declared=vars(comparison),
+    )
     print(verdict.to_dataframe().to_string())
     store()
 
@@ -66,7 +85,9 @@ def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
     comparison, results = load_contest(), json.loads(RESULTS.read_text())
     verdict = xr.Dataset.from_dict(results["steering"])
     more = comparison.replace(sets=comparison.confirm["first"] + comparison.confirm["sets"])
-    names = [*dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)]
+    names = [
+        *dict.fromkeys(str(name) for kind in ("fixed", "steered") for name in verdict[kind].values)
+    ]
     JOURNAL.parent.mkdir(exist_ok=True)
     tell = {"journal": JOURNAL, "progress": lambda *done: print(*done, flush=True)}
     return more, verdict, compare_policies(cockroach(), more, names, **tell)
@@ -88,7 +109,10 @@ def confirm_learned() -> None:
     seeds, rows = comparison.learning["seeds"], {}
     found = np.array([run_learned(comparison, number) for number in range(first, comparison.sets)])
     for own, deadline in zip(np.moveaxis(found, 1, 0), deadlines, strict=True):  # (set, seed)
-        row = {"learned": float(own.mean()), "seeds": dict(zip(map(str, seeds), own.mean(axis=0), strict=True))}
+        row = {
+            "learned": float(own.mean()),
+            "seeds": dict(zip(map(str, seeds), own.mean(axis=0), strict=True)),
+        }
         for kind in ("fixed", "steered"):
             name = str(verdict[kind].sel(deadline=deadline).values)
             other = 100 * measured["accuracy"].sel(policy=name, deadline=deadline).values[first:]
@@ -102,11 +126,16 @@ def confirm_learned() -> None:
 
 def run_learned(comparison: Contest, number: int) -> list[list[float]]:
     """Right answers [%] on one set, (deadline, seed)."""
-    observer = Observer(comparison.make_task(cockroach(), number), period=comparison.period, random_state=number)
+    observer = Observer(
+        comparison.make_task(cockroach(), number), period=comparison.period, random_state=number
+    )
     print("set", number, flush=True)
     return [
         [
-            100 * float(observer.run(make_learned(seed, float(d)), comparison.copies, float(d)).accuracy[-1])
+            100
+            * float(
+                observer.run(make_learned(seed, float(d)), comparison.copies, float(d)).accuracy[-1]
+            )
             for seed in comparison.learning["seeds"]
         ]
         for d in comparison.confirm["learned"]
@@ -118,27 +147,60 @@ def store() -> None:
     found = json.loads(RESULTS.read_text())
     kept = {
         name: found[name]
-        for name in ("measured", "learned", "confirmed", "confirmed_learned", "declared", "places", "wall")
+        for name in (
+            "measured",
+            "learned",
+            "confirmed",
+            "confirmed_learned",
+            "declared",
+            "places",
+            "wall",
+        )
         if name in found
     }
     STORED.write_text(json.dumps(kept, sort_keys=True) + "\n")
 
 
 def store_learned() -> None:
-    """The learned policies beside the others, and how far practice is off the exact observer [points]."""
+    """The learned policies beside the others, and how far practice is off the exact observer
+    [points].
+    """
     comparison, results = load_contest(), json.loads(RESULTS.read_text())
-    found, measured = results["learning"], xr.Dataset.from_dict(results["measured"]).map(lambda v: v.astype(float))
+    found, measured = (
+        results["learning"],
+        xr.Dataset.from_dict(results["measured"]).map(lambda v: v.astype(float)),
+    )
     seeds = comparison.learning["seeds"]
-    sets = [n for n in range(1, comparison.sets, 2) if f"practice {n}" in found
-            and all(len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds)]  # fmt: skip
-    runs = [[[found[f"seed {s} set {n}"][f"{d:g}"] for d in comparison.deadlines] for n in sets] for s in seeds]
+    sets = [
+        n
+        for n in range(1, comparison.sets, 2)
+        if f"practice {n}" in found
+        # fmt: skip
+        and all(len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds)
+    ]
+    runs = [
+        [[found[f"seed {s} set {n}"][f"{d:g}"] for d in comparison.deadlines] for n in sets]
+        for s in seeds
+    ]
     fields = {
-        name: (("seed", "set", "deadline"), [[[one[name] for one in row] for row in rows] for rows in runs])
+        name: (
+            ("seed", "set", "deadline"),
+            [[[one[name] for one in row] for row in rows] for rows in runs],
+        )
         for name in ("accuracy", "hits", "work")
     }
-    learned = xr.Dataset(fields, {"seed": seeds, "set": [*sets], "deadline": [*comparison.deadlines]})
-    practised = np.array([[found[f"practice {n}"][p] for n in sets] for p in (*comparison.fixed, *comparison.steered)])
-    exact = measured["accuracy"].sel(policy=[*comparison.fixed, *comparison.steered]).isel(set=[*sets])
+    learned = xr.Dataset(
+        fields, {"seed": seeds, "set": [*sets], "deadline": [*comparison.deadlines]}
+    )
+    practised = np.array(
+        [
+            [found[f"practice {n}"][p] for n in sets]
+            for p in (*comparison.fixed, *comparison.steered)
+        ]
+    )
+    exact = (
+        measured["accuracy"].sel(policy=[*comparison.fixed, *comparison.steered]).isel(set=[*sets])
+    )
     off = 100 * (practised - exact)
     judged = judge_learned(learned, measured, comparison)
     rms = {"fixed": float((off[: len(comparison.fixed)] ** 2).mean() ** 0.5),
@@ -153,7 +215,9 @@ def store_learned() -> None:
 
 
 def speed() -> None:
-    """Steps of 64 environments with other speeds at every step, by wall clock and by processor, for one and two threads."""
+    """Steps of 64 environments with other speeds at every step, by wall clock and by processor, for
+    one and two threads.
+    """
     from feeler.active import TouchTask
     from feeler.active.environment import TouchVectorEnv
 
@@ -181,23 +245,53 @@ def places() -> None:
 
     asked = load_contest().places
     half_width, half_height, rounding = asked["box"]
-    shapes = [Ball(radius=asked["ball"]), Box(half_width=half_width, half_height=half_height, rounding=rounding)]
+    shapes = [
+        Ball(radius=asked["ball"]),
+        Box(half_width=half_width, half_height=half_height, rounding=rounding),
+    ]
     known, found = simulate_places(cockroach(), shapes), {}
     for noise in asked["noise"]:
         for name in ("random", "grid", "greedy"):
-            one = search_places(known, name, noise, n=asked["n"], threshold=asked["threshold"], most=asked["most"])
-            reached = [float((one.sure & (one.count <= k)).mean()) for k in range(1, asked["most"] + 1)]
+            one = search_places(
+                known, name, noise, n=asked["n"], threshold=asked["threshold"], most=asked["most"]
+            )
+            reached = [
+                float((one.sure & (one.count <= k)).mean()) for k in range(1, asked["most"] + 1)
+            ]
             used = np.bincount(one.chosen[one.chosen >= 0], minlength=len(known.touches))
             mean, error = one.count.mean(), one.count.std(ddof=1) / np.sqrt(len(one.count))
-            found[f"{name} {noise:g}"] = {"touches": mean, "half": 1.96 * error, "right": one.right.mean(),
-                                          "sure": one.sure.mean(), "reached": reached, "used": used}  # fmt: skip
-            print(name, noise, round(mean, 2), round(1.96 * error, 2), one.right.mean(), one.sure.mean(), flush=True)
+            found[f"{name} {noise:g}"] = {
+                "touches": mean,
+                "half": 1.96 * error,
+                "right": one.right.mean(),
+                # fmt: skip
+                "sure": one.sure.mean(),
+                "reached": reached,
+                "used": used,
+            }
+            print(
+                name,
+                noise,
+                round(mean, 2),
+                round(1.96 * error, 2),
+                one.right.mean(),
+                one.sure.mean(),
+                flush=True,
+            )
     keep(places=found, touches=known.touches)
 
 
 def decode() -> None:
-    """The recurrent decoder and the templates, at every fixed speed and at wandering ones; calibration; stopping."""
-    from feeler.active import RecurrentDecoder, TouchTask, TravelDecoder, measure_calibration, record_episodes
+    """The recurrent decoder and the templates, at every fixed speed and at wandering ones;
+    calibration; stopping.
+    """
+    from feeler.active import (
+        RecurrentDecoder,
+        TouchTask,
+        TravelDecoder,
+        measure_calibration,
+        record_episodes,
+    )
     from feeler.active import decide as stop_at
 
     comparison = load_contest()
@@ -206,7 +300,9 @@ def decode() -> None:
     learnt = record_episodes(task, asked["train"], seed=1)
     print("recorded", flush=True)
     decoders = {"templates": TravelDecoder(task, learnt)}
-    recurrent = RecurrentDecoder(task).fit(learnt, passes=asked["passes"], progress=lambda *d: print(*d, flush=True))
+    recurrent = RecurrentDecoder(task).fit(
+        learnt, passes=asked["passes"], progress=lambda *d: print(*d, flush=True)
+    )
     recurrent.save(HERE / "active_decoder.safetensors")
     decoders["recurrent"] = recurrent
     found: dict[str, object] = {}
@@ -220,9 +316,13 @@ def decode() -> None:
             stops = {}
             for threshold in asked["thresholds"]:
                 when, answer = stop_at(belief, threshold)
-                stops[str(threshold)] = [float(when.mean() + 1), float((answer == met.target).mean())]
+                stops[str(threshold)] = [
+                    float(when.mean() + 1),
+                    float((answer == met.target).mean()),
+                ]
             diagrams = measure_calibration(
-                belief[:, 4::5].reshape(-1, task.n_outputs), np.repeat(met.target, belief.shape[1] // 5)
+                belief[:, 4::5].reshape(-1, task.n_outputs),
+                np.repeat(met.target, belief.shape[1] // 5),
             )
             found[f"{name} {speed or 'wandering'}"] = {
                 "accuracy": right,
@@ -261,7 +361,9 @@ def keep_learned(name: str, **values: object) -> None:
 
 
 def judge() -> None:
-    """The learned policies under the exact observer, on the sets that policies are judged on; and practice against it."""
+    """The learned policies under the exact observer, on the sets that policies are judged on; and
+    practice against it.
+    """
     from feeler.active import parse_policy
     from feeler.active.learned import find_weights
     from feeler.active.practice import Practice, practise
@@ -270,14 +372,20 @@ def judge() -> None:
     seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]
     for number in range(1, comparison.sets, 2):
         found = json.loads(RESULTS.read_text()).get("learning", {})
-        if all(len(found.get(f"seed {seed} set {number}", {})) == len(comparison.deadlines) for seed in seeds):
+        if all(
+            len(found.get(f"seed {seed} set {number}", {})) == len(comparison.deadlines)
+            for seed in seeds
+        ):
             continue
         task = comparison.make_task(antenna, number)
         observer = Observer(task, period=comparison.period, random_state=number)
         if f"practice {number}" not in found:
             practice = Practice(task)
             names = [*comparison.fixed, *comparison.steered]
-            right = {n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines] for n in names}
+            right = {
+                n: [practise(practice, parse_policy(n), d) for d in comparison.deadlines]
+                for n in names
+            }
             keep_learned(f"practice {number}", **right)
         for deadline in comparison.deadlines:
             for seed in seeds:
@@ -285,13 +393,19 @@ def judge() -> None:
                 if f"{deadline:g}" in found.get(name, {}):
                     continue
                 episodes = observer.run(make_learned(seed, deadline), comparison.copies, deadline)
-                last = {"accuracy": episodes.accuracy[-1], "hits": episodes.hits[-1], "work": episodes.work[-1].mean()}
+                last = {
+                    "accuracy": episodes.accuracy[-1],
+                    "hits": episodes.hits[-1],
+                    "work": episodes.work[-1].mean(),
+                }
                 last["speed"] = episodes.speed[1:].mean(axis=1)
                 keep_learned(name, **{f"{deadline:g}": last})
 
 
 def walls() -> None:
-    """Stability over delay and gain of every profile and speed, gain and phase of the antenna, and turns."""
+    """Stability over delay and gain of every profile and speed, gain and phase of the antenna, and
+    turns.
+    """
     from feeler.wall import calibrate, follow, make_turn, map_stability, measure_wall_response
 
     asked = load_contest().wall
@@ -306,14 +420,29 @@ def walls() -> None:
             antenna = cockroach("exponential" if oracle else name)
             known = None if oracle else calibrate(antenna, speed=speed, **engine)
             stable = map_stability(
-                antenna, asked["delays"], asked["frequencies"], speed=speed, known=known, oracle=oracle
+                antenna,
+                asked["delays"],
+                asked["frequencies"],
+                speed=speed,
+                known=known,
+                oracle=oracle,
             )
-            entry = {"spread": stable.spread, "stable": stable.stable, "undefined": known.undefined if known else ""}
+            entry = {
+                "spread": stable.spread,
+                "stable": stable.stable,
+                "undefined": known.undefined if known else "",
+            }
             if known is not None and not known.undefined:
                 ratio = measure_wall_response(antenna, known, asked["response"], speed=speed)
-                entry |= {"gain": np.abs(ratio), "phase": np.degrees(np.angle(ratio)), "r2": known.r2}
+                entry |= {
+                    "gain": np.abs(ratio),
+                    "phase": np.degrees(np.angle(ratio)),
+                    "r2": known.r2,
+                }
                 for angle in asked["turns"]:
-                    run = follow(antenna, make_turn(angle), speed=speed, distance_map=known, **engine)
+                    run = follow(
+                        antenna, make_turn(angle), speed=speed, distance_map=known, **engine
+                    )
                     entry[f"turn {angle:g}"] = {"error": run.error, "collided": run.collided}
             found[key] = entry
             keep(wall=found)

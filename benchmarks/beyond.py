@@ -1,6 +1,8 @@
-"""Numbers of the page "What slow, graded antennae buy", made at paper scale (half an hour on two quiet cores).
+"""Numbers of the page "What slow, graded antennae buy", made at paper scale (half an hour on two
+quiet cores).
 
-python benchmarks/beyond.py    writes benchmarks/results/beyond.json, which the documentation's build reads.
+python benchmarks/beyond.py    writes benchmarks/results/beyond.json, which the documentation's
+build reads.
 """
 
 import json
@@ -29,9 +31,13 @@ def collect(measured, gradient, bounds) -> dict:
 def main() -> None:
     context, antenna = Context(scale="paper"), feeler.presets.cockroach()
     measured = open_speed.compute(context, load_declared())
-    gradient = open_gradient.compute(antenna, open_gradient.load_questions("gradient", {}), load_declared())
+    gradient = open_gradient.compute(
+        antenna, open_gradient.load_questions("gradient", {}), load_declared()
+    )
     bounds = open_bounds.compute(antenna, open_gradient.load_questions("regression", {}))
-    RESULTS.write_text(json.dumps(collect(measured, gradient, bounds), indent=1, sort_keys=True) + "\n")
+    RESULTS.write_text(
+        json.dumps(collect(measured, gradient, bounds), indent=1, sort_keys=True) + "\n"
+    )
 
 
 if __name__ == "__main__":

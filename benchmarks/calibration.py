@@ -1,4 +1,5 @@
-"""Calibration: processor time of one evaluation with both engines, accuracy of its timestep, and every optimiser's fit.
+"""Calibration: processor time of one evaluation with both engines, accuracy of its timestep, and
+every optimiser's fit.
 
 Run: python benchmarks/calibration.py
 """
@@ -13,7 +14,13 @@ import numpy as np
 import feeler.calibration
 from feeler.antenna.cockroach import cockroach
 from feeler.calibration import Problem, Protocol, load_targets, make_hinges, make_starts
-from feeler.paper.calibration_report import KEPT, PAPER_P, list_searches, run_methods, write_searches
+from feeler.paper.calibration_report import (
+    KEPT,
+    PAPER_P,
+    list_searches,
+    run_methods,
+    write_searches,
+)
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
 SHIPPED = Path(feeler.calibration.__file__).parent / "data" / KEPT
@@ -23,7 +30,9 @@ FINE = 0.005  # ms; reference for the timestep's error
 
 def make_problem(name: str = "exponential", **protocol: object) -> Problem:
     """The four targets of the cockroach."""
-    return Problem(hinges=make_hinges(name, cockroach()), targets=load_targets(), protocol=Protocol(**protocol))
+    return Problem(
+        hinges=make_hinges(name, cockroach()), targets=load_targets(), protocol=Protocol(**protocol)
+    )
 
 
 def time_evaluation(engine: str, turns: int, together: int = 1) -> float:
@@ -49,7 +58,9 @@ def compare_timesteps() -> list[dict[str, float]]:
 
 
 def main() -> None:
-    """Print the tables and keep them; the comparison of optimisers also ships with feeler, for the report."""
+    """Print the tables and keep them; the comparison of optimisers also ships with feeler, for the
+    report.
+    """
     make_problem().measure(PAPER_P)  # compile
     seconds = {
         "alone": time_evaluation("chain-consistent", 9),
@@ -64,7 +75,10 @@ def main() -> None:
     starts = make_starts(problem.hinges, N_STARTS + 1, np.random.default_rng(0))[1:]
     searches = list_searches(problem, run_methods(make_problem, starts))
     for s in searches:
-        print(f"{s.method:14} {s.start} {s.evaluations:5d} antennas, {s.seconds:6.1f} s, error {s.error:.4g}")
+        print(
+            f"{s.method:14} {s.start} {s.evaluations:5d} antennas, {s.seconds:6.1f} s, error"
+            f" {s.error:.4g}"
+        )
     results = {
         "evaluation_s": seconds,
         "ratio_alone": seconds["mujoco"] / seconds["alone"],

@@ -1,9 +1,11 @@
-"""The chain engine against MuJoCo: time per step and core, growth with the number of segments, the paper's 90 touches.
+"""The chain engine against MuJoCo: time per step and core, growth with the number of segments, the
+paper's 90 touches.
 
-Both engines run the same steps of the same scene in turns, in one process on one thread; times are the median of the
-turns in processor time, ratios the median of the turns' ratios, so that a busy machine disturbs little. MuJoCo is
-tuned: dense Jacobian, only the pairs object–segment collide, many steps per call. "Converged" is the reference engine's
-setting (tolerance 0, 25 iterations), "quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
+Both engines run the same steps of the same scene in turns, in one process on one thread; times are
+the median of the turns in processor time, ratios the median of the turns' ratios, so that a busy
+machine disturbs little. MuJoCo is tuned: dense Jacobian, only the pairs object–segment collide,
+many steps per call. "Converged" is the reference engine's setting (tolerance 0, 25 iterations),
+"quick" MuJoCo's default tolerance, which leaves errors of 1e-3 rad.
 
     python benchmarks/chain.py
 """
@@ -36,7 +38,9 @@ TURNS, STEPS = 12, 100
 
 
 def make_antenna(n: int) -> Antenna:
-    """The cockroach cut into ``n`` segments of equal length; stiffness and damping per hinge grow with n."""
+    """The cockroach cut into ``n`` segments of equal length; stiffness and damping per hinge grow
+    with n.
+    """
     whole = make_preset("cockroach")
     x = np.linspace(0, 1, n)
     old = np.linspace(0, 1, whole.n_segments)
@@ -54,7 +58,10 @@ class Chain:
     """Steps of one scene in each of ``lanes`` lanes."""
 
     def __init__(self, scene: Scene, lanes: int, scheme: str, warm_up: int) -> None:
-        self.stepper, self.lanes = ChainStepper([scene] * lanes, TIMESTEP, scheme == "consistent"), lanes
+        self.stepper, self.lanes = (
+            ChainStepper([scene] * lanes, TIMESTEP, scheme == "consistent"),
+            lanes,
+        )
         self.step(warm_up)
 
     def step(self, n_steps: int) -> None:
@@ -103,9 +110,16 @@ def compare(name: str, scene: Scene, warm_up: int) -> dict[str, dict[str, float]
             runners[f"chain, {scheme}, {lanes}"] = Chain(scene, lanes, scheme, warm_up)
     times, found = measure(runners), {}
     for label, value in times.items():
-        ratios = [float(np.median(times[f"MuJoCo, {kind}"] / value)) for kind in ("converged", "quick")]
-        found[label] = dict(zip(("us", "vs_converged", "vs_quick"), [float(np.median(value)), *ratios], strict=True))
-        print(f"{name:20s} {label:24s} {np.median(value):9.2f} µs per step  {ratios[0]:6.1f}x  {ratios[1]:6.1f}x")
+        ratios = [
+            float(np.median(times[f"MuJoCo, {kind}"] / value)) for kind in ("converged", "quick")
+        ]
+        found[label] = dict(
+            zip(("us", "vs_converged", "vs_quick"), [float(np.median(value)), *ratios], strict=True)
+        )
+        print(
+            f"{name:20s} {label:24s} {np.median(value):9.2f} µs per step  {ratios[0]:6.1f}x "
+            f" {ratios[1]:6.1f}x"
+        )
     return found
 
 
@@ -114,20 +128,27 @@ def grow() -> dict[str, list[float]]:
     table: dict[str, list[float]] = {"segments": [], "chain": [], "lanes": []}
     for n in (1, 10, 20, 50, 100, 200, 500, 1000):
         scene = Scene(antenna=make_antenna(n), angle=np.random.default_rng(n).normal(0, 1e-3, n))
-        times = measure({"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)})
+        times = measure(
+            {"chain": Chain(scene, 1, "parity", 1), "lanes": Chain(scene, LANES, "parity", 1)}
+        )
         found = {name: float(value.min()) for name, value in times.items()}
         table["segments"].append(n)
         for name, value in found.items():
             table[name].append(value)
-        print(f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per segment; "
-              f"{LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns")  # fmt: skip
+        print(
+            f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per segment; "
+            # fmt: skip
+            f"{LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns"
+        )
     return table
 
 
 def run_paper(scheme: str) -> tuple[float, float]:
     """Wall and processor seconds for the paper's 90 touches of 380 ms on two threads, warm."""
     antenna = make_preset("cockroach")
-    features = [make_feature(kind, size) for kind in ("ball", "box", "triangle") for size in (1.5, 3.0)]
+    features = [
+        make_feature(kind, size) for kind in ("ball", "box", "triangle") for size in (1.5, 3.0)
+    ]
     trials = make_grid(features, [0.5, 0.6, 0.7, 0.8, 0.9], [0.6, 0.3, 0.06])
     scenes = [make_scene(antenna, trial) for trial in trials]
     start, used = time.perf_counter(), time.process_time()
@@ -136,19 +157,24 @@ def run_paper(scheme: str) -> tuple[float, float]:
 
 
 def time_cold_start() -> dict[str, list[float]]:
-    """Processor seconds of a first and a second process that simulate one step, with an empty compile cache."""
+    """Processor seconds of a first and a second process that simulate one step, with an empty
+    compile cache.
+    """
     code = (
-        "import time; t = time.process_time(); from feeler.presets import make_preset; "
-        "from feeler.physics.simulate import simulate; from feeler.physics.clock import Clock; "
-        "from feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); "
-        "t1 = time.process_time(); c = Clock(duration=2, timestep=0.02); simulate([s], c); t2 = time.process_time(); "
-        "simulate([s, s], c); print(t1 - t, t2 - t1, time.process_time() - t2)"
+        "import time; t = time.process_time(); from feeler.presets import make_preset; from"
+        " feeler.physics.simulate import simulate; from feeler.physics.clock import Clock; from"
+        " feeler.physics.scene import Scene; s = Scene(antenna=make_preset('cockroach')); t1 ="
+        " time.process_time(); c = Clock(duration=2, timestep=0.02); simulate([s], c); t2 ="
+        " time.process_time(); simulate([s, s], c); print(t1 - t, t2 - t1, time.process_time()"
+        " - t2)"
     )
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
         for name in ("cold", "warm"):
-            done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True)
+            done = subprocess.run(
+                [sys.executable, "-c", code], env=environment, capture_output=True, check=True
+            )
             found[name] = [float(x) for x in done.stdout.split()]
             print(f"{name} start: import {found[name][0]:.1f} s, first run {found[name][1]:.1f} s, "
                   f"first batch {found[name][2]:.1f} s")  # fmt: skip
@@ -159,7 +185,10 @@ def main() -> None:
     rng, antenna = np.random.default_rng(0), make_preset("cockroach")
     free = Scene(antenna=antenna, angle=rng.normal(0, 2e-3, antenna.n_segments))
     results: dict[str, object] = {"timestep": TIMESTEP, "lanes": LANES}
-    print("scene                engine, lanes                 time                vs converged, quick MuJoCo")
+    print(
+        "scene                engine, lanes                 time                vs converged, quick"
+        " MuJoCo"
+    )
     results["free"] = compare("free", free, 10)
     for kind in ("ball", "box", "triangle"):
         trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.3, lead=0.5432)
@@ -167,7 +196,10 @@ def main() -> None:
     results["growth"] = grow()
     results["paper"] = {scheme: run_paper(scheme) for scheme in ENGINES}
     for scheme, (wall, used) in results["paper"].items():
-        print(f"90 touches of 380 ms at {TIMESTEP} ms, 2 threads, {scheme}: {wall:.1f} s, {used:.1f} s of processor")
+        print(
+            f"90 touches of 380 ms at {TIMESTEP} ms, 2 threads, {scheme}: {wall:.1f} s, {used:.1f}"
+            " s of processor"
+        )
     results["start"] = time_cold_start()
     results["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"peak memory of this process {results['memory']:.0f} MB")

@@ -1,4 +1,5 @@
-"""Smooth contact against hard: derivatives, the last bit, the timestep, and what moves. Prints the tables of docs/contact.md.
+"""Smooth contact against hard: derivatives, the last bit, the timestep, and what moves. Prints the
+tables of docs/contact.md.
 
 python benchmarks/contact.py [derivative | bit | timestep | shift ...]
 """
@@ -23,7 +24,9 @@ STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 
 def run(scenes: list[Scene], timestep: float, duration: float = DURATION) -> list[np.ndarray]:
     """Hinge angles (sample, segment) [rad] of each scene."""
-    return [motion.angle for motion in simulate(scenes, Clock(duration=duration, timestep=timestep))]
+    return [
+        motion.angle for motion in simulate(scenes, Clock(duration=duration, timestep=timestep))
+    ]
 
 
 def differ(found: np.ndarray, reference: np.ndarray) -> float:
@@ -32,27 +35,43 @@ def differ(found: np.ndarray, reference: np.ndarray) -> float:
 
 
 def derivative() -> None:
-    """Change of dθ/d log k, all stiffnesses together, from each eps to the next, as a share of its norm."""
+    """Change of dθ/d log k, all stiffnesses together, from each eps to the next, as a share of its
+    norm.
+    """
     antenna = cockroach()
-    print("contact  timestep  feature   " + "  ".join(f"{a:g}→{b:g}" for a, b in itertools.pairwise(STEPS)))
+    print(
+        "contact  timestep  feature   "
+        + "  ".join(f"{a:g}→{b:g}" for a, b in itertools.pairwise(STEPS))
+    )
     for name in CONTACTS:
         for timestep in (0.05, 0.02):
             for kind in ("ball", "box", "triangle"):
                 trial = Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3)
                 scene = make_scene(antenna, trial, name)
                 sides = [
-                    replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + s * eps)))
+                    replace(
+                        scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + s * eps))
+                    )
                     for eps in STEPS
                     for s in (1, -1)
                 ]
                 angle = run(sides, timestep, 100.0)
-                slope = [(angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(STEPS)]
-                change = [np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(slope)]
-                print(f"{name:8} {timestep:<9g} {kind:9} " + "  ".join(f"{c:.1e}" for c in change), flush=True)
+                slope = [
+                    (angle[2 * i] - angle[2 * i + 1]) / (2 * eps) for i, eps in enumerate(STEPS)
+                ]
+                change = [
+                    np.linalg.norm(b - a) / np.linalg.norm(b) for a, b in itertools.pairwise(slope)
+                ]
+                print(
+                    f"{name:8} {timestep:<9g} {kind:9} " + "  ".join(f"{c:.1e}" for c in change),
+                    flush=True,
+                )
 
 
 def bit() -> None:
-    """Greatest change of any angle [rad] over the ninety touches when the object's velocity changes in its last bit."""
+    """Greatest change of any angle [rad] over the ninety touches when the object's velocity changes
+    in its last bit.
+    """
     for name in CONTACTS:
         for timestep in (0.05, 0.02):
             scenes = [make_scene(cockroach(), trial, name) for trial in trials()]
@@ -60,11 +79,17 @@ def bit() -> None:
             first, second = run(scenes, timestep), run(nudged, timestep)
             found = [np.abs(a - b).max() for a, b in zip(first, second, strict=True)]
             moved = sum(f > 1e-9 for f in found)
-            print(f"{name:8} {timestep:g} ms: {max(found):.1e} rad, {moved} of {len(found)} above 1e-9", flush=True)
+            print(
+                f"{name:8} {timestep:g} ms: {max(found):.1e} rad, {moved} of {len(found)} above"
+                " 1e-9",
+                flush=True,
+            )
 
 
 def _nudge(item):
-    return item.replace(velocity=tuple(float(np.nextafter(v, np.inf)) if v else v for v in item.velocity))
+    return item.replace(
+        velocity=tuple(float(np.nextafter(v, np.inf)) if v else v for v in item.velocity)
+    )
 
 
 def timestep() -> None:
@@ -74,11 +99,16 @@ def timestep() -> None:
         reference = run(scenes, FINE)
         for h in (0.02, 0.05, 0.1):
             error = [differ(a, b) for a, b in zip(run(scenes, h), reference, strict=True)]
-            print(f"{name:8} {h:g} ms: median {np.median(error):.2%}, greatest {max(error):.2%}", flush=True)
+            print(
+                f"{name:8} {h:g} ms: median {np.median(error):.2%}, greatest {max(error):.2%}",
+                flush=True,
+            )
 
 
 def shift() -> None:
-    """What moves from hard to smooth contact: angles over the peak, and the instant at which the touch ends [ms]."""
+    """What moves from hard to smooth contact: angles over the peak, and the instant at which the
+    touch ends [ms].
+    """
     touches = trials()
     both = [
         simulate(
@@ -93,8 +123,9 @@ def shift() -> None:
         ends = [[_find_end(motions[i]) for i in chosen] for motions in both]
         later = np.array(ends[1]) - np.array(ends[0])
         print(
-            f"{speed:g} m/s: angles move by {np.median(moved):.2%} (greatest {max(moved):.2%}) of the peak; last contact "
-            f"later by {np.median(later):.2f} ms ({later.min():.2f} to {later.max():.2f})",
+            f"{speed:g} m/s: angles move by {np.median(moved):.2%} (greatest {max(moved):.2%}) of"
+            f" the peak; last contact later by {np.median(later):.2f} ms ({later.min():.2f} to"
+            f" {later.max():.2f})",
             flush=True,
         )
 

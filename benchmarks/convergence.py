@@ -1,9 +1,11 @@
-"""How small a timestep, and how hard a contact: joint angles of the paper's 90 touches against converged ones.
+"""How small a timestep, and how hard a contact: joint angles of the paper's 90 touches against
+converged ones.
 
-For every contact setting each touch is run at falling timesteps; the error of a touch is the largest difference of any
-joint angle at any sample from the run at the smallest timestep, as a share of the touch's largest angle. A second table
-compares the contact settings with each other at the smallest timestep. Touches whose error does not fall with the
-timestep are chaotic: a start 1 nm later moves them as much; they are found by doing just that.
+For every contact setting each touch is run at falling timesteps; the error of a touch is the
+largest difference of any joint angle at any sample from the run at the smallest timestep, as a
+share of the touch's largest angle. A second table compares the contact settings with each other at
+the smallest timestep. Touches whose error does not fall with the timestep are chaotic: a start 1 nm
+later moves them as much; they are found by doing just that.
 
     python benchmarks/convergence.py [--workers 2]
 """
@@ -26,7 +28,10 @@ from feeler.stimulus import Trial, make_feature, make_grid
 DURATION = 380.0  # ms [P]
 NUDGE = 1e-6  # mm
 TIMESTEPS = (0.1, 0.05, 0.04, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025)
-FINEST = {"chain": 0.00125, "chain-consistent": 0.0025}  # ms; MuJoCo's scheme needs more to be converged
+FINEST = {
+    "chain": 0.00125,
+    "chain-consistent": 0.0025,
+}  # ms; MuJoCo's scheme needs more to be converged
 NAMES = {"chain": "parity", "chain-consistent": "consistent"}  # of the files in results/
 CONTACTS = {
     "smooth": get_contact("smooth"),
@@ -41,7 +46,9 @@ CONTACTS = {
 
 def make_trials() -> list[Trial]:
     """Three features of two sizes, five locations, three speeds: the paper's 90 touches."""
-    features = [make_feature(kind, size) for kind in ("ball", "box", "triangle") for size in (1.5, 3.0)]
+    features = [
+        make_feature(kind, size) for kind in ("ball", "box", "triangle") for size in (1.5, 3.0)
+    ]
     return make_grid(features, [0.5, 0.6, 0.7, 0.8, 0.9], [0.6, 0.3, 0.06])
 
 
@@ -74,14 +81,17 @@ def study(name: str, contact: Contact, how: dict, reference: dict) -> dict:
         found = angles(simulate(scenes, Clock(duration=DURATION, timestep=h), **how))
         if h == finest:
             reference[name] = found
-            nudged = simulate([nudge(s) for s in scenes], Clock(duration=DURATION, timestep=h), **how)
+            nudged = simulate(
+                [nudge(s) for s in scenes], Clock(duration=DURATION, timestep=h), **how
+            )
             result["nudge"] = compute_error(angles(nudged), found).tolist()
             continue
         error = compute_error(found, reference[name])
         result["timestep"][str(h)] = error.tolist()
         print(
-            f"{name:24s} h {h:<8g} median {np.nanmedian(error):8.2%}  worst {np.nanmax(error):8.2%}  "
-            f"above 1 %: {np.sum(~(error <= 0.01)):2d} of {len(error)}   {time.perf_counter() - start:6.1f} s",
+            f"{name:24s} h {h:<8g} median {np.nanmedian(error):8.2%}  worst {np.nanmax(error):8.2%}"
+            f"  above 1 %: {np.sum(~(error <= 0.01)):2d} of {len(error)}  "
+            f" {time.perf_counter() - start:6.1f} s",
             flush=True,
         )
     return result
@@ -100,14 +110,21 @@ def main() -> None:
         results[name] = study(name, CONTACTS[name], how, reference)
         nudged = np.array(results[name]["nudge"])
         labels = [t.label for t in make_trials()]
-        print(f"{name}: 1 nm moves the worst touch by {nudged.max():.2%} ({labels[int(nudged.argmax())]})", flush=True)
+        print(
+            f"{name}: 1 nm moves the worst touch by {nudged.max():.2%}"
+            f" ({labels[int(nudged.argmax())]})",
+            flush=True,
+        )
         write(arguments.engine, results)
     base = reference.get("solref 0.2")
     if base is not None:
         for name, found in reference.items():
             error = compute_error(found, base)
             results[name]["from_default"] = error.tolist()
-            print(f"{name:24s} against solref 0.2: median {np.median(error):.2%}, worst {error.max():.2%}")
+            print(
+                f"{name:24s} against solref 0.2: median {np.median(error):.2%}, worst"
+                f" {error.max():.2%}"
+            )
     write(arguments.engine, results)
 
 

@@ -1,23 +1,25 @@
-"""Which antenna should I build? Splines against the paper's profile, far starts of its family, gradients, sensors, fronts.
+"""Which antenna should I build? Splines against the paper's profile, far starts of its family,
+gradients, sensors, fronts.
 
     python benchmarks/design.py --journals build/design [spline family final …]
 
-All choices stand in benchmarks/design.toml and below, written down before any final draw was looked at. Each part goes on from
-its journals; what is finished stands in benchmarks/results/design.json, which docs and report quote.
+All choices stand in benchmarks/design.toml and below, written down before any final draw was looked
+at. Each part goes on from its journals; what is finished stands in benchmarks/results/design.json,
+which docs and report quote.
 
 **spline**: five optimiser seeds from the paper's profile (5 knots of stiffness, 3 of damping).
-**family**: the exponential family (2 and 2 knots, span 300) from five far starts, under a constraint that does not know the
-paper's antenna: each of the first six modes has a damping ratio of at least 0.5. Twice: relative noise 1.0 of peak, and common
-noise 0.03 rad (there with a peak angle of at most 0.12 rad, or else the floppiest wins).
-**final**: the paper's profile and the five splines, on the final draws (12 test touches of each class), at 0.6, 0.3 and
-0.06 m/s. Held: at each speed the mean over the seeds of 1 − errors/errors of the paper's is ≥ 0.30 and its 95 % interval over the
-seeds (Student's t) excludes 0. Anything else is reported as not held.
-**descent**: L-BFGS over 280 numbers (each hinge's stiffness and damping), with as many simulated touches as one spline: a score
-with its gradient counts as six.
-**sensors**: the fewest of the 56 sensors that keep 95 % of the bits (test draws), by rule, for the paper's profile, its controls
-and the spline that is best on the test draws.
-**front**: of all candidates of the spline searches those that no other beats in missing bits, settling time and peak angle; their
-peak forces are measured.
+**family**: the exponential family (2 and 2 knots, span 300) from five far starts, under a
+constraint that does not know the paper's antenna: each of the first six modes has a damping ratio
+of at least 0.5. Twice: relative noise 1.0 of peak, and common noise 0.03 rad (there with a peak
+angle of at most 0.12 rad, or else the floppiest wins). **final**: the paper's profile and the five
+splines, on the final draws (12 test touches of each class), at 0.6, 0.3 and 0.06 m/s. Held: at each
+speed the mean over the seeds of 1 − errors/errors of the paper's is ≥ 0.30 and its 95 % interval
+over the seeds (Student's t) excludes 0. Anything else is reported as not held. **descent**: L-BFGS
+over 280 numbers (each hinge's stiffness and damping), with as many simulated touches as one spline:
+a score with its gradient counts as six. **sensors**: the fewest of the 56 sensors that keep 95 % of
+the bits (test draws), by rule, for the paper's profile, its controls and the spline that is best on
+the test draws. **front**: of all candidates of the spline searches those that no other beats in
+missing bits, settling time and peak angle; their peak forces are measured.
 """
 
 import argparse
@@ -45,14 +47,19 @@ from feeler.experiment.touch import touch
 HERE = Path(__file__).parent
 PLAN = load_plan(HERE / "design.toml")
 RESULTS = HERE / "results" / "design.json"
-STORED = HERE.parent / "src" / "feeler" / "paper" / "open_design.json"  # what the report draws, with fewer digits
+STORED = (
+    HERE.parent / "src" / "feeler" / "paper" / "open_design.json"
+)  # what the report draws, with fewer digits
 SPEEDS = (0.6, 0.3, 0.06)
 SEEDS = range(5)
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 56)
 FAMILY = Space(reference=PLAN.reference, stiffness=2, damping=2, span=300.0)
 FAMILIES = {
     "relative": (PLAN.task, Constraints(damping_ratio=0.5)),
-    "common": (PLAN.task.replace(noise="common", level=0.03), Constraints(damping_ratio=0.5, peak_angle=0.12)),
+    "common": (
+        PLAN.task.replace(noise="common", level=0.03),
+        Constraints(damping_ratio=0.5, peak_angle=0.12),
+    ),
 }
 FINAL = PLAN.task.replace(speeds=SPEEDS, test=12)
 
@@ -87,7 +94,13 @@ def run_spline(journals: Path, part: str = "") -> dict:
             workers=1,
         )[0]
         made[str(seed)] = describe(found, PLAN.space)
-        print("spline", seed, f"{found.best.bits:.3f} bits, errors {found.best.errors:.4f}", found.counts, flush=True)
+        print(
+            "spline",
+            seed,
+            f"{found.best.bits:.3f} bits, errors {found.best.errors:.4f}",
+            found.counts,
+            flush=True,
+        )
     return made
 
 
@@ -123,14 +136,19 @@ def run_family(journals: Path, part: str = "") -> dict:
             }
             row["start_rate"] = float(np.log(start.stiffness[-1] / start.stiffness[0]) / n)
             made[noise]["starts"].append(row)
-            print(noise, seed, f"{found.best.bits:.3f} bits", np.round(p, 4), found.counts, flush=True)
+            print(
+                noise, seed, f"{found.best.bits:.3f} bits", np.round(p, 4), found.counts, flush=True
+            )
     return made
 
 
 def run_final(journals: Path, part: str = "") -> dict:
     known = load("spline")
     paper = score(PLAN.reference, FINAL, "final", workers=1)
-    found = {"paper": {"errors": paper.by_speed[:, 1].tolist(), "bits": paper.by_speed[:, 0].tolist()}, "seeds": {}}
+    found = {
+        "paper": {"errors": paper.by_speed[:, 1].tolist(), "bits": paper.by_speed[:, 0].tolist()},
+        "seeds": {},
+    }
     for seed, one in known.items():
         mine = score(PLAN.space.build(np.array(one["x"])).antenna, FINAL, "final", workers=1)
         gain = (paper.wrong - mine.wrong).mean(axis=1)  # (speed, touch)
@@ -140,7 +158,14 @@ def run_final(journals: Path, part: str = "") -> dict:
             "gain": gain.mean(axis=1).tolist(),
             "gain_error": (gain.std(axis=1, ddof=1) / np.sqrt(gain.shape[1])).tolist(),
         }
-        print("final", seed, np.round(mine.by_speed[:, 1], 4), "paper", np.round(paper.by_speed[:, 1], 4), flush=True)
+        print(
+            "final",
+            seed,
+            np.round(mine.by_speed[:, 1], 4),
+            "paper",
+            np.round(paper.by_speed[:, 1], 4),
+            flush=True,
+        )
     fewer = 1 - np.array([one["errors"] for one in found["seeds"].values()]) / paper.by_speed[:, 1]
     mean, count = fewer.mean(axis=0), len(fewer)
     half = stdtrit(count - 1, 0.975) * fewer.std(axis=0, ddof=1) / np.sqrt(count)
@@ -153,7 +178,13 @@ def run_descent(journals: Path, part: str = "") -> dict:
     n = PLAN.reference.n_segments
     space = Space(reference=PLAN.reference, stiffness=n, damping=n, span=PLAN.space.span)
     found = optimise(
-        PLAN.task, space, PLAN.constraints, method="lbfgs", evaluations=100, journal=journals / "descent", workers=1
+        PLAN.task,
+        space,
+        PLAN.constraints,
+        method="lbfgs",
+        evaluations=100,
+        journal=journals / "descent",
+        workers=1,
     )[0]
     held = score(space.build(found.best.x).antenna, PLAN.task, "test", workers=1)
     print("descent", f"{found.best.bits:.3f} bits, test {held.bits:.3f}", found.counts, flush=True)
@@ -172,7 +203,9 @@ def run_sensors(journals: Path, part: str = "") -> dict:
             bits = measure_sensors(antenna, PLAN.task, list(COUNTS), choice)
             enough = [n for n, b in zip(COUNTS, bits, strict=True) if b >= 0.95 * bits[-1]]
             made[name][choice] = {"bits": bits.tolist(), "fewest": enough[0]}
-        made[name]["hinges"] = choose_sensors(antenna, PLAN.task, made[name]["d-optimal"]["fewest"]).tolist()
+        made[name]["hinges"] = choose_sensors(
+            antenna, PLAN.task, made[name]["d-optimal"]["fewest"]
+        ).tolist()
         print(name, {c: made[name][c]["fewest"] for c in CHOICES}, made[name]["hinges"], flush=True)
     return made | {"counts": list(COUNTS)}
 
@@ -181,11 +214,18 @@ def run_front(journals: Path, part: str = "") -> dict:
     rows = []
     for seed in SEEDS:
         lines = (journals / f"spline{seed}").read_text().splitlines()[1:]
-        rows += [(one["x"], one["residuals"]) for one in map(json.loads, lines) if one["residuals"][3] >= 0]
+        rows += [
+            (one["x"], one["residuals"])
+            for one in map(json.loads, lines)
+            if one["residuals"][3] >= 0
+        ]
     antennas = [PLAN.space.build(np.array(x)).antenna for x, _ in rows]
     ceiling = np.log2(PLAN.task.n_classes)
     costs = np.array(
-        [(ceiling - values[0], compute_settling(a), values[3]) for (_, values), a in zip(rows, antennas, strict=True)]
+        [
+            (ceiling - values[0], compute_settling(a), values[3])
+            for (_, values), a in zip(rows, antennas, strict=True)
+        ]
     )
     front = find_front(costs)
     force = [measure_force(antennas[k]) for k in front]
@@ -206,13 +246,19 @@ def run_front(journals: Path, part: str = "") -> dict:
 
 def sample_profile(antenna) -> list[float]:
     """Its stiffness at 15 hinges from base to tip, for the small curves of the fronts' picture."""
-    return antenna.stiffness[np.linspace(0, antenna.n_segments - 1, 15).round().astype(int)].tolist()
+    return antenna.stiffness[
+        np.linspace(0, antenna.n_segments - 1, 15).round().astype(int)
+    ].tolist()
 
 
 def measure_force(antenna) -> float:
     """Mean peak force [mN] of one touch of each class."""
-    trials = PLAN.task.draw(antenna, "optimiser", PLAN.task.speeds[0])[:: PLAN.task.train + PLAN.task.test]
-    force = touch(antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1)["force"].values
+    trials = PLAN.task.draw(antenna, "optimiser", PLAN.task.speeds[0])[
+        :: PLAN.task.train + PLAN.task.test
+    ]
+    force = touch(antenna, trials, duration=PLAN.task.duration, save=("angle", "force"), workers=1)[
+        "force"
+    ].values
     return 1e3 * float(np.linalg.norm(force, axis=2).max(axis=1).mean())
 
 
@@ -230,8 +276,14 @@ def list_values(known: dict) -> dict:
             }
             found |= {f"{name}.{speed:g}": 100 * float(value) for name, value in row.items()}
     if "descent" in known:
-        found |= {"descent.bits": known["descent"]["bits"], "descent.test": known["descent"]["test_bits"]}
-        told = {"bits": [one["bits"] for one in known["spline"].values()], "test": known["sensors"]["spline_test_bits"]}
+        found |= {
+            "descent.bits": known["descent"]["bits"],
+            "descent.test": known["descent"]["test_bits"],
+        }
+        told = {
+            "bits": [one["bits"] for one in known["spline"].values()],
+            "test": known["sensors"]["spline_test_bits"],
+        }
         for name, values in told.items():
             found |= {f"splines.{name}.least": min(values), f"splines.{name}.most": max(values)}
     for noise, family in known.get("family", {}).items():
@@ -239,13 +291,21 @@ def list_values(known: dict) -> dict:
         found[f"family.{noise}.starts"] = len(family["starts"])
         for name, pick in (("bits", lambda one: one["bits"]), ("rate", lambda one: one["p"][2])):
             values = [pick(one) for one in family["starts"]]
-            found |= {f"family.{noise}.{name}.least": min(values), f"family.{noise}.{name}.most": max(values)}
+            found |= {
+                f"family.{noise}.{name}.least": min(values),
+                f"family.{noise}.{name}.most": max(values),
+            }
         stiffness = PLAN.reference.stiffness
         found["family.rate"] = float(np.log(stiffness[-1] / stiffness[0]) / (len(stiffness) - 1))
-        found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])["p"][2]
+        found[f"family.{noise}.rate.best"] = max(family["starts"], key=lambda one: one["bits"])[
+            "p"
+        ][2]
     for name in ("exponential", "linear", "constant", "matched", "spline"):
         if "sensors" in known:
-            found |= {f"sensors.{name}.{choice}": known["sensors"][name][choice]["fewest"] for choice in CHOICES}
+            found |= {
+                f"sensors.{name}.{choice}": known["sensors"][name][choice]["fewest"]
+                for choice in CHOICES
+            }
     return found
 
 

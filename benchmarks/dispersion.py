@@ -1,8 +1,10 @@
-"""All pairs of 90 tensors, four indices: feeler against a loop over the library functions, in one run.
+"""All pairs of 90 tensors, four indices: feeler against a loop over the library functions, in one
+run.
 
     python benchmarks/dispersion.py [--pairs 200]
 
-The loop is timed on a random sample of the 4,005 pairs and scaled up. Results go to benchmarks/results/dispersion.json.
+The loop is timed on a random sample of the 4,005 pairs and scaled up. Results go to
+benchmarks/results/dispersion.json.
 """
 
 import argparse
@@ -15,7 +17,13 @@ from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 from sklearn.metrics import normalized_mutual_info_score
 
-from feeler.dispersion import compute_mse, compute_nmi, compute_pearson, compute_ssim, search_closest
+from feeler.dispersion import (
+    compute_mse,
+    compute_nmi,
+    compute_pearson,
+    compute_ssim,
+    search_closest,
+)
 from feeler.dispersion.nmi import digitise
 
 SHAPE = (90, 56, 380)
@@ -46,7 +54,10 @@ def main() -> None:
     tensors = make_tensors(rng)
     levels = digitise(tensors.reshape(len(tensors), -1), 256, tensors.min(), tensors.max())
     peers = {
-        "pearson": (compute_pearson, lambda i, j: np.corrcoef(tensors[i].ravel(), tensors[j].ravel())[0, 1]),
+        "pearson": (
+            compute_pearson,
+            lambda i, j: np.corrcoef(tensors[i].ravel(), tensors[j].ravel())[0, 1],
+        ),
         "ssim": (
             lambda x: compute_ssim(x, border="interior"),
             lambda i, j: structural_similarity(tensors[i], tensors[j], **MATLAB),
@@ -64,17 +75,26 @@ def main() -> None:
         expected = np.array([theirs(i, j) for i, j in chosen])
         loop = (time.perf_counter() - start) * n_pairs / len(chosen)
         worst = float(np.abs(matrix[chosen[:, 0], chosen[:, 1]] - expected).max())
-        results[name] = {"feeler_s": bulk, "loop_s": loop, "ratio": loop / bulk, "largest_difference": worst}
+        results[name] = {
+            "feeler_s": bulk,
+            "loop_s": loop,
+            "ratio": loop / bulk,
+            "largest_difference": worst,
+        }
     total = {key: sum(r[key] for r in results.values()) for key in ("feeler_s", "loop_s")}
     results["all four"] = total | {"ratio": total["loop_s"] / total["feeler_s"]}
     results["blocks of 16 / one block (closest, nmi)"] = {
-        "ratio": time_best(lambda: search_closest(tensors, "nmi", block=16)) / results["nmi"]["feeler_s"]
+        "ratio": (
+            time_best(lambda: search_closest(tensors, "nmi", block=16)) / results["nmi"]["feeler_s"]
+        )
     }
     for name, row in results.items():
         print(f"{name:40}" + "".join(f"  {key} {value:10.3g}" for key, value in row.items()))
     path = Path(__file__).parent / "results" / "dispersion.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n")
+    path.write_text(
+        json.dumps({"shape": SHAPE, "pairs": n_pairs, "results": results}, indent=1) + "\n"
+    )
 
 
 if __name__ == "__main__":

@@ -2,9 +2,10 @@
 
     pip install "feeler[bench]" && python benchmarks/encoding.py
 
-torchnmf's NMFD.sparse_fit constrains each component over all trials, so it is compared with constraint="all"; the
-default, constraint="trial", is timed beside it. Ours and theirs take turns, the best of each counts. seqnmf has no
-such constraint; it gets the trials in one row with silent gaps between them.
+torchnmf's NMFD.sparse_fit constrains each component over all trials, so it is compared with
+constraint="all"; the default, constraint="trial", is timed beside it. Ours and theirs take turns,
+the best of each counts. seqnmf has no such constraint; it gets the trials in one row with silent
+gaps between them.
 """
 
 import argparse
@@ -25,8 +26,12 @@ N_COMPONENTS, N_LAGS, SPARSENESS = 3, 40, 0.8
 read_clock = time.perf_counter
 
 
-def make_tensors(n_trials: int, n_sensors: int = 56, n_times: int = 380, seed: int = 0) -> np.ndarray:
-    """Bumps that travel and swell along the sensors for 35, 65 or 310 ms, then ring out: (trial, sensor, time)."""
+def make_tensors(
+    n_trials: int, n_sensors: int = 56, n_times: int = 380, seed: int = 0
+) -> np.ndarray:
+    """Bumps that travel and swell along the sensors for 35, 65 or 310 ms, then ring out: (trial,
+    sensor, time).
+    """
     rng = np.random.default_rng(seed)
     place, time_ms = np.linspace(0, 1, n_sensors)[:, None], np.arange(n_times)[None, :]
     tensors = np.empty((n_trials, n_sensors, n_times))
@@ -94,11 +99,15 @@ def run_seqnmf(tensors: np.ndarray, n_iterations: int) -> float:
     start = read_clock()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        seqnmf.seqnmf(row, K=N_COMPONENTS, L=N_LAGS, Lambda=0, max_iter=n_iterations, tol=-1, plot_it=False)
+        seqnmf.seqnmf(
+            row, K=N_COMPONENTS, L=N_LAGS, Lambda=0, max_iter=n_iterations, tol=-1, plot_it=False
+        )
     return read_clock() - start
 
 
-def compare(n_trials: int, n_iterations: int, rounds: int, threads: int, with_seqnmf: bool) -> dict[str, float]:
+def compare(
+    n_trials: int, n_iterations: int, rounds: int, threads: int, with_seqnmf: bool
+) -> dict[str, float]:
     """One row of the table."""
     tensors = make_tensors(n_trials)
     run_ours(tensors[:3], "all", 2, threads), run_ours(tensors[:3], "trial", 2, threads)  # compile
@@ -108,7 +117,9 @@ def compare(n_trials: int, n_iterations: int, rounds: int, threads: int, with_se
         theirs.append(run_torchnmf(tensors, n_iterations, threads))
         trial.append(run_ours(tensors, "trial", n_iterations, threads))
     seconds, residual = min(theirs)
-    reached = [curve[np.argmax(curve[:, 1] <= residual), 0] for curve in ours if curve[-1, 1] <= residual]
+    reached = [
+        curve[np.argmax(curve[:, 1] <= residual), 0] for curve in ours if curve[-1, 1] <= residual
+    ]
     row = {
         "trials": n_trials,
         "torchnmf ms/iteration": 1e3 * seconds / n_iterations,
@@ -143,12 +154,17 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--no-seqnmf", action="store_true")
-    parser.add_argument("--cpu", action="store_true", help="count processor time, on one thread: for a busy machine")
+    parser.add_argument(
+        "--cpu", action="store_true", help="count processor time, on one thread: for a busy machine"
+    )
     given = parser.parse_args()
     if given.cpu:
         global read_clock
         given.threads, read_clock = 1, time.process_time
-    rows = [compare(n, given.iterations, given.rounds, given.threads, not given.no_seqnmf) for n in (30, 90)]
+    rows = [
+        compare(n, given.iterations, given.rounds, given.threads, not given.no_seqnmf)
+        for n in (30, 90)
+    ]
     memory = measure_memory()
     for name in rows[0]:
         print(f"{name:34s}" + "".join(f"{row[name]:12.4g}" for row in rows))

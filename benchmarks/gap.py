@@ -1,25 +1,39 @@
-"""Which part of the surrogate robots' reality gap costs what, and what training with whole surrogates gives back.
+"""Which part of the surrogate robots' reality gap costs what, and what training with whole
+surrogates gives back.
 
     python benchmarks/gap.py
 
-Writes benchmarks/results/gap.json; docs/guide/robot.md quotes it. `feeler robot gap` measures the first part for any robot.
+Writes benchmarks/results/gap.json; docs/guide/robot.md quotes it. `feeler robot gap` measures the
+first part for any robot.
 """
 
 import json
 from pathlib import Path
 
 from feeler.decoding.transfer import TransferClassifier
-from feeler.robot import add_robots, draw_robots, make_training, measure_parts, measure_transfer, touch_robots
+from feeler.robot import (
+    add_robots,
+    draw_robots,
+    make_training,
+    measure_parts,
+    measure_transfer,
+    touch_robots,
+)
 
 N_ROBOTS, SEED = 20, 0
 
 
 def describe(score) -> dict[str, list[float]]:
-    return {what: [round(float(value), 3) for value in score.share(what)] for what in ("all", "feature", "top2")}
+    return {
+        what: [round(float(value), 3) for value in score.share(what)]
+        for what in ("all", "feature", "top2")
+    }
 
 
 def main() -> None:
-    found = {name: describe(score) for name, score in measure_parts(n_robots=N_ROBOTS, seed=SEED).items()}
+    found = {
+        name: describe(score) for name, score in measure_parts(n_robots=N_ROBOTS, seed=SEED).items()
+    }
     training, tested = make_training(), touch_robots(draw_robots(1.0, N_ROBOTS, SEED))
     for count in (2, 5):
         joined = add_robots(training, draw_robots(1.0, count, SEED + 1))

@@ -1,7 +1,9 @@
-"""Where the simulation can be trusted: extremes of each parameter, and random antennas with random touches.
+"""Where the simulation can be trusted: extremes of each parameter, and random antennas with random
+touches.
 
-Each extreme is run twice, the second time with half the timestep; "holds" means that both answers are finite and that
-the paths of the tip agree within 2 % of the largest excursion. Everything else must be a refusal with a name.
+Each extreme is run twice, the second time with half the timestep; "holds" means that both answers
+are finite and that the paths of the tip agree within 2 % of the largest excursion. Everything else
+must be a refusal with a name.
 
     python benchmarks/numerics.py                 # table of extremes
     python benchmarks/numerics.py --random 10000  # and random antennas
@@ -37,7 +39,9 @@ KINDS = ("ball", "box", "triangle", "wall")
 
 
 def make_antenna(n_segments: int = 140, stiffness: float = 1.0, damping: float = 1.0) -> Antenna:
-    """The cockroach antenna, cut into another number of segments of the same total compliance, mass and length."""
+    """The cockroach antenna, cut into another number of segments of the same total compliance, mass
+    and length.
+    """
     base = cockroach()
     if n_segments != base.n_segments:
         share = np.linspace(0, base.n_segments, n_segments + 1)
@@ -61,21 +65,33 @@ def make_extremes() -> dict[str, tuple[Antenna, Trial]]:
     ball, middle = make_feature("ball", 1.5), {"location": 0.7, "speed": 0.3}
     usual = Trial(feature=ball, **middle)
     cases = {f"stiffness × {f:g}": (make_antenna(stiffness=f), usual) for f in FACTORS}
-    cases |= {f"stiffness, damping × {f:g}": (make_antenna(stiffness=f, damping=f), usual) for f in FACTORS}
+    cases |= {
+        f"stiffness, damping × {f:g}": (make_antenna(stiffness=f, damping=f), usual)
+        for f in FACTORS
+    }
     cases |= {f"segments {n}": (make_antenna(n), usual) for n in SEGMENTS}
     for kind in KINDS[:3]:
         feature = make_feature(kind, 1.5)
         cases |= {
-            f"{kind} speed {v:g} m/s": (make_antenna(), Trial(feature=feature, location=0.7, speed=v)) for v in SPEEDS
+            f"{kind} speed {v:g} m/s": (
+                make_antenna(),
+                Trial(feature=feature, location=0.7, speed=v),
+            )
+            for v in SPEEDS
         }
         cases |= {
-            f"{kind} size {s:g} mm": (make_antenna(), Trial(feature=make_feature(kind, s), **middle)) for s in SIZES
+            f"{kind} size {s:g} mm": (
+                make_antenna(),
+                Trial(feature=make_feature(kind, s), **middle),
+            )
+            for s in SIZES
         }
     return cases
 
 
 def judge(antenna: Antenna, trial: Trial, duration: float) -> tuple[str, float, float]:
-    """The verdict on one case, the relative change when the timestep is halved, and the timestep at which it holds.
+    """The verdict on one case, the relative change when the timestep is halved, and the timestep at
+    which it holds.
 
     Where the default timestep does not hold, a quarter and a sixteenth of it are tried.
     """
@@ -124,7 +140,11 @@ def shorten(error: Exception) -> str:
 
 def make_random(rng: np.random.Generator) -> tuple[Antenna, Trial]:
     """An antenna and a touch drawn far beyond what is sensible; may raise InvalidInput."""
-    n = int(np.exp(rng.uniform(0, np.log(1000)))) if rng.random() < 0.1 else int(rng.integers(1, 60))
+    n = (
+        int(np.exp(rng.uniform(0, np.log(1000))))
+        if rng.random() < 0.1
+        else int(rng.integers(1, 60))
+    )
     length = np.exp(rng.uniform(np.log(1), np.log(100)))
     share = rng.dirichlet(np.full(n, 3.0)) if n > 1 else np.ones(1)
     decades = rng.uniform(-6, 3), rng.uniform(-3, 3)
@@ -139,7 +159,9 @@ def make_random(rng: np.random.Generator) -> tuple[Antenna, Trial]:
     )
     kind = KINDS[rng.integers(len(KINDS))]
     trial = Trial(
-        feature=make_feature(kind, None if kind == "wall" else 10 ** rng.uniform(np.log10(0.05), np.log10(50))),
+        feature=make_feature(
+            kind, None if kind == "wall" else 10 ** rng.uniform(np.log10(0.05), np.log10(50))
+        ),
         location=rng.uniform(0.05, 1.0),
         speed=10 ** rng.uniform(-3, 1),
         approach=rng.uniform(30, 150) if rng.random() < 0.3 else 90.0,
@@ -161,18 +183,27 @@ def run_random(n: int, seed: int = 0, duration: float = 30.0, batch: int = 200) 
             except InvalidInput as error:
                 ends[f"refused: {shorten(error)}"] += 1
         outcomes = simulate(scenes, Clock(duration=duration, timestep=TIMESTEP))
-        named = [(scene, name_end(scene, outcome)) for scene, outcome in zip(scenes, outcomes, strict=True)]
+        named = [
+            (scene, name_end(scene, outcome))
+            for scene, outcome in zip(scenes, outcomes, strict=True)
+        ]
         ends.update(end for _, end in named if end != CONTACT)
         ends.update(find_cures([scene for scene, end in named if end == CONTACT], duration))
     return ends
 
 
 def find_cures(scenes: list[Scene], duration: float) -> Counter:
-    """For scenes that diverge in contact: at which smaller timestep, if any that was tried, they do not."""
+    """For scenes that diverge in contact: at which smaller timestep, if any that was tried, they do
+    not.
+    """
     cures = Counter()
     for timestep in (TIMESTEP / 4, TIMESTEP / 16):
         outcomes = simulate(scenes, Clock(duration=duration, timestep=timestep))
-        left = [scene for scene, outcome in zip(scenes, outcomes, strict=True) if isinstance(outcome, Exception)]
+        left = [
+            scene
+            for scene, outcome in zip(scenes, outcomes, strict=True)
+            if isinstance(outcome, Exception)
+        ]
         cures[f"{CONTACT}; finite at {timestep:g} ms"] += len(scenes) - len(left)
         scenes = left
     cures[f"{CONTACT}; also at {timestep:g} ms"] += len(scenes)
@@ -180,10 +211,12 @@ def find_cures(scenes: list[Scene], duration: float) -> Counter:
 
 
 def is_free_stable(antenna: Antenna, timestep: float) -> bool:
-    """Whether the free antenna is stable at this timestep h: 4 M + 2 h C − h² K is positive definite.
+    """Whether the free antenna is stable at this timestep h: 4 M + 2 h C − h² K is positive
+    definite.
 
-    Both engines take (M + h C) v' = M v − h K q, q' = q + h v'; its characteristic polynomial has a root at −1 where
-    the matrix above becomes singular. Springs are explicit: a stiff hinge needs damping, c > h k / 2, or a smaller h.
+    Both engines take (M + h C) v' = M v − h K q, q' = q + h v'; its characteristic polynomial has a
+    root at −1 where the matrix above becomes singular. Springs are explicit: a stiff hinge needs
+    damping, c > h k / 2, or a smaller h.
     """
     mass = compute_mass_matrix(antenna)
     springs = np.diag(2 * timestep * antenna.damping - timestep**2 * antenna.stiffness)
@@ -195,17 +228,27 @@ def name_end(scene: Scene, outcome: object) -> str:
     """How a simulation ended, in words; an error that is not feeler's is raised."""
     if isinstance(outcome, SimulationDiverged):
         free = is_free_stable(scene.antenna, TIMESTEP)
-        return CONTACT if free else "diverged (named): hinges too stiff for their damping at this timestep"
+        return (
+            CONTACT
+            if free
+            else "diverged (named): hinges too stiff for their damping at this timestep"
+        )
     if isinstance(outcome, FeelerError):
         return f"refused: {shorten(outcome)}"
     if isinstance(outcome, Exception):
         raise outcome
-    return "finite" if np.isfinite(outcome.angle).all() and np.isfinite(outcome.force).all() else "NOT FINITE"
+    return (
+        "finite"
+        if np.isfinite(outcome.angle).all() and np.isfinite(outcome.force).all()
+        else "NOT FINITE"
+    )
 
 
 def main() -> None:
     """Print the tables and keep the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--random", type=int, default=0, help="number of random antennas")
     parser.add_argument("--duration", type=float, default=40.0, help="of each extreme [ms]")
     parser.add_argument("--skip-extremes", action="store_true")
@@ -218,7 +261,10 @@ def main() -> None:
         for name, (antenna, trial) in make_extremes().items():
             verdict, change, timestep = judge(antenna, trial, arguments.duration)
             numbers = {"change": change, "holds_at": timestep}
-            shown = {key: None if np.isnan(value) else float(f"{value:.3g}") for key, value in numbers.items()}
+            shown = {
+                key: None if np.isnan(value) else float(f"{value:.3g}")
+                for key, value in numbers.items()
+            }
             results["extremes"][name] = {"verdict": verdict, **shown}
             print(f"{name:32} {verdict:50} {change:9.2g}   holds at {timestep:g} ms", flush=True)
     if arguments.random:

@@ -1,6 +1,7 @@
 """Our MuJoCo path against bare ``mj_step`` on the same compiled model, alternating in one process.
 
-Prints and stores processor time per step and their ratio, and the wall time of the paper's 90 trials on the default engine.
+Prints and stores processor time per step and their ratio, and the wall time of the paper's 90
+trials on the default engine.
 """
 
 import json
@@ -43,7 +44,9 @@ def time_ours(scene) -> float:
 
 def main() -> None:
     antenna = feeler.presets.cockroach()
-    scene = make_scene(antenna, feeler.Trial(feature=feeler.Ball(radius=1.53), location=0.5, speed=0.6))
+    scene = make_scene(
+        antenna, feeler.Trial(feature=feeler.Ball(radius=1.53), location=0.5, speed=0.6)
+    )
     pairs = np.array([(time_ours(scene), time_bare(scene)) for _ in range(ROUNDS)])
     ratio = np.median(pairs[:, 0] / pairs[:, 1])
     feeler.touch(antenna, feeler.paper.trials()[:8], duration=2.0)  # compile

@@ -1,4 +1,5 @@
-"""Presets of other animals and robots: what they do of what was published, and what each can tell apart.
+"""Presets of other animals and robots: what they do of what was published, and what each can tell
+apart.
 
     python benchmarks/presets.py
 
@@ -17,12 +18,17 @@ from feeler.presets import SPECIES, make_preset
 from feeler.stimulus.ninety import SPEEDS, trials
 
 NAMES = ("exponential", *SPECIES, "robot")
-PUBLISHED = {"whisker.damping.from": 0.11, "whisker.damping.to": 0.17}  # doi:10.1523/JNEUROSCI.23-16-06510.2003
+PUBLISHED = {
+    "whisker.damping.from": 0.11,
+    "whisker.damping.to": 0.17,
+}  # doi:10.1523/JNEUROSCI.23-16-06510.2003
 SHAKEN = np.arange(2.0, 80.0, 0.5) * 1e-3  # kHz
 
 
 def measure_return(antenna) -> float:
-    """Greatest swing beyond rest after a step at a quarter of the length, as a share of the first deflection."""
+    """Greatest swing beyond rest after a step at a quarter of the length, as a share of the first
+    deflection.
+    """
     held = {"at": 0.25 * antenna.length, "deflection": 0.02 * antenna.length}
     tip = feeler.release(antenna, **held, duration=400.0)["tip"].values[0, :, 0]
     return max(0.0, float(-(tip / tip[0]).min()))
@@ -62,7 +68,10 @@ def main() -> None:
     cricket = make_preset("cricket")
     critical = 2 / (2 * np.pi * compute_modes(cricket, 1).frequency[0])  # ms
     other = cricket.replace(damping=critical * cricket.stiffness)
-    values |= {"proportional.overshoot": 100 * measure_return(other), "proportional.at": measure_shaken(other)["at"]}
+    values |= {
+        "proportional.overshoot": 100 * measure_return(other),
+        "proportional.at": measure_shaken(other)["at"],
+    }
     path = Path(__file__).parent / "results" / "presets.json"
     path.write_text(json.dumps({"values": values}, indent=1, sort_keys=True) + "\n")
 

@@ -1,5 +1,5 @@
-"""Time of ``feeler reproduce`` by stage, and what it finds: benchmarks/results/reproduce.json, from which README's
-table is made (docs/make_table.py).
+"""Time of ``feeler reproduce`` by stage, and what it finds: benchmarks/results/reproduce.json, from
+which README's table is made (docs/make_table.py).
 
     python benchmarks/reproduce.py smoke quick        # paper needs the extra cnn
 """
@@ -15,20 +15,41 @@ from tempfile import TemporaryDirectory
 RESULTS = Path(__file__).parent / "results" / "reproduce.json"
 
 
-def run(scale: str, out: Path, *options: str) -> tuple[float, list[dict], dict[str, dict[str, int]]]:
-    """Seconds of one run as a user waits for them, its stages, and how many claims (paper, ours) got which verdict."""
-    command = [sys.executable, "-m", "feeler", "reproduce", "--scale", scale, "--out", str(out), "--log-json", *options]
+def run(
+    scale: str, out: Path, *options: str
+) -> tuple[float, list[dict], dict[str, dict[str, int]]]:
+    """Seconds of one run as a user waits for them, its stages, and how many claims (paper, ours)
+    got which verdict.
+    """
+    command = [
+        sys.executable,
+        "-m",
+        "feeler",
+        "reproduce",
+        "--scale",
+        scale,
+        "--out",
+        str(out),
+        "--log-json",
+        *options,
+    ]
     start = time.perf_counter()
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds = time.perf_counter() - start
     events = [json.loads(line) for line in done.stderr.splitlines() if line.startswith("{")]
     counts = next(event["claims"] for event in events if event["event"] == "report")
     print(scale, *options, f"{seconds:.1f} s;", counts)
-    return seconds, [event for event in events if event["event"] == "stage" and event["seconds"] is not None], counts
+    return (
+        seconds,
+        [event for event in events if event["event"] == "stage" and event["seconds"] is not None],
+        counts,
+    )
 
 
 def measure_yardstick() -> float:
-    """Seconds of ten million additions in Python: how fast the machine is at that moment (shared ones vary twofold)."""
+    """Seconds of ten million additions in Python: how fast the machine is at that moment (shared
+    ones vary twofold).
+    """
     start, total = time.perf_counter(), 0
     for number in range(10_000_000):
         total += number
@@ -36,7 +57,9 @@ def measure_yardstick() -> float:
 
 
 def measure(scale: str) -> dict[str, object]:
-    """Warm run, second run from the cache, seconds of each stage, headline numbers; the yardstick just before."""
+    """Warm run, second run from the cache, seconds of each stage, headline numbers; the yardstick
+    just before.
+    """
     with TemporaryDirectory() as folder:
         out, yardstick = Path(folder), measure_yardstick()
         first, stages, claims = run(scale, out)

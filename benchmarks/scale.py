@@ -1,11 +1,14 @@
-"""How touching scales: rate, memory, files and disk over the number of touches; random touches of 100 ms at 1 % accuracy.
+"""How touching scales: rate, memory, files and disk over the number of touches; random touches of
+100 ms at 1 % accuracy.
 
     python benchmarks/scale.py [n …]
-    python benchmarks/scale.py --cluster [n]    # two Dask processes against two plain workers, in turns; n of 2,600 and more
-    python benchmarks/scale.py --read [n]       # TouchDataset from a warm cache; feeler info of n small made-up touches
+    python benchmarks/scale.py --cluster [n]    # two Dask processes against two plain workers, in
+    turns; n of 2,600 and more python benchmarks/scale.py --read [n]       # TouchDataset from a
+    warm cache; feeler info of n small made-up touches
 
-Each n runs in a process of its own, so that its peak of memory is its own. Rates are given by the wall clock and by processor
-time, as machines have other work to do. Then the finished store is opened, resumed and read.
+Each n runs in a process of its own, so that its peak of memory is its own. Rates are given by the
+wall clock and by processor time, as machines have other work to do. Then the finished store is
+opened, resumed and read.
 """
 
 import json
@@ -27,7 +30,13 @@ def measure(n: int, folder: Path) -> dict[str, float]:
     import feeler
 
     antenna, path = feeler.presets.cockroach(), folder / "set.zarr"
-    options = {"duration": DURATION, "accuracy": ACCURACY, "save": ("angle",), "dtype": "float32", "load": False}
+    options = {
+        "duration": DURATION,
+        "accuracy": ACCURACY,
+        "save": ("angle",),
+        "dtype": "float32",
+        "load": False,
+    }
     feeler.touch(antenna, feeler.sample_trials(16), **{**options, "duration": 5.0})  # compiles
     found: dict[str, float] = {"n": n, "load_before": os.getloadavg()[0]}
     found |= _time("draw", lambda: feeler.sample_trials(n))
@@ -57,26 +66,32 @@ def main(sizes: list[int]) -> None:
         folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
         try:
             here = str(Path(__file__).parent)
-            code = f"import sys; sys.path.insert(0, {here!r}); import scale; scale.tell({n}, {str(folder)!r})"
-            done = subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE, text=True)
+            code = (
+                f"import sys; sys.path.insert(0, {here!r}); import scale; scale.tell({n},"
+                f" {str(folder)!r})"
+            )
+            done = subprocess.run(
+                [sys.executable, "-c", code], check=True, stdout=subprocess.PIPE, text=True
+            )
         finally:
             shutil.rmtree(folder)
         rows.append(json.loads(done.stdout.splitlines()[-1]))
         row = rows[-1]
         print(
-            f"{n:>9,}: {row['touches_per_s']:.0f}/s ({row['touches_per_cpu_s']:.0f} per processor second), "
-            f"{row['peak_MB']:.0f} MB, "
-            f"{row['files']} files, {row['MB']:.0f} MB on disk, open {row['open_s']:.2f} s, resume {row['resume_s']:.1f} s",
+            f"{n:>9,}: {row['touches_per_s']:.0f}/s ({row['touches_per_cpu_s']:.0f} per processor"
+            f" second), {row['peak_MB']:.0f} MB, {row['files']} files, {row['MB']:.0f} MB on disk,"
+            f" open {row['open_s']:.2f} s, resume {row['resume_s']:.1f} s",
             flush=True,
         )
         RESULTS.write_text(json.dumps(rows, indent=1))
 
 
 def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
-    """The same n touches into new stores by two Dask processes, two threads and two processes of ours, in turns.
+    """The same n touches into new stores by two Dask processes, two threads and two processes of
+    ours, in turns.
 
-    A Dask cluster that is as good has efficiency 1: the wall time of the best plain workers over its own. Where the machine
-    has other work to do, look at processor time.
+    A Dask cluster that is as good has efficiency 1: the wall time of the best plain workers over
+    its own. Where the machine has other work to do, look at processor time.
     """
     from dask.distributed import Client, LocalCluster
 
@@ -84,7 +99,13 @@ def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
     from feeler.execute import ProcessExecutor, ThreadExecutor
 
     antenna, trials = feeler.presets.cockroach(), feeler.sample_trials(n)
-    options = {"duration": DURATION, "accuracy": ACCURACY, "save": ("angle",), "dtype": "float32", "load": False}
+    options = {
+        "duration": DURATION,
+        "accuracy": ACCURACY,
+        "save": ("angle",),
+        "dtype": "float32",
+        "load": False,
+    }
     walls: dict[str, list[float]] = {}
     two = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with (
@@ -99,8 +120,13 @@ def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
         for _ in range(rounds):
             for name, executor in executors.items():
                 folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
-                began, cpu = time.perf_counter(), sum(client.run(time.process_time).values()) + time.process_time()
-                feeler.touch(antenna, trials, store=folder / "set.zarr", executor=executor, **options)
+                began, cpu = (
+                    time.perf_counter(),
+                    sum(client.run(time.process_time).values()) + time.process_time(),
+                )
+                feeler.touch(
+                    antenna, trials, store=folder / "set.zarr", executor=executor, **options
+                )
                 walls.setdefault(f"{name}_s", []).append(time.perf_counter() - began)
                 spent = sum(client.run(time.process_time).values()) + time.process_time() - cpu
                 walls.setdefault(f"{name}_cpu_s", []).append(spent)
@@ -114,7 +140,9 @@ def compare_cluster(n: int, rounds: int = 2) -> dict[str, float]:
 
 
 def measure_reading(n: int) -> dict[str, float]:
-    """Touches of 56 × 100 that a training set hands out per second of processor time, and what opening n touches takes."""
+    """Touches of 56 × 100 that a training set hands out per second of processor time, and what
+    opening n touches takes.
+    """
     import torch
 
     from feeler.learn import TouchDataset
@@ -125,7 +153,11 @@ def measure_reading(n: int) -> dict[str, float]:
     folder = Path(tempfile.mkdtemp(dir=os.environ.get("FEELER_SCALE_DIR")))
     try:
         save_store(_make_touches(5_120, 56, 100), folder / "read.zarr", group_size=256)
-        ways = {"batches": {"batch_size": 256}, "noisy batches": {"batch_size": 256, "noise": 0.01}, "one by one": {}}
+        ways = {
+            "batches": {"batch_size": 256},
+            "noisy batches": {"batch_size": 256, "noise": 0.01},
+            "one by one": {},
+        }
         for name, options in ways.items():
             dataset = TouchDataset(folder / "read.zarr", "feature", **options)
             for _ in dataset:  # the files are in memory now
@@ -139,7 +171,9 @@ def measure_reading(n: int) -> dict[str, float]:
         for name, function in opening.items():
             found |= {
                 f"{name} of {n:,} {part}": value
-                for part, value in _time_alone(function, folder / "many.zarr", folder / "read.zarr").items()
+                for part, value in _time_alone(
+                    function, folder / "many.zarr", folder / "read.zarr"
+                ).items()
             }
     finally:
         shutil.rmtree(folder)
@@ -147,9 +181,11 @@ def measure_reading(n: int) -> dict[str, float]:
 
 
 def _time_alone(function: str, path: Path, small: Path) -> dict[str, float]:
-    """Wall and processor time [s] of a function of a path, in a process of its own that has opened a small store before.
+    """Wall and processor time [s] of a function of a path, in a process of its own that has opened
+    a small store before.
 
-    That one has the libraries imported (zarr, and Dask where it is installed, which xarray then loads): 0.9 s, whatever n.
+    That one has the libraries imported (zarr, and Dask where it is installed, which xarray then
+    loads): 0.9 s, whatever n.
     """
     code = (
         f"import time, feeler, feeler.tensors.inspect; work = {function}; work({str(small)!r});"
@@ -177,7 +213,9 @@ def _make_touches(n: int, sensors: int, samples: int):
         "segment_length": np.ones(sensors),
     }
     angle = (size * np.sin(np.arange(samples) / 20 + phase)).astype("f4")
-    made = make_tensors(time=np.arange(float(samples)), angle=angle, trials=trials, dtype="float32", **place)
+    made = make_tensors(
+        time=np.arange(float(samples)), angle=angle, trials=trials, dtype="float32", **place
+    )
     return made.drop_vars("curvature")
 
 

@@ -1,4 +1,5 @@
-"""Time per sample of the streaming decoder on one core: 30 classes, 8 channels, surrogate recordings at 1 kHz.
+"""Time per sample of the streaming decoder on one core: 30 classes, 8 channels, surrogate
+recordings at 1 kHz.
 
 Wall time counts other work on a shared machine too; CPU time is the decoder's own.
 """
@@ -17,7 +18,9 @@ RESULTS = Path(__file__).parent / "results" / "stream.json"
 
 
 def measure(n_robots: int = 3, seed: int = 0) -> dict[str, float | str]:
-    """Replay six tip contacts per robot, tensor update included; percentiles of the time per sample [ms]."""
+    """Replay six tip contacts per robot, tensor update included; percentiles of the time per sample
+    [ms].
+    """
     decoder = make_decoder(seed=seed)
     wall, cpu = [], []
     for touches in touch_robots(draw_robots(1.0, n_robots, seed)):
@@ -31,7 +34,10 @@ def measure(n_robots: int = 3, seed: int = 0) -> dict[str, float | str]:
     ranks = {"median": 50, "p99": 99, "max": 100}
     return {
         "samples": len(wall),
-        **{f"{name}_wall_ms": float(1e3 * np.percentile(wall, rank)) for name, rank in ranks.items()},
+        **{
+            f"{name}_wall_ms": float(1e3 * np.percentile(wall, rank))
+            for name, rank in ranks.items()
+        },
         **{f"{name}_cpu_ms": float(1e3 * np.percentile(cpu, rank)) for name, rank in ranks.items()},
         "limit_ms": LIMIT,
         "machine": f"{platform.machine()}, one core",

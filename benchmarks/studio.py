@@ -1,7 +1,9 @@
-"""How fast the studio answers in a real Chromium: slider to first drawn samples, whole touch, drags, closing, memory.
+"""How fast the studio answers in a real Chromium: slider to first drawn samples, whole touch,
+drags, closing, memory.
 
     python benchmarks/studio.py [changes] [seconds of dragging]
-    python benchmarks/studio.py 2 600          # memory of the server and of the page over ten minutes of dragging
+    python benchmarks/studio.py 2 600          # memory of the server and of the page over ten
+    minutes of dragging
 
 Needs chromium and chromedriver, and selenium. Prints medians with the machine's load, which decides
 much: two idle cores are meant.
@@ -20,7 +22,10 @@ from selenium.webdriver.chrome.service import Service
 
 from feeler.studio import Studio
 
-FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+FLAGS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
+    " --disable-background-networking"
+)
 APP = "const app = document.getElementById('studio').studio; "
 REST = 0.5  # s between changes; the touch and its reading end within
 CHANGE = "app.store.change(s => { s.A.stiffness = [[0, 37 + 0.1 * %d], [1, 3.85e-4]]; })"
@@ -33,7 +38,9 @@ DRAG = """let k = 0; const before = app.frames; const began = performance.now();
 
 
 def main() -> None:
-    changes, seconds = (int(text) for text in (sys.argv[1:] + ["40", "20"][len(sys.argv) - 1 :])[:2])
+    changes, seconds = (
+        int(text) for text in (sys.argv[1:] + ["40", "20"][len(sys.argv) - 1 :])[:2]
+    )
     studio = Studio(port=0)
     time.sleep(5)  # its engine is loaded, or compiled once, in the background
     browser = open_browser()
@@ -44,7 +51,8 @@ def main() -> None:
         "page ready [ms]",
         [
             browser.execute_script(
-                "return performance.timing.domContentLoadedEventEnd - performance.timing.navigationStart"
+                "return performance.timing.domContentLoadedEventEnd -"
+                " performance.timing.navigationStart"
             )
         ],
     )
@@ -58,11 +66,14 @@ def main() -> None:
     say("slider to first drawn samples [ms]", [one["first"] for one in found])
     say("slider to the whole touch [ms]", [one["whole"] for one in found if "whole" in one])
     browser.execute_script(
-        APP + "app.latency.length = 0; app.store.undo(); while (app.store.past.length) app.store.undo()"
+        APP
+        + "app.latency.length = 0; app.store.undo(); while (app.store.past.length) app.store.undo()"
     )
     time.sleep(2)
     for number in range(changes // 2):
-        browser.execute_script(APP + f"app.store.change(s => {{ s.touch.location = 0.6 + 0.005 * {number % 30}; }})")
+        browser.execute_script(
+            APP + f"app.store.change(s => {{ s.touch.location = 0.6 + 0.005 * {number % 30}; }})"
+        )
         time.sleep(REST)
     found = browser.execute_script(APP + "return app.latency")
     say("change of place to code and verdict [ms]", [one["read"] for one in found if "read" in one])
@@ -81,7 +92,10 @@ def main() -> None:
 def drag(browser: webdriver.Chrome, seconds: int) -> None:
     """Drag the object, and now and then the stiffness too; memory is looked at ten times."""
     browser.execute_script(APP + DRAG % (1000 * seconds))
-    print("dragging: s, MiB of the server's process (the driver's few among them), MiB of the page's heap")
+    print(
+        "dragging: s, MiB of the server's process (the driver's few among them), MiB of the page's"
+        " heap"
+    )
     seen = []
     for part in range(11):
         browser.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
@@ -116,8 +130,15 @@ def say(what: str, values: list[float]) -> None:
     if not values:
         print(f"{what:45} none")
         return
-    p95 = f", p95 {values[int(0.95 * (len(values) - 1))]:.0f}, n = {len(values)}" if len(values) > 1 else ""
-    print(f"{what:45} {statistics.median(values):.0f}{p95} (load {os.getloadavg()[0]:.1f})", flush=True)
+    p95 = (
+        f", p95 {values[int(0.95 * (len(values) - 1))]:.0f}, n = {len(values)}"
+        if len(values) > 1
+        else ""
+    )
+    print(
+        f"{what:45} {statistics.median(values):.0f}{p95} (load {os.getloadavg()[0]:.1f})",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

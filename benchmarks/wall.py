@@ -1,4 +1,5 @@
-"""Wall room: cost of a sweep and of following, agreement with simulation, what R² depends on, following by profile.
+"""Wall room: cost of a sweep and of following, agreement with simulation, what R² depends on,
+following by profile.
 
 Run: python benchmarks/wall.py
 """
@@ -49,16 +50,30 @@ def time_sweeps() -> list[dict]:
             antenna = cockroach(name)
             start = time.process_time()
             found = map_distance(approach(antenna, posture))
-            rows.append({"posture": label, "antenna": name, "cpu_s": time.process_time() - start, "r2": found.r2})
+            rows.append(
+                {
+                    "posture": label,
+                    "antenna": name,
+                    "cpu_s": time.process_time() - start,
+                    "r2": found.r2,
+                }
+            )
     return rows
 
 
 def tabulate_sensitivity() -> list[dict]:
-    """All combinations of the choices: R² over set-ups per profile, and how often the paper's order holds."""
+    """All combinations of the choices: R² over set-ups per profile, and how often the paper's order
+    holds.
+    """
     antennas = {name: cockroach(name) for name in PROFILE_NAMES}
     cases = compare(antennas, make_postures(READINGS, FRICTIONS, BENDS), workers=1)
-    rows = [{"antenna": name, **row} for name, row in summarise(cases, np.random.default_rng(0)).items()]
-    rows += [{"choice": key[0], "value": key[1], **counts} for key, counts in count_orderings(cases).items()]
+    rows = [
+        {"antenna": name, **row} for name, row in summarise(cases, np.random.default_rng(0)).items()
+    ]
+    rows += [
+        {"choice": key[0], "value": key[1], **counts}
+        for key, counts in count_orderings(cases).items()
+    ]
     for case in cases:
         if case.measure == {"quantity": "bend", "method": "smooth"}:
             rows.append({"antenna": case.antenna, "choice": list(case.choice), "r2": case.map.r2})
@@ -66,7 +81,8 @@ def tabulate_sensitivity() -> list[dict]:
 
 
 def compare_with_simulation() -> list[dict]:
-    """An antenna bent a tenth too much is let go: heading difference from the static answer at start and end [degrees].
+    """An antenna bent a tenth too much is let go: heading difference from the static answer at
+    start and end [degrees].
 
     MuJoCo gets a little friction: at its smallest its solver diverges against this wall.
     """
@@ -81,15 +97,26 @@ def compare_with_simulation() -> list[dict]:
         for label, posture in {"hook": Posture(friction=0.0), "straight": FOLLOWING}.items():
             sweep = approach(cockroach(), posture, [12.0])
             start = sweep.antenna.rest_angle + 1.1 * sweep.bend[0]
-            scene = make_wall_scene(sweep.antenna, posture.replace(friction=friction), 12.0, angle=start)
+            scene = make_wall_scene(
+                sweep.antenna, posture.replace(friction=friction), 12.0, angle=start
+            )
             motion = run_scene(scene, Clock(duration=duration, timestep=timestep), engine)
             gap = np.degrees(np.abs(np.cumsum(motion.angle - sweep.angle[0], axis=1)).max(axis=1))
-            rows.append({"engine": engine, "posture": label, "start_deg": float(gap[0]), "end_deg": float(gap[-1])})
+            rows.append(
+                {
+                    "engine": engine,
+                    "posture": label,
+                    "start_deg": float(gap[0]),
+                    "end_deg": float(gap[-1]),
+                }
+            )
     return rows
 
 
 def refine() -> list[dict]:
-    """R² of the exponential antenna against the length of the wall's steps: what friction leaves undetermined."""
+    """R² of the exponential antenna against the length of the wall's steps: what friction leaves
+    undetermined.
+    """
     rows = []
     for friction in (0.0, 0.3):
         for substep in (1.0, 0.5, 0.25, 0.1):
@@ -102,12 +129,21 @@ def run_courses() -> list[dict]:
     """Tracking error by profile, speed and turn."""
     follow(cockroach(), make_turn(30.0), oracle=True)  # compile
     rows = []
-    for name, friction in (*((name, 0.0) for name in PROFILE_NAMES), ("exponential", 0.3), (None, 0.0)):
+    for name, friction in (
+        *((name, 0.0) for name in PROFILE_NAMES),
+        ("exponential", 0.3),
+        (None, 0.0),
+    ):
         posture = FOLLOWING.replace(friction=friction)
         for speed in SPEEDS:
             found = calibrate(cockroach(name), posture, speed=speed) if name else None
             for turn in TURNS:
-                row = {"antenna": name or "(truth)", "friction": friction, "speed": speed, "turn": turn}
+                row = {
+                    "antenna": name or "(truth)",
+                    "friction": friction,
+                    "speed": speed,
+                    "turn": turn,
+                }
                 rows.append(row | _run(name, posture, speed, turn, found))
     return rows
 
@@ -118,7 +154,12 @@ def _run(name, posture, speed, turn, found) -> dict:
         start = time.process_time()
         try:
             run = follow(
-                antenna, make_turn(turn), posture=posture, speed=speed, distance_map=found, oracle=name is None
+                antenna,
+                make_turn(turn),
+                posture=posture,
+                speed=speed,
+                distance_map=found,
+                oracle=name is None,
             )
         except FeelerError as error:
             return {"failed": str(error)}
@@ -146,7 +187,12 @@ def main() -> None:
     for title, rows in tables.items():
         print(f"\n{title}")
         for row in rows:
-            print("  " + "  ".join(f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))
+            print(
+                "  "
+                + "  ".join(
+                    f"{k} {v:.3f}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()
+                )
+            )
     RESULTS.parent.mkdir(exist_ok=True)
     rounded = json.loads(json.dumps(tables), parse_float=lambda x: float(f"{float(x):.4g}"))
     text = json.dumps(rounded, indent=1).replace("NaN", "null")

@@ -1,13 +1,15 @@
-"""Time to accuracy: processor time against the error of the tip, the chain engine beside MuJoCo's integrators.
+"""Time to accuracy: processor time against the error of the tip, the chain engine beside MuJoCo's
+integrators.
 
     python benchmarks/workprecision.py            # measures, writes results/workprecision.json
     python benchmarks/workprecision.py --draw     # draws docs/images/workprecision.png from it
 
-Three touches of 100 ms of the cockroach's antenna at 0.3 m/s and 0.7 L [C], with the smooth contact, each with timesteps from
-0.1 ms down. MuJoCo steps bare (``mj_step`` at its default iterations and the loosest tolerance that leaves no trace;
-nothing is read out); feeler's times are of ``run_scene``, 100 samples included. The error is the tip's greatest distance from
-the chain engine's path at 0.0005 ms, over the tip's greatest excursion; a run that diverges counts 100 %. One thread, the
-fastest of three runs in processor time.
+Three touches of 100 ms of the cockroach's antenna at 0.3 m/s and 0.7 L [C], with the smooth
+contact, each with timesteps from 0.1 ms down. MuJoCo steps bare (``mj_step`` at its default
+iterations and the loosest tolerance that leaves no trace; nothing is read out); feeler's times are
+of ``run_scene``, 100 samples included. The error is the tip's greatest distance from the chain
+engine's path at 0.0005 ms, over the tip's greatest excursion; a run that diverges counts 100 %. One
+thread, the fastest of three runs in processor time.
 """
 
 import argparse
@@ -27,7 +29,8 @@ from feeler.presets import cockroach
 from feeler.stimulus import Trial, make_feature
 
 DURATION, REFERENCE, RUNS = 100.0, 0.0005, 3
-TOLERANCE = 1e-17  # of MuJoCo's solver: the loosest at which its answers no longer depend on it, in g, mm, ms
+# of MuJoCo's solver: the loosest at which its answers no longer depend on it, in g, mm, ms
+TOLERANCE = 1e-17
 TIMESTEPS = (0.1, 0.05, 0.02, 0.01, 0.005)
 INTEGRATORS = {
     "MuJoCo Euler": mj.mjtIntegrator.mjINT_EULER,
@@ -35,7 +38,9 @@ INTEGRATORS = {
     "MuJoCo RK4": mj.mjtIntegrator.mjINT_RK4,
 }
 RESULT = Path(__file__).parent / "results" / "workprecision.json"
-PEERS = RESULT.with_name("workprecision_peers.json")  # one swing of a rod, by peers/workprecision.py
+PEERS = RESULT.with_name(
+    "workprecision_peers.json"
+)  # one swing of a rod, by peers/workprecision.py
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "workprecision.png"
 
 
@@ -50,7 +55,11 @@ def run_mujoco(scene: Scene, timestep: float, integrator: mj.mjtIntegrator) -> n
     model = compile_model(scene, timestep)
     default = mj.MjOption()
     default.tolerance = TOLERANCE
-    model.opt.integrator, model.opt.tolerance, model.opt.iterations = integrator, default.tolerance, default.iterations
+    model.opt.integrator, model.opt.tolerance, model.opt.iterations = (
+        integrator,
+        default.tolerance,
+        default.iterations,
+    )
     alone = compile_model(replace(scene, objects=()), timestep)
     model.stat.meaninertia = (
         alone.stat.meaninertia
@@ -91,8 +100,18 @@ def compare(kind: str) -> list[dict]:
             path, seconds = measure(run, scene, timestep, argument)
             error = float(np.linalg.norm(path - truth, axis=1).max() / size)
             error = error if np.isfinite(error) else 1.0
-            rows.append({"touch": kind, "solver": name, "timestep": timestep, "seconds": seconds, "error": error})
-            print(f"{kind:9} {name:24} {timestep:<6g} ms  {seconds:8.3f} s  {error:.2%}", flush=True)
+            rows.append(
+                {
+                    "touch": kind,
+                    "solver": name,
+                    "timestep": timestep,
+                    "seconds": seconds,
+                    "error": error,
+                }
+            )
+            print(
+                f"{kind:9} {name:24} {timestep:<6g} ms  {seconds:8.3f} s  {error:.2%}", flush=True
+            )
     return rows
 
 
@@ -100,9 +119,13 @@ def draw() -> None:
     """The picture of the docs."""
     import matplotlib.pyplot as plt
 
-    rows = [row for path in (RESULT, PEERS) if path.exists() for row in json.loads(path.read_text())]
+    rows = [
+        row for path in (RESULT, PEERS) if path.exists() for row in json.loads(path.read_text())
+    ]
     kinds, solvers = (list(dict.fromkeys(row[key] for row in rows)) for key in ("touch", "solver"))
-    figure, axes = plt.subplots(1, len(kinds), figsize=(13, 4), sharex=True, sharey=True, layout="constrained")
+    figure, axes = plt.subplots(
+        1, len(kinds), figsize=(13, 4), sharex=True, sharey=True, layout="constrained"
+    )
     for ax, kind in zip(axes, kinds, strict=True):
         for number, solver in enumerate(solvers):
             mine = [row for row in rows if row["touch"] == kind and row["solver"] == solver]
@@ -111,15 +134,25 @@ def draw() -> None:
             ax.loglog(x, y, label=solver, color=f"C{number}", ms=4, **style)
         ax.axhline(1, color="0.6", lw=0.8)  # what accuracy=0.01 asks for
         swing = kind == "swing"
-        ax.set(title="one swing of a rod, 57 ms" if swing else f"{kind}, 100 ms", xlabel="processor time [s]")
+        ax.set(
+            title="one swing of a rod, 57 ms" if swing else f"{kind}, 100 ms",
+            xlabel="processor time [s]",
+        )
     axes[0].set_ylabel("greatest error of the tip\n[% of its excursion]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(solvers), fontsize=8)
+    figure.legend(
+        *axes[0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=len(solvers),
+        fontsize=8,
+    )
     PICTURE.parent.mkdir(exist_ok=True)
     figure.savefig(PICTURE, dpi=110)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--draw", action="store_true", help="only draw what was measured")
     if not parser.parse_args().draw:
         rows = [row for kind in ("ball", "box", "triangle") for row in compare(kind)]

@@ -1,4 +1,5 @@
-"""Make the pages ready in build/docs (numbers, equations, tutorials and examples run) and let Zensical set them in site/.
+"""Make the pages ready in build/docs (numbers, equations, tutorials and examples run) and let
+Zensical set them in site/.
 
 python docs/build.py
 """
@@ -25,14 +26,21 @@ EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
 PAGES = ("slow_and_graded.md", "searched.md", "presets.md")
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
-GALLERY = '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards" markdown>\n'
+GALLERY = (
+    '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
+    " markdown>\n"
+)
 
 
 def insert_numbers(markdown: str) -> str:
-    """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError, which ends the build."""
+    """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError,
+    which ends the build.
+    """
     values = json.loads(RESULTS.read_text())
     for room, path in OTHERS.items():
-        values |= {f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()}
+        values |= {
+            f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()
+        }
 
     def show(found: re.Match) -> str:
         value = values[found["key"]]
@@ -50,7 +58,9 @@ def set_equations(markdown: str) -> str:
 
 
 def run_tutorial(markdown: str, folder: Path) -> str:
-    """The page with what its Python printed below each piece; the pieces run in ``folder``, one after the other."""
+    """The page with what its Python printed below each piece; the pieces run in ``folder``, one
+    after the other.
+    """
     names: dict = {}
 
     def run(found: re.Match) -> str:
@@ -65,7 +75,9 @@ def run_tutorial(markdown: str, folder: Path) -> str:
 
 
 def write_gallery(folder: Path) -> None:
-    """A page for each example with its picture, what it printed and its code; and thumbnails of all."""
+    """A page for each example with its picture, what it printed and its code; and thumbnails of
+    all.
+    """
     cards = [GALLERY]
     for path in sorted(EXAMPLES.glob("*.py")):
         (own := folder / path.stem).mkdir(parents=True)
@@ -75,9 +87,7 @@ def write_gallery(folder: Path) -> None:
         code = path.read_text()
         words, title = ast.get_docstring(ast.parse(code)), path.stem.replace("_", " ").capitalize()
         picture = f"![{title}]({path.stem}.png)"
-        page = (
-            f"# {title}\n\n{words}\n\n{picture}\n\n```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
-        )
+        page = f"# {title}\n\n{words}\n\n{picture}\n\n```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
         (own / "index.md").write_text(page)
         cards.append(CARD.format(name=path.stem, title=title, words=words))
     (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))
@@ -86,7 +96,9 @@ def write_gallery(folder: Path) -> None:
 def make_ready() -> None:
     """Every page of the site, in build/docs."""
     shutil.rmtree(READY, ignore_errors=True)
-    shutil.copytree(Path(__file__).parent, READY, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    shutil.copytree(
+        Path(__file__).parent, READY, ignore=shutil.ignore_patterns("*.py", "__pycache__")
+    )
     write_gallery(READY / "gallery")
     for page in READY.rglob("*.md"):
         words = set_equations(page.read_text())

@@ -1,6 +1,8 @@
-"""README's table (figure → command → seconds → headline), made from benchmarks/results/reproduce.json.
+"""README's table (figure → command → seconds → headline), made from
+benchmarks/results/reproduce.json.
 
-python docs/make_table.py    writes it; tests/laws/test_readme.py fails where README says anything else.
+python docs/make_table.py    writes it; tests/laws/test_readme.py fails where README says anything
+else.
 """
 
 import json
@@ -53,18 +55,30 @@ def make_table(results: dict) -> str:
         command = "`make reproduce SCALE=paper`" if scale == "paper" else "`make reproduce`"
         seconds = found["stages"].get(title)
         headline = form.format(value) if value is not None else "–"
-        lines.append(f"| {figures} | {command} | {'–' if seconds is None else f'{seconds:.0f}'} | {headline} |")
-    return "\n".join(lines + [_make_total(scale, results[scale]) for scale in SCALES if scale in results]) + "\n"
+        lines.append(
+            f"| {figures} | {command} | {'–' if seconds is None else f'{seconds:.0f}'} |"
+            f" {headline} |"
+        )
+    return (
+        "\n".join(
+            lines + [_make_total(scale, results[scale]) for scale in SCALES if scale in results]
+        )
+        + "\n"
+    )
 
 
 def _make_total(scale: str, found: dict) -> str:
     command = "`make reproduce`" if scale == "quick" else f"`make reproduce SCALE={scale}`"
     claims = found["claims"]["paper"]
     evidence = [claims[verdict] for verdict in ("reproduced", "partly", "not reproduced")]
-    headline = f"of {sum(claims.values())} claims " + "{} reproduced, {} partly, {} not".format(*evidence)
+    headline = f"of {sum(claims.values())} claims " + "{} reproduced, {} partly, {} not".format(
+        *evidence
+    )
     headline += "; the others give no evidence at this scale"
     headline += f" ({found['note']})" if "note" in found else ""
-    return f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | {headline} |"
+    return (
+        f"| all of it, {found['cores']} cores | {command} | {found['seconds']:.0f} | {headline} |"
+    )
 
 
 def main() -> None:

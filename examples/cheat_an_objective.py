@@ -1,4 +1,6 @@
-"""How objectives cheat: a floppy tip that rings looks best until noise, damping and bending are asked for honestly."""
+"""How objectives cheat: a floppy tip that rings looks best until noise, damping and bending are
+asked for honestly.
+"""
 
 import sys
 from pathlib import Path
@@ -10,7 +12,13 @@ import feeler
 from feeler.antenna import compute_modes
 from feeler.design import Constraints, Task, score
 
-TASK = Task(objects=("ball:radius=1.5", "box", "triangle"), locations=(0.7, 0.9), speeds=(0.6,), deadline=50.0, test=3)
+TASK = Task(
+    objects=("ball:radius=1.5", "box", "triangle"),
+    locations=(0.7, 0.9),
+    speeds=(0.6,),
+    deadline=50.0,
+    test=3,
+)
 NOISES = {"one floor of 0.1 rad": ("common", 0.1), "relative, 1 peak": ("relative", 1.0)}
 
 
@@ -28,10 +36,13 @@ def main(out: Path) -> None:
     for antenna in (animal.replace(name="the paper's"), make_floppy(animal)):
         trial = feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.6)
         motion = feeler.touch(antenna, trial, duration=120.0, all_hinges=True)
-        tip = np.degrees(motion["angle"].values[0, -30:].sum(axis=0))  # how far the last thirty segments turn together
+        tip = np.degrees(
+            motion["angle"].values[0, -30:].sum(axis=0)
+        )  # how far the last thirty segments turn together
         ax.plot(motion["time"], tip, label=antenna.name)
         told = {
-            name: score(antenna, TASK.replace(noise=kind, level=size)).bits for name, (kind, size) in NOISES.items()
+            name: score(antenna, TASK.replace(noise=kind, level=size)).bits
+            for name, (kind, size) in NOISES.items()
         }
         ratio = compute_modes(antenna, 6).damping_ratio.min()
         broken = Constraints(damping_share=1.0).check(antenna, animal)["damping_share"]

@@ -14,7 +14,9 @@ N = 60
 
 
 def make_antenna(rate: float) -> feeler.Antenna:
-    """40 mm of equal segments whose hinges soften towards the tip by ``rate`` per segment, at one mean compliance."""
+    """40 mm of equal segments whose hinges soften towards the tip by ``rate`` per segment, at one
+    mean compliance.
+    """
     shape = Exponential(base=1.0, rate=rate).sample(N)
     stiffness = 3.0 * shape * np.mean(1 / shape)  # N·mm/rad
     return feeler.Antenna(
@@ -40,8 +42,8 @@ def main(out: Path) -> None:
         modes = 1e3 * compute_modes(antenna, 2).frequency
         ratio = found.damping_ratio
         print(
-            f"{antenna.name}: modes at {modes[0]:.0f} and {modes[1]:.0f} Hz, damping ratio {ratio:.2f}, "
-            f"at rest within 5 % after {found.settle_5:.0f} ms"
+            f"{antenna.name}: modes at {modes[0]:.0f} and {modes[1]:.0f} Hz, damping ratio"
+            f" {ratio:.2f}, at rest within 5 % after {found.settle_5:.0f} ms"
         )
     ax.set(xlabel="time since release [ms]", ylabel="tip displacement [mm]")
     ax.legend(frameon=False)

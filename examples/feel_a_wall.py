@@ -14,7 +14,10 @@ def main(out: Path) -> None:
     sweep = approach(cockroach("exponential"), Posture(prebend="none", friction=0.0))
     found = map_distance(sweep)
     near, far = found.told_apart
-    print(f"R² {found.r2:.3f}, error {found.error:.1f} mm, distances from {near:.1f} to {far:.1f} mm are told apart")
+    print(
+        f"R² {found.r2:.3f}, error {found.error:.1f} mm, distances from {near:.1f} to {far:.1f} mm"
+        " are told apart"
+    )
 
     figure = Figure(figsize=(7, 3.2), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -24,7 +27,9 @@ def main(out: Path) -> None:
     right.plot(found.position, found.distance, "o", ms=4)
     span = np.array([np.nanmin(found.position), np.nanmax(found.position)])
     right.plot(span, found.predict(span), color="grey")
-    right.set(xlabel="place of greatest curvature from the base [mm]", ylabel="distance of the wall [mm]")
+    right.set(
+        xlabel="place of greatest curvature from the base [mm]", ylabel="distance of the wall [mm]"
+    )
     figure.savefig(out / "feel_a_wall.png", dpi=160)
 
 

@@ -16,8 +16,13 @@ def main(out: Path) -> None:
     antenna = cockroach("exponential")
     traces = make_synthetic_traces(antenna, np.random.default_rng(3), n_animals=3, planted=PLANTED)
     found = fit_traces(traces, antenna)
-    for name, planted, value, low, high in zip(found.names, PLANTED, found.p, found.low, found.high, strict=True):
-        print(f"{name}: planted {planted:g}, found {value:.2f} (95 % interval {low:.2f} to {high:.2f})")
+    for name, planted, value, low, high in zip(
+        found.names, PLANTED, found.p, found.low, found.high, strict=True
+    ):
+        print(
+            f"{name}: planted {planted:g}, found {value:.2f} (95 % interval {low:.2f} to"
+            f" {high:.2f})"
+        )
 
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     ax = figure.subplots()

@@ -27,7 +27,10 @@ def main(out: Path) -> None:
         seen = observer.run(chosen, copies=2)
         left.plot(seen.time, 100 * seen.accuracy, label=name)
         right.plot(seen.time, seen.work.mean(axis=1))
-        print(f"{name}: {100 * seen.accuracy[-1]:.0f} % right by {seen.time[-1]:g} ms, {seen.work[-1].mean():.2f} µJ")
+        print(
+            f"{name}: {100 * seen.accuracy[-1]:.0f} % right by {seen.time[-1]:g} ms,"
+            f" {seen.work[-1].mean():.2f} µJ"
+        )
     left.set(xlabel="time [ms]", ylabel="right answers [%]")
     right.set(xlabel="time [ms]", ylabel="work on the antenna [µJ]")
     left.legend()

@@ -1,4 +1,6 @@
-"""Thirty touches become three bases and sparse activations; the code tells where the antenna was touched."""
+"""Thirty touches become three bases and sparse activations; the code tells where the antenna was
+touched.
+"""
 
 import sys
 from pathlib import Path
@@ -18,19 +20,24 @@ def main(out: Path) -> None:
     tensors = feeler.touch(antenna, feeler.paper.trials(speeds=(0.3,)), duration=120)
     angle = rectify(tensors["angle"])
 
-    encoder = feeler.ConvolutiveNMF(n_components=3, n_lags=40, sparseness=0.8, max_iter=60, warn=False, random_state=0)
+    encoder = feeler.ConvolutiveNMF(
+        n_components=3, n_lags=40, sparseness=0.8, max_iter=60, warn=False, random_state=0
+    )
     encoder.fit(angle)
     code = encoder.transform(angle, code="ridge")
     found = map_locations(code, tensors["location"].values, locate_components(encoder.components_))
     print(
-        f"residual {encoder.reconstruction_err_ / np.linalg.norm(angle):.2f}; the dominant basis tells "
-        f"{found.information:.2f} of {found.ceiling:.2f} bits about the place (p = {found.p_information:.3f})"
+        f"residual {encoder.reconstruction_err_ / np.linalg.norm(angle):.2f}; the dominant basis"
+        f" tells {found.information:.2f} of {found.ceiling:.2f} bits about the place (p ="
+        f" {found.p_information:.3f})"
     )
 
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots(2, 3)
     for number, (ax, basis) in enumerate(zip(axes[0], encoder.components_, strict=True), start=1):
-        plot_tensor(basis, np.arange(basis.shape[1]), ax, Normalize(0, basis.max()), labels=number == 1)
+        plot_tensor(
+            basis, np.arange(basis.shape[1]), ax, Normalize(0, basis.max()), labels=number == 1
+        )
         ax.set_title(f"basis {number}")
     for ax, place in zip(axes[1], (0.5, 0.7, 0.9), strict=True):
         trial = int(np.flatnonzero(tensors["location"].values == place)[0])

@@ -19,20 +19,34 @@ def main(out: Path) -> None:
     ax = figure.subplots()
     sets = {}
     for name in ("exponential", "constant"):
-        sets[name] = feeler.touch(feeler.presets.cockroach(name), feeler.paper.trials(speeds=(0.3,)), duration=120)
+        sets[name] = feeler.touch(
+            feeler.presets.cockroach(name), feeler.paper.trials(speeds=(0.3,)), duration=120
+        )
     peak = max(float(tensors["angle"].max()) for tensors in sets.values())
     for name, tensors in sets.items():
         angle = rectify(tensors["angle"])
         similar = compute_dispersion(angle, np.zeros(len(angle))).average["nmi"]
         sweep = compute_sweep(
-            angle, make_labels(tensors), ratios=RATIOS, n_repeats=3, noise=Common(reference=peak), rotate=True
+            angle,
+            make_labels(tensors),
+            ratios=RATIOS,
+            n_repeats=3,
+            noise=Common(reference=peak),
+            rotate=True,
         )
         accuracy = 100 * sweep.noisy.mean(axis=1)
         ax.plot(100 * sweep.ratios, accuracy, marker="o", label=name)
         nmi = next(iter(similar.values()))
-        print(f"{name}: NMI of closest matches {nmi.estimate:.2f}, accuracy {accuracy[1]:.0f} % at 10 % noise")
+        print(
+            f"{name}: NMI of closest matches {nmi.estimate:.2f}, accuracy {accuracy[1]:.0f} % at 10"
+            " % noise"
+        )
     ax.axhline(100 * sweep.chance, color="grey", ls=":", label="chance")
-    ax.set(xlabel="noise [% of the largest angle of both sets]", ylabel="accuracy, 30 classes [%]", ylim=(0, 102))
+    ax.set(
+        xlabel="noise [% of the largest angle of both sets]",
+        ylabel="accuracy, 30 classes [%]",
+        ylim=(0, 102),
+    )
     ax.legend(frameon=False)
     figure.savefig(out / "tell_touches_apart.png", dpi=160)
 

@@ -18,11 +18,15 @@ def main(out: Path) -> None:
     curvature = tensors["curvature"].sel(trial=0)
     figure = Figure(figsize=(7, 3), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for time, points in zip(tensors["time"].values, antenna.shape(tensors["angle"].values[0].T), strict=True):
+    for time, points in zip(
+        tensors["time"].values, antenna.shape(tensors["angle"].values[0].T), strict=True
+    ):
         if time % 10 == 0:
             left.plot(points[:, 0], points[:, 1], color="#0072B2", alpha=0.2 + 0.008 * time)
     left.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="every 10 ms")
-    image = plot_tensor(curvature.values, tensors["time"].values, right, Normalize(0, curvature.max()))
+    image = plot_tensor(
+        curvature.values, tensors["time"].values, right, Normalize(0, curvature.max())
+    )
     figure.colorbar(image, label="curvature [1/mm]")
     figure.savefig(out / "touch_a_ball.png", dpi=160)
 

@@ -1,4 +1,6 @@
-"""Train a small network on random touches read from a store, and let it say while a touch happens what is felt."""
+"""Train a small network on random touches read from a store, and let it say while a touch happens
+what is felt.
+"""
 
 import sys
 import time
@@ -13,7 +15,11 @@ from feeler.decoding import StreamDecoder
 from feeler.learn import TouchDataset
 
 DURATION, WINDOW = 60, 48  # ms of a touch, samples of it from contact on
-NOISE, ONSET, CONFIRM = 0.001, 0.005, 3  # rad; contact is three samples beyond ONSET, as StreamDecoder notices it
+NOISE, ONSET, CONFIRM = (
+    0.001,
+    0.005,
+    3,
+)  # rad; contact is three samples beyond ONSET, as StreamDecoder notices it
 SCALE = 50.0  # brings angles of some 0.02 rad to 1
 
 
@@ -22,33 +28,57 @@ def main(out: Path, n: int = 600, epochs: int = 25) -> float:
     torch.set_num_threads(1)  # so small a network only waits for more
     store, began = out / "touches.zarr", time.perf_counter()
     trials = feeler.sample_trials(n, speeds=(0.3, 0.6), sizes=(1.0, 3.0), seed=1)
-    options = {"duration": DURATION, "save": ("angle",), "dtype": "float32", "store": store, "load": False}
+    options = {
+        "duration": DURATION,
+        "save": ("angle",),
+        "dtype": "float32",
+        "store": store,
+        "load": False,
+    }
     feeler.touch(feeler.sample_antennas(20), trials, **options)
     felt = time.perf_counter()
-    shares = {"train": 0.8, "test": 0.2}  # of the 20 antennas: no touch of a tested antenna is trained with
+    shares = {
+        "train": 0.8,
+        "test": 0.2,
+    }  # of the 20 antennas: no touch of a tested antenna is trained with
     train, test = (
-        TouchDataset(store, "feature", split=side, by="antenna", shares=shares, noise=NOISE, batch_size=32)
+        TouchDataset(
+            store, "feature", split=side, by="antenna", shares=shares, noise=NOISE, batch_size=32
+        )
         for side in shares
     )
     network, losses = learn(train, epochs)
     trained = time.perf_counter()
     accuracy = judge(network, test)
     print(f"{n} touches in {felt - began:.0f} s, {epochs} epochs in {trained - felt:.0f} s")
-    print(f"{100 * accuracy:.0f} % of {len(test.rows)} touches with antennas never felt before are called by the right")
+    print(
+        f"{100 * accuracy:.0f} % of {len(test.rows)} touches with antennas never felt before are"
+        " called by the right"
+    )
     print("shape; chance is 33 %")
 
-    decoder = StreamDecoder(window=WINDOW, onset=ONSET, confirm=CONFIRM, model=lambda felt: ask(network, felt))
+    decoder = StreamDecoder(
+        window=WINDOW, onset=ONSET, confirm=CONFIRM, model=lambda felt: ask(network, felt)
+    )
     decoder.adopt(test.classes, test.shape[0])
     touches, labels = test.read(slice(0, 100))
     streams = [decoder.replay(touch.numpy()) for touch in touches]
-    right = [states[-1].label == test.classes[label] for states, label in zip(streams, labels, strict=True)]
-    print(f"streamed sample by sample, {100 * np.mean(right):.0f} % of {len(right)} of them end with the right answer")
+    right = [
+        states[-1].label == test.classes[label]
+        for states, label in zip(streams, labels, strict=True)
+    ]
+    print(
+        f"streamed sample by sample, {100 * np.mean(right):.0f} % of {len(right)} of them end with"
+        " the right answer"
+    )
     draw(losses, streams[0], test.classes, test.classes[labels[0]], out)
     return accuracy
 
 
 def learn(touches: TouchDataset, epochs: int) -> tuple[torch.nn.Module, list[float]]:
-    """Two convolutions over time; half of each batch is cut short, to know what a touch is like while it happens."""
+    """Two convolutions over time; half of each batch is cut short, to know what a touch is like
+    while it happens.
+    """
     network = torch.nn.Sequential(
         torch.nn.Conv1d(touches.shape[0], 32, 7, stride=2), torch.nn.ReLU(),
         torch.nn.Conv1d(32, 32, 5, stride=2), torch.nn.ReLU(),
@@ -63,7 +93,9 @@ def learn(touches: TouchDataset, epochs: int) -> tuple[torch.nn.Module, list[flo
             felt = cut(felt)
             until = torch.randint(5, WINDOW + 1, (len(felt), 1, 1))
             until[::2] = WINDOW
-            loss = torch.nn.functional.cross_entropy(network(turn(felt * (torch.arange(WINDOW) < until))), label)
+            loss = torch.nn.functional.cross_entropy(
+                network(turn(felt * (torch.arange(WINDOW) < until))), label
+            )
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
@@ -80,7 +112,9 @@ def cut(felt: torch.Tensor) -> torch.Tensor:
 
 
 def turn(felt: torch.Tensor) -> torch.Tensor:
-    """Scaled, and what came from the right mirrored: a straight antenna feels the mirror image, and half is to be learnt."""
+    """Scaled, and what came from the right mirrored: a straight antenna feels the mirror image, and
+    half is to be learnt.
+    """
     return SCALE * felt * felt.sum((1, 2), keepdim=True).sign()
 
 
@@ -107,7 +141,9 @@ def draw(losses: list[float], states: list, classes: list[str], true: str, out: 
     known = np.array([[np.nan] * len(classes) if s.label is None else s.posterior for s in states])
     for name, values in zip(classes, known.T, strict=True):
         right.plot(values, label=name)
-    right.set(xlabel="time [ms]", ylabel="probability", ylim=(0, 1), title=f"a {true}, as it is felt")
+    right.set(
+        xlabel="time [ms]", ylabel="probability", ylim=(0, 1), title=f"a {true}, as it is felt"
+    )
     right.legend(frameon=False)
     figure.savefig(out / "train_a_network.png", dpi=160)
 

@@ -1,6 +1,7 @@
-"""What all tests share: one thread within BLAS where several workers share the machine (their threads would only be in each
-other's way), no deadline of Hypothesis (a busy machine breaks no law), no search for garbage among what stays to the end,
-which file of tests goes to which worker, and a browser."""
+"""What all tests share: one thread within BLAS where several workers share the machine (their
+threads would only be in each other's way), no deadline of Hypothesis (a busy machine breaks no
+law), no search for garbage among what stays to the end, which file of tests goes to which worker,
+and a browser."""
 
 import gc
 import os
@@ -16,9 +17,14 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 gc.disable()  # until all is imported and collected: it takes half as long again, and finds nothing
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 DRIVER = shutil.which("chromedriver")
-FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+FLAGS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
+    " --disable-background-networking"
+)
 WHOLE = ("test_whole.py", "test_print.py", "test_pictures.py")
 """Files that look at one whole run of the paper: they go to one worker, which makes it once."""
 LONGEST = (
@@ -29,16 +35,23 @@ LONGEST = (
     "test_accuracy.py",
     "test_store.py",
 )
-"""Files that take longest: they begin first, so that no worker is left alone with one at the end."""
+"""Files that take longest: they begin first, so that no worker is left alone with one at the end.
+"""
 ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
+    items.sort(
+        key=lambda item: (
+            LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST)
+        )
+    )
 
 
 def pytest_collection_finish():
-    """What is there by now stays: the thousands of tests and all modules need not be looked through again and again."""
+    """What is there by now stays: the thousands of tests and all modules need not be looked through
+    again and again.
+    """
     gc.collect()
     gc.freeze()
     gc.enable()
@@ -46,7 +59,9 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one worker, whatever ``--dist`` says, and so does WHOLE: what its tests share is then made once."""
+    """A file goes to one worker, whatever ``--dist`` says, and so does WHOLE: what its tests share
+    is then made once.
+    """
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
@@ -60,7 +75,9 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture(scope="module")
 def browser():
-    """A real Chromium that finds no other host; tests that need one are skipped without it, but not where it is promised."""
+    """A real Chromium that finds no other host; tests that need one are skipped without it, but not
+    where it is promised.
+    """
     if not (CHROMIUM and DRIVER) and not os.environ.get("FEELER_NEEDS_CHROMIUM"):
         pytest.skip("no Chromium with chromedriver: apt-get install chromium chromium-driver")
     from selenium import webdriver
@@ -80,13 +97,24 @@ def browser():
 @pytest.fixture
 def find_barriers(browser):
     """Asks axe what is wrong with the page as it is: (rule, element, what to do) of each."""
-    script = resources.files(pytest.importorskip("axe_core_python")).joinpath("axe.min.js").read_text(encoding="utf-8")
-    ask = "const tell = arguments[0]; axe.run(document, { resultTypes: ['violations'] }).then(found => tell(found.violations));"
+    script = (
+        resources.files(pytest.importorskip("axe_core_python"))
+        .joinpath("axe.min.js")
+        .read_text(encoding="utf-8")
+    )
+    ask = (
+        "const tell = arguments[0]; axe.run(document, { resultTypes: ['violations'] }).then(found"
+        " => tell(found.violations));"
+    )
     browser.set_script_timeout(300)  # axe takes seconds, or a minute on a busy machine
 
     def find():
         browser.execute_script(f"if (!window.axe) {{ {script} }}")
         found = browser.execute_async_script(ask)
-        return [(item["id"], node["html"][:120], node["failureSummary"]) for item in found for node in item["nodes"]]
+        return [
+            (item["id"], node["html"][:120], node["failureSummary"])
+            for item in found
+            for node in item["nodes"]
+        ]
 
     return find

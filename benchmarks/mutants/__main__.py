@@ -1,6 +1,8 @@
-"""``make mutants ROOM=dispersion MINUTES=10``: plant small mistakes, one at a time, and see which the room's tests notice.
+"""``make mutants ROOM=dispersion MINUTES=10``: plant small mistakes, one at a time, and see which
+the room's tests notice.
 
-``ROOM=planted`` plants the mistakes of ``planted.toml``, which were made by hand, and runs the tests named there.
+``ROOM=planted`` plants the mistakes of ``planted.toml``, which were made by hand, and runs the
+tests named there.
 """
 
 import argparse
@@ -31,7 +33,10 @@ PARTS = {
     "paper": (
         "paper",
         "claims verdicts stage findings window",
-        "test_claims.py test_findings.py test_section.py test_stage.py test_window.py test_choices.py",
+        (
+            "test_claims.py test_findings.py test_section.py test_stage.py test_window.py"
+            " test_choices.py"
+        ),
     ),
 }
 """A part of a room, by a name of its own: the room, its modules, its files of tests."""
@@ -42,7 +47,9 @@ def main() -> None:
     said = _parse()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copy = Path(folder) / "feeler"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache"))
+        shutil.copytree(
+            ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "out", "site", ".*_cache")
+        )
         if said.room == "planted":
             _judge_planted(copy, said.only)
         else:
@@ -55,9 +62,17 @@ def _parse() -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=10)
     parser.add_argument("--number", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--printed", action="store_true", help="numbers and units that a person reads, and no others")
-    parser.add_argument("--tests", default="", help="files or folders of tests in place of the room's own")
-    parser.add_argument("--only", nargs="*", default=[], help="planted mistakes by their names, or files")
+    parser.add_argument(
+        "--printed",
+        action="store_true",
+        help="numbers and units that a person reads, and no others",
+    )
+    parser.add_argument(
+        "--tests", default="", help="files or folders of tests in place of the room's own"
+    )
+    parser.add_argument(
+        "--only", nargs="*", default=[], help="planted mistakes by their names, or files"
+    )
     return parser.parse_args()
 
 
@@ -65,9 +80,19 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
     end = time.monotonic() + 60 * said.minutes
     whole = (said.room, "", "")
     room, modules, files = whole if said.printed else PARTS.get(said.room, whole)
-    tests = said.tests.split() or [f"tests/{room}/{name}" for name in files.split()] or [f"tests/{room}"]
-    paths = [path for path in sorted((copy / "src/feeler" / room).rglob("*.py")) if path.stem != "__init__"]
-    paths = [path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()]
+    tests = (
+        said.tests.split()
+        or [f"tests/{room}/{name}" for name in files.split()]
+        or [f"tests/{room}"]
+    )
+    paths = [
+        path
+        for path in sorted((copy / "src/feeler" / room).rglob("*.py"))
+        if path.stem != "__init__"
+    ]
+    paths = [
+        path.relative_to(copy) for path in paths if not modules or path.stem in modules.split()
+    ]
     paths = [path for path in paths if not said.only or path.stem in said.only]
     equal = {(known["file"], known["line"]) for known in _read_list("equivalent")}
     first = _run_first(copy, tests)
@@ -81,9 +106,15 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
         found = _judge(copy, mutant, tests, first)
         noticed += bool(found.failed)
         if not found.failed:
-            print(f"UNNOTICED {mutant.path}:{mutant.line}\n  - {mutant.before}\n  + {mutant.after}", flush=True)
+            print(
+                f"UNNOTICED {mutant.path}:{mutant.line}\n  - {mutant.before}\n  + {mutant.after}",
+                flush=True,
+            )
     low, high = _bound(noticed, tried)
-    print(f"{said.room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%} to {high:.0%})")
+    print(
+        f"{said.room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%}"
+        f" to {high:.0%})"
+    )
 
 
 def _judge_planted(copy: Path, only: list[str]) -> None:
@@ -95,7 +126,10 @@ def _judge_planted(copy: Path, only: list[str]) -> None:
         path = Path("src/feeler") / mistake["file"]
         source = (copy / path).read_text(encoding="utf-8")
         if source.count(mistake["before"]) != 1:
-            print(f"{mistake['name']}: {path} holds {mistake['before']!r} {source.count(mistake['before'])} times")
+            print(
+                f"{mistake['name']}: {path} holds {mistake['before']!r}"
+                f" {source.count(mistake['before'])} times"
+            )
             unnoticed.append(mistake["name"])
             continue
         mutant = Mutant(path, 0, "", "", source.replace(mistake["before"], mistake["after"]))
@@ -110,7 +144,9 @@ def _judge(copy: Path, mutant: Mutant, tests: list[str], first: Run) -> Run:
     source = path.read_text(encoding="utf-8")
     path.write_text(mutant.code, encoding="utf-8")
     try:
-        return run_tests(copy, tests, seconds=first.seconds, limit=60 + 3 * sum(first.seconds.values()))
+        return run_tests(
+            copy, tests, seconds=first.seconds, limit=60 + 3 * sum(first.seconds.values())
+        )
     finally:
         path.write_text(source, encoding="utf-8")
 
@@ -131,7 +167,9 @@ def _bound(noticed: int, tried: int) -> tuple[float, float]:
     """Wilson's interval of a share at 95 % (https://doi.org/10.1080/01621459.1927.10502953)."""
     n, z = max(tried, 1), 1.959964
     middle = (noticed / n + z * z / (2 * n)) / (1 + z * z / n)
-    half = z / (1 + z * z / n) * math.sqrt(noticed / n * (1 - noticed / n) / n + z * z / (4 * n * n))
+    half = (
+        z / (1 + z * z / n) * math.sqrt(noticed / n * (1 - noticed / n) / n + z * z / (4 * n * n))
+    )
     return middle - half, middle + half
 
 

@@ -1,4 +1,6 @@
-"""A room's tests in a copy of this process: imports of other people's packages are paid once, not once a mutant."""
+"""A room's tests in a copy of this process: imports of other people's packages are paid once, not
+once a mutant.
+"""
 
 import contextlib
 import importlib
@@ -12,14 +14,17 @@ from pathlib import Path
 
 FORK = multiprocessing.get_context("fork")
 OPTIONS = (
-    "-q -x --no-header --no-summary -p no:cacheprovider -p no:xdist --hypothesis-seed=0 --hypothesis-profile=mutants"
+    "-q -x --no-header --no-summary -p no:cacheprovider -p no:xdist --hypothesis-seed=0"
+    " --hypothesis-profile=mutants"
 )
 OURS = ("feeler", "tests", "conftest", "_pytest", "pytest", "hypothesis", "_hypothesis", "__main__")
 
 
 @dataclass(eq=False)
 class Run:
-    """What a run of tests said; also the pytest plugin that listens, and that lets quick tests go first."""
+    """What a run of tests said; also the pytest plugin that listens, and that lets quick tests go
+    first.
+    """
 
     failed: str = ""
     """The test that noticed; empty: none."""
@@ -41,8 +46,12 @@ class Run:
             self.failed = f"{report.nodeid} (import)"
 
 
-def run_tests(folder: Path, tests: list[str], *, seconds: dict[str, float] | None = None, limit: float = 600) -> Run:
-    """Run ``tests`` in ``folder`` until one fails; the first run (``seconds`` None) keeps what numba compiles."""
+def run_tests(
+    folder: Path, tests: list[str], *, seconds: dict[str, float] | None = None, limit: float = 600
+) -> Run:
+    """Run ``tests`` in ``folder`` until one fails; the first run (``seconds`` None) keeps what
+    numba compiles.
+    """
     reader, writer = FORK.Pipe(duplex=False)
     process = FORK.Process(target=_work, args=(folder, tests, seconds, int(limit), writer))
     process.start()
@@ -67,12 +76,16 @@ def import_packages(names: list[str]) -> None:
             importlib.import_module(name)
 
 
-def _work(folder: Path, tests: list[str], seconds: dict[str, float] | None, limit: int, writer) -> None:
+def _work(
+    folder: Path, tests: list[str], seconds: dict[str, float] | None, limit: int, writer
+) -> None:
     os.setpgrp()
     os.chdir(folder)
     sys.path[:0] = [str(folder / "src"), str(folder)]  # as `python -m pytest` has it
     sys.dont_write_bytecode = seconds is not None
-    os.environ |= {"PYTHONPATH": str(folder / "src")} | ({"PYTHONDONTWRITEBYTECODE": "1"} if seconds else {})
+    os.environ |= {"PYTHONPATH": str(folder / "src")} | (
+        {"PYTHONDONTWRITEBYTECODE": "1"} if seconds else {}
+    )
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
     with open(os.environ.get("MUTLOG", os.devnull), "w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
@@ -80,7 +93,10 @@ def _work(folder: Path, tests: list[str], seconds: dict[str, float] | None, limi
     import hypothesis
     import pytest
 
-    finding = [hypothesis.Phase.explicit, hypothesis.Phase.generate]  # one failure is enough, however large
+    finding = [
+        hypothesis.Phase.explicit,
+        hypothesis.Phase.generate,
+    ]  # one failure is enough, however large
     hypothesis.settings.register_profile("mutants", phases=finding, database=None)
     if seconds:
         from numba.core import caching

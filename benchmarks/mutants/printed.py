@@ -20,7 +20,8 @@ class DoublePrinted(Operator):
 
     def mutation_positions(self, node):
         if node.type == "fstring_expr" and any(
-            child.type == "fstring_format_spec" and child.get_code()[-1] in "defg%" for child in node.children
+            child.type == "fstring_format_spec" and child.get_code()[-1] in "defg%"
+            for child in node.children
         ):
             yield node.start_pos, node.end_pos
 
@@ -43,7 +44,9 @@ class OtherUnit(Operator):
     def mutate(self, node, index):
         start, end = self._find(node).span(self._find(node).lastindex)
         return Name(
-            node.value[:start] + OTHER[node.value[start:end]] + node.value[end:], node.start_pos, prefix=node.prefix
+            node.value[:start] + OTHER[node.value[start:end]] + node.value[end:],
+            node.start_pos,
+            prefix=node.prefix,
         )
 
     def _find(self, node):
@@ -52,7 +55,11 @@ class OtherUnit(Operator):
         if node.type != "fstring_string" or node.parent.type != "fstring":
             return None
         before = node.get_previous_sibling()
-        behind = BEHIND_A_NUMBER.search(node.value) if before is not None and before.type == "fstring_expr" else None
+        behind = (
+            BEHIND_A_NUMBER.search(node.value)
+            if before is not None and before.type == "fstring_expr"
+            else None
+        )
         return behind or OF_AN_AXIS.search(node.value)
 
     @classmethod

@@ -1,9 +1,11 @@
-"""Time per step of a free chain of n segments: chain engine, MuJoCo, Pinocchio's ABA, PyElastica. One thread.
+"""Time per step of a free chain of n segments: chain engine, MuJoCo, Pinocchio's ABA, PyElastica.
+One thread.
 
-What is compared: one step of a chain of rigid links (chain engine and MuJoCo: kinematics, dynamics, integration in
-compiled code; Pinocchio: `aba` alone, called from Python, without integration, damping or contact) and one
-position–Verlet step of a Cosserat rod with as many elements (PyElastica: stretch, shear, twist and bending in three
-dimensions). Peers take turns, and the fastest turn in processor time counts.
+What is compared: one step of a chain of rigid links (chain engine and MuJoCo: kinematics, dynamics,
+integration in compiled code; Pinocchio: `aba` alone, called from Python, without integration,
+damping or contact) and one position–Verlet step of a Cosserat rod with as many elements
+(PyElastica: stretch, shear, twist and bending in three dimensions). Peers take turns, and the
+fastest turn in processor time counts.
 
     python benchmarks/peers/speed.py
 """
@@ -24,7 +26,9 @@ from feeler.physics.chain.fields import LANES
 from feeler.physics.scene import Scene
 
 SEGMENTS = (10, 140, 300, 1000)
-MOST = {"Pinocchio aba": 300}  # segments; its Data holds arrays of n³ numbers: 4 GB for 400 segments
+MOST = {
+    "Pinocchio aba": 300
+}  # segments; its Data holds arrays of n³ numbers: 4 GB for 400 segments
 TURNS, TURN = 7, 0.05  # number; about as long [s of processor time]
 LENGTH, MASS, RADIUS = 42.0, 2e-3, 0.1  # mm, g, mm: a uniform rod of the antenna's size
 TIMESTEP = 0.02  # ms
@@ -38,7 +42,9 @@ def time_all(steps: dict) -> dict[str, float]:
         best[name] = time_once(step, 2)
     for _ in range(TURNS):
         for name, step in steps.items():
-            best[name] = min(best[name], time_once(step, int(np.clip(TURN * 1e6 / best[name], 2, 1000))))
+            best[name] = min(
+                best[name], time_once(step, int(np.clip(TURN * 1e6 / best[name], 2, 1000)))
+            )
     return best
 
 
@@ -52,7 +58,11 @@ def time_once(step, n_steps: int) -> float:
 def make_scene(n: int) -> Scene:
     """A rod of n rigid segments, slightly bent."""
     antenna = Antenna(
-        segment_length=np.full(n, LENGTH / n), segment_mass=MASS / n, radius=RADIUS, stiffness=1.0, damping=1.0
+        segment_length=np.full(n, LENGTH / n),
+        segment_mass=MASS / n,
+        radius=RADIUS,
+        stiffness=1.0,
+        damping=1.0,
     )
     return Scene(antenna=antenna, angle=np.random.default_rng(0).normal(0, 1e-3, n))
 
@@ -79,7 +89,9 @@ def make_pinocchio(n: int):
         place = pin.SE3(np.eye(3), np.array([0.0, length if i else 0.0, 0.0]))
         parent = model.addJoint(parent, pin.JointModelRZ(), place, f"hinge{i}")
         rod = np.diag([mass * length**2 / 12, 1e-12, mass * length**2 / 12])
-        model.appendBodyToJoint(parent, pin.Inertia(mass, np.array([0, length / 2, 0]), rod), pin.SE3.Identity())
+        model.appendBodyToJoint(
+            parent, pin.Inertia(mass, np.array([0, length / 2, 0]), rod), pin.SE3.Identity()
+        )
     model.gravity = pin.Motion.Zero()
     data, rng = model.createData(), np.random.default_rng(0)
     q, v, torque = rng.normal(0, 1e-3, n), np.zeros(n), rng.normal(0, 1e-3, n)
@@ -103,7 +115,9 @@ def make_elastica(n: int):
         MASS / (np.pi * RADIUS**2 * LENGTH), youngs_modulus=1e3, shear_modulus=4e2,
     )  # fmt: skip
     simulator.append(rod)
-    simulator.constrain(rod).using(ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,))
+    simulator.constrain(rod).using(
+        ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,)
+    )
     simulator.finalize()
     stepper = ea.PositionVerlet()
     dt = 1e-6

@@ -1,4 +1,5 @@
-"""cosseratbench's scores as one small table: benchmarks/results/cosseratbench.json, and Markdown on the screen.
+"""cosseratbench's scores as one small table: benchmarks/results/cosseratbench.json, and Markdown on
+the screen.
 
 python benchmarks/peers/table.py FOLDER
 """
@@ -27,9 +28,12 @@ def main() -> None:
     print("| experiment | solver | outcome | metrics | seconds |\n|---|---|---|---|---|")
     for entry in entries:
         outcome = "; ".join([entry["outcome"], *entry.get("missing", [])])
-        metrics = ", ".join(f"{name} {value:.1e}" for name, value in entry.get("metrics", {}).items())
+        metrics = ", ".join(
+            f"{name} {value:.1e}" for name, value in entry.get("metrics", {}).items()
+        )
         print(
-            f"| {entry['experiment']} | {entry['solver']} | {outcome} | {metrics} | {entry.get('wall_time', 0):.1f} |"
+            f"| {entry['experiment']} | {entry['solver']} | {outcome} | {metrics} |"
+            f" {entry.get('wall_time', 0):.1f} |"
         )
 
 

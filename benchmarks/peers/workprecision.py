@@ -1,15 +1,19 @@
-"""Time to accuracy on a problem that a chain and a Cosserat rod share: one swing of a uniform cantilever in its first mode.
+"""Time to accuracy on a problem that a chain and a Cosserat rod share: one swing of a uniform
+cantilever in its first mode.
 
-    python benchmarks/peers/workprecision.py    # results/workprecision_peers.json, drawn by benchmarks/workprecision.py
+    python benchmarks/peers/workprecision.py    # results/workprecision_peers.json, drawn by
+    benchmarks/workprecision.py
 
-Declared before it was run [C]: a rod of 42 mm, 2 mg and 0.1 mm radius that swings at 17.5 Hz, straight at time 0, with the
-velocities of its first mode and 0.1 mm of excursion at the tip, so small that Euler–Bernoulli's tip A sin ωt is the truth. A
-chain's hinges hold EI / ℓ, its first one twice that, since half a segment lies between clamp and hinge. Every solver takes half
-of the greatest timestep that is stable for its number of elements: 2 / ω of the fastest bending wave for chains; for
-PyElastica's explicit rod the time of an axial wave through an element, or 2 / ω of its turning against shear if that is less
-(with the axial wave alone, as first declared, it diverged: a rod this thin turns faster). The error is the tip's greatest
-distance from the truth at 50 moments of the swing, over A. One thread, the fastest of three runs in processor time, or the
-only one where that takes longer than 5 s. Of PyElastica 10 and 20 elements have been run, by hand stopped then.
+Declared before it was run [C]: a rod of 42 mm, 2 mg and 0.1 mm radius that swings at 17.5 Hz,
+straight at time 0, with the velocities of its first mode and 0.1 mm of excursion at the tip, so
+small that Euler–Bernoulli's tip A sin ωt is the truth. A chain's hinges hold EI / ℓ, its first one
+twice that, since half a segment lies between clamp and hinge. Every solver takes half of the
+greatest timestep that is stable for its number of elements: 2 / ω of the fastest bending wave for
+chains; for PyElastica's explicit rod the time of an axial wave through an element, or 2 / ω of its
+turning against shear if that is less (with the axial wave alone, as first declared, it diverged: a
+rod this thin turns faster). The error is the tip's greatest distance from the truth at 50 moments
+of the swing, over A. One thread, the fastest of three runs in processor time, or the only one where
+that takes longer than 5 s. Of PyElastica 10 and 20 elements have been run, by hand stopped then.
 """
 
 import json
@@ -57,12 +61,18 @@ def count_steps(greatest: float) -> int:
 
 
 def make_chain(n: int, engine: str):
-    """The swing of a chain of n rigid segments: a function that gives the tip's path (sample,) [mm]."""
+    """The swing of a chain of n rigid segments: a function that gives the tip's path (sample,)
+    [mm].
+    """
     length = LENGTH / n
     stiffness = np.full(n, STIFFNESS / length)
     stiffness[0] *= 2
     antenna = Antenna(
-        segment_length=np.full(n, length), segment_mass=MASS / n, radius=RADIUS, stiffness=stiffness, damping=0.0
+        segment_length=np.full(n, length),
+        segment_mass=MASS / n,
+        radius=RADIUS,
+        stiffness=stiffness,
+        damping=0.0,
     )
     turn = EXCURSION * OMEGA * compute_mode((np.arange(n) + 0.5) * length)[1]
     scene = Scene(antenna=antenna, velocity=np.diff(turn, prepend=0.0))
@@ -79,7 +89,9 @@ def make_elastica(n: int):
 
     density, modulus = LINEAR / (np.pi * RADIUS**2), STIFFNESS / (np.pi * RADIUS**4 / 4)
     axial, shear = np.sqrt(modulus / density), np.sqrt(27 / 28 * modulus / 2.6 / density)
-    steps = count_steps(min(LENGTH / n / axial, RADIUS / shear))  # ω = shear √(A / I) = 2 shear / radius
+    steps = count_steps(
+        min(LENGTH / n / axial, RADIUS / shear)
+    )  # ω = shear √(A / I) = 2 shear / radius
 
     def begin() -> tuple[Simulator, ea.CosseratRod]:
         simulator = Simulator()
@@ -88,12 +100,16 @@ def make_elastica(n: int):
             youngs_modulus=modulus, shear_modulus=modulus / 2.6,
         )  # fmt: skip
         simulator.append(rod)
-        simulator.constrain(rod).using(ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,))
+        simulator.constrain(rod).using(
+            ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,)
+        )
         simulator.finalize()
         places = np.linspace(0.0, LENGTH, n + 1)
         rod.velocity_collection[0] = EXCURSION * OMEGA * compute_mode(places)[0]
         slope = EXCURSION * OMEGA * compute_mode((places[1:] + places[:-1]) / 2)[1]
-        rod.omega_collection[:] = np.einsum("ijk,j->ik", rod.director_collection, [0.0, 0.0, -1.0]) * slope
+        rod.omega_collection[:] = (
+            np.einsum("ijk,j->ik", rod.director_collection, [0.0, 0.0, -1.0]) * slope
+        )
         return simulator, rod
 
     def run() -> np.ndarray:
@@ -126,7 +142,9 @@ def main() -> None:
                 if best > 5:
                     break
             error = float(np.abs(tip - truth).max() / EXCURSION)
-            rows.append({"touch": "swing", "solver": solver, "elements": n, "seconds": best, "error": error})
+            rows.append(
+                {"touch": "swing", "solver": solver, "elements": n, "seconds": best, "error": error}
+            )
             print(f"{solver:24} {n:4} elements  {best:8.3f} s  {error:.3%}", flush=True)
             rounded = json.loads(json.dumps(rows), parse_float=lambda x: float(f"{float(x):.3g}"))
             RESULT.write_text(json.dumps(rounded, indent=1) + "\n")

@@ -1,7 +1,7 @@
 """feeler: insect-like tactile sensors, from mechanics to what they can tell apart.
 
-An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code becomes an answer. Units are g, mm, ms
-(so N, N·mm, MPa and m/s) and rad throughout.
+An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code becomes an answer.
+Units are g, mm, ms (so N, N·mm, MPa and m/s) and rad throughout.
 """
 
 from importlib import import_module
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from feeler.stimulus.wall import Wall
     from feeler.tensors.formats import load, save
 
-# Where each name lives. Nothing is loaded before it is used: the command line answers at once, and who only encodes
+# Where each name lives. Nothing is loaded before it is used: the command line answers at once, and
+# who only encodes
 # need not wait for the physics.
 _HOMES = {
     "Antenna": "antenna.antenna",
@@ -120,7 +121,9 @@ def __getattr__(name: str) -> object:
     if name in _ROOMS:
         return import_module(f"feeler.{name}")
     if name not in _HOMES:
-        raise AttributeError(f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}")
+        raise AttributeError(
+            f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}"
+        )
     globals()[name] = found = getattr(import_module(f"feeler.{_HOMES[name]}"), name)
     return found
 

@@ -1,9 +1,11 @@
-"""``@checked``: arguments of public functions are what their annotations say, or the caller reads which one is not.
+"""``@checked``: arguments of public functions are what their annotations say, or the caller reads
+which one is not.
 
-One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or texts of, a path text or
-``os.PathLike``, a sequence any list, tuple or array of what it says. ``Annotated[np.ndarray, "trial sensor time"]`` is an array
-of three dimensions, "... segment" one of at least one, and ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range. Other
-values (lengths that must agree, files that must be there) are checked by the functions themselves.
+One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or
+texts of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
+``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
+at least one, and ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range. Other values
+(lengths that must agree, files that must be there) are checked by the functions themselves.
 """
 
 import collections.abc
@@ -31,7 +33,15 @@ PLAIN = {
     os.PathLike: ("a path", (str, os.PathLike)),
     Path: ("a path", (str, os.PathLike)),
 }
-LISTS = (list, tuple, set, frozenset, collections.abc.Sequence, collections.abc.Iterable, collections.abc.Collection)
+LISTS = (
+    list,
+    tuple,
+    set,
+    frozenset,
+    collections.abc.Sequence,
+    collections.abc.Iterable,
+    collections.abc.Collection,
+)
 
 
 def checked(target: F) -> F:
@@ -40,7 +50,8 @@ def checked(target: F) -> F:
     Raises
     ------
     InvalidInput
-        When called: an argument is not of its annotated type; names function, parameter, what was got and what is right.
+        When called: an argument is not of its annotated type; names function, parameter, what was
+        got and what is right.
     """
     if isinstance(target, type):
         target.__init__ = _wrap(target.__init__, target.__qualname__)  # type: ignore[misc]
@@ -50,7 +61,9 @@ def checked(target: F) -> F:
 
 def _wrap(function: F, name: str) -> F:
     parameters = list(inspect.signature(function).parameters.values())
-    positional = [p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    positional = [
+        p.name for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
+    ]
 
     @functools.cache
     def find_tests() -> dict[str, tuple[Test, str]]:
@@ -62,7 +75,9 @@ def _wrap(function: F, name: str) -> F:
             if p.name in hints and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)
         }
         optional = {p.name for p in parameters if p.default is None}
-        return {key: _make_test(hint | None if key in optional else hint) for key, hint in named.items()}
+        return {
+            key: _make_test(hint | None if key in optional else hint) for key, hint in named.items()
+        }
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
@@ -81,7 +96,9 @@ def _resolve(function: Callable) -> dict[str, Any]:
     try:
         hints = get_type_hints(function, include_extras=True)
     except NameError:  # a name that only type checkers import
-        hints = {key: hint for key, hint in function.__annotations__.items() if not isinstance(hint, str)}
+        hints = {
+            key: hint for key, hint in function.__annotations__.items() if not isinstance(hint, str)
+        }
     return {key: hint for key, hint in hints.items() if key != "return"}
 
 
@@ -97,7 +114,9 @@ def _make_test(hint: Any) -> tuple[Test, str]:
         return (lambda value: value is None), "None"
     if hint in PLAIN:
         words, kinds = PLAIN[hint]
-        return (lambda value: isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))), words
+        return (
+            lambda value: isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))
+        ), words
     if hint is np.ndarray:
         return _is_array, "an array"
     if origin is Annotated and isinstance(inner[1], str):
@@ -117,9 +136,13 @@ def _make_closer_test(hint: Any, more: str) -> tuple[Test, str]:
     if hint is np.ndarray:
         dims = more.split()
         fits = (lambda n: n >= len(dims) - 1) if "..." in dims else (lambda n: n == len(dims))
-        return (lambda value: _is_array(value) and fits(np.ndim(value))), f"an array ({', '.join(dims)})"
+        return (
+            lambda value: _is_array(value) and fits(np.ndim(value))
+        ), f"an array ({', '.join(dims)})"
     test, words = _make_test(hint)
-    reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[more]
+    reaches = {"≥ 0": lambda value: 0 <= value < np.inf, "> 0": lambda value: 0 < value < np.inf}[
+        more
+    ]
     return (lambda value: test(value) and bool(reaches(value))), f"{words} {more}"
 
 
@@ -131,15 +154,21 @@ def _make_list_test(origin: Any, inner: tuple) -> tuple[Test, str]:
         words += f", each {items[0][1]}"
 
     def test(value: Any) -> bool:
-        if isinstance(value, str | bytes | collections.abc.Mapping) or not isinstance(value, collections.abc.Iterable):
+        if isinstance(value, str | bytes | collections.abc.Mapping) or not isinstance(
+            value, collections.abc.Iterable
+        ):
             return False
         if not isinstance(value, collections.abc.Sized):
             return not fixed  # a generator, which looking would empty
         if isinstance(value, np.ndarray) and (value.ndim == 0 or not items):
             return value.ndim > 0
         if fixed:
-            return len(value) == len(items) and all(t(item) for (t, _), item in zip(items, value, strict=True))
-        return not items or all(items[0][0](item) for _, item in zip(range(ITEMS), value, strict=False))
+            return len(value) == len(items) and all(
+                t(item) for (t, _), item in zip(items, value, strict=True)
+            )
+        return not items or all(
+            items[0][0](item) for _, item in zip(range(ITEMS), value, strict=False)
+        )
 
     return test, words
 
@@ -152,7 +181,9 @@ def _is_array(value: Any) -> bool:
             value = np.asarray(value)
         except (TypeError, ValueError):
             return False
-    return value.dtype.kind != "O" or (value.ndim > 0 and all(isinstance(item, str) for item in value.flat))
+    return value.dtype.kind != "O" or (
+        value.ndim > 0 and all(isinstance(item, str) for item in value.flat)
+    )
 
 
 def _say(kind: type) -> str:

@@ -1,8 +1,9 @@
-"""``@compiled``: numba with a cache on disk that notices a change in whatever the function can call.
+"""``@compiled``: numba with a cache on disk that notices a change in whatever the function can
+call.
 
-Numba alone looks only at the file of the function itself. But machine code holds whatever it calls, and the constants
-it reads: after a change in another file, numba's own cache would go on giving the old numbers. ``NUMBA_DISABLE_JIT=1``
-runs the same functions as plain Python.
+Numba alone looks only at the file of the function itself. But machine code holds whatever it calls,
+and the constants it reads: after a change in another file, numba's own cache would go on giving the
+old numbers. ``NUMBA_DISABLE_JIT=1`` runs the same functions as plain Python.
 """
 
 import logging
@@ -19,7 +20,9 @@ from feeler.sources import compute_hash, find_modules
 
 
 def compiled(function: Callable | None = None, **options: Any) -> Any:
-    """``function`` compiled at its first call, without Python's lock, errors as in NumPy; ``options`` are numba's."""
+    """``function`` compiled at its first call, without Python's lock, errors as in NumPy;
+    ``options`` are numba's.
+    """
     if function is None:
         return partial(compiled, **options)
     make = partial(njit, nogil=True, error_model="numpy", **options)
@@ -37,15 +40,19 @@ def compiled(function: Callable | None = None, **options: Any) -> Any:
 
 
 lean = partial(compiled, _nrt=False)
-"""``@compiled`` for a function that makes no array: numba does not count who holds those that it is handed. Counting is a
-locked addition for each, which took a third of a step of eight lanes."""
+"""``@compiled`` for a function that makes no array: numba does not count who holds those that it is
+handed. Counting is a locked addition for each, which took a third of a step of eight lanes."""
 
 inlined = partial(lean, forceinline=True)
-"""``@lean`` for a small function that is called very often: handing over a dozen arrays costs more than its work."""
+"""``@lean`` for a small function that is called very often: handing over a dozen arrays costs more
+than its work.
+"""
 
 
 def _load_index(load: Callable[[], dict]) -> dict:
-    """What numba has kept; nothing where it was kept for a class that has gone or has another name since."""
+    """What numba has kept; nothing where it was kept for a class that has gone or has another name
+    since.
+    """
     try:
         return load()
     except (AttributeError, ImportError):
@@ -54,16 +61,20 @@ def _load_index(load: Callable[[], dict]) -> dict:
 
 @cache
 def stamp_code(module: str) -> str:
-    """Fingerprint of the code that a module's functions can call; "" where no file holds it (at a prompt)."""
+    """Fingerprint of the code that a module's functions can call; "" where no file holds it (at a
+    prompt).
+    """
     digests = [found.digest for found in find_modules(module).values()]
     return compute_hash("".join(digests).encode()) if digests else ""
 
 
 @cache
 def _move_cache() -> bool:
-    """Let numba, here and in processes that start from here, keep machine code in a temporary folder, if there is one.
+    """Let numba, here and in processes that start from here, keep machine code in a temporary
+    folder, if there is one.
 
-    Whoever can write to that folder decides what code runs: it must be this user's own and closed to others.
+    Whoever can write to that folder decides what code runs: it must be this user's own and closed
+    to others.
     """
     user = os.getuid() if hasattr(os, "getuid") else "user"
     try:
@@ -73,12 +84,17 @@ def _move_cache() -> bool:
         if found.st_uid != user or found.st_mode & 0o77:
             folder = Path(tempfile.mkdtemp(prefix="feeler-compiled-"))
     except OSError:
-        _tell(logging.WARNING, "no folder can be written to; each process compiles anew, which takes up to a minute.")
+        _tell(
+            logging.WARNING,
+            "no folder can be written to; each process compiles anew, which takes up to a minute.",
+        )
         return False
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     config.reload_config()
     _tell(
-        logging.WARNING, f"neither feeler's folder nor your home can be written to; compiled code is kept in {folder}."
+        logging.WARNING,
+        "neither feeler's folder nor your home can be written to; compiled code is kept in"
+        f" {folder}.",
     )
     return True
 

@@ -15,7 +15,9 @@ MAX_DRAWN = 100_000_000
 @checked
 @dataclass(frozen=True)
 class LogRange:
-    """From ``low`` to ``high`` (0 < low ≤ high), uniform in the logarithm: each doubling is as likely as any other."""
+    """From ``low`` to ``high`` (0 < low ≤ high), uniform in the logarithm: each doubling is as
+    likely as any other.
+    """
 
     low: float
     high: float
@@ -30,7 +32,9 @@ class LogRange:
 
 
 Spread = float | tuple[float, float] | list | LogRange | Any
-"""A number; a range (low, high), uniform; a list of choices; a LogRange; or a frozen distribution of scipy.stats."""
+"""A number; a range (low, high), uniform; a list of choices; a LogRange; or a frozen distribution
+of scipy.stats.
+"""
 
 
 def check_count(n: object) -> int:
@@ -41,10 +45,11 @@ def check_count(n: object) -> int:
 
 
 def draw_shares(seed: int, name: str, n: int, again: int = 0) -> np.ndarray:
-    """``n`` numbers (n,) uniform in [0, 1) of the stream of this name; a longer stream begins with a shorter one.
+    """``n`` numbers (n,) uniform in [0, 1) of the stream of this name; a longer stream begins with
+    a shorter one.
 
-    The streams are Philox counters (Salmon et al. 2011, doi:10.1145/2063384.2063405), one for each seed, name and
-    ``again``, so that nothing that is drawn depends on what else is.
+    The streams are Philox counters (Salmon et al. 2011, doi:10.1145/2063384.2063405), one for each
+    seed, name and ``again``, so that nothing that is drawn depends on what else is.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InvalidInput(f"seed must be a whole number ≥ 0, got {seed!r}.")
@@ -89,8 +94,8 @@ def pick_choice(choices: Sequence | np.ndarray, share: np.ndarray) -> np.ndarray
 
 def _explain(spread: Spread, name: str) -> str:
     return (
-        f"{name} must be a finite number, a range (low, high), a list of choices, a LogRange or a frozen distribution of "
-        f"scipy.stats, got {str(spread)[:60]}."
+        f"{name} must be a finite number, a range (low, high), a list of choices, a LogRange or a"
+        f" frozen distribution of scipy.stats, got {str(spread)[:60]}."
     )
 
 

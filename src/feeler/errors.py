@@ -2,7 +2,9 @@
 
 
 class FeelerError(Exception):
-    """Base of every error that feeler raises on purpose; the command line turns it into one line and exit code 2."""
+    """Base of every error that feeler raises on purpose; the command line turns it into one line
+    and exit code 2.
+    """
 
 
 class InvalidInput(FeelerError, ValueError):
@@ -12,7 +14,8 @@ class InvalidInput(FeelerError, ValueError):
 class SimulationDiverged(FeelerError, RuntimeError):
     """A simulation left the finite numbers.
 
-    ``label`` and ``time`` [ms] say which and when; ``angle`` [rad] and ``velocity`` [rad/ms] are the last finite state.
+    ``label`` and ``time`` [ms] say which and when; ``angle`` [rad] and ``velocity`` [rad/ms] are
+    the last finite state.
     """
 
     state_file = ""
@@ -20,8 +23,8 @@ class SimulationDiverged(FeelerError, RuntimeError):
 
     def __init__(self, label: str, time: float, angle=None, velocity=None) -> None:
         super().__init__(
-            f"the simulation of '{label}' diverged at {time:g} ms. Use a smaller timestep, a slower or smaller feature, "
-            "or a softer contact; the other trials are not affected."
+            f"the simulation of '{label}' diverged at {time:g} ms. Use a smaller timestep, a slower"
+            " or smaller feature, or a softer contact; the other trials are not affected."
         )
         self.label, self.time, self.angle, self.velocity = label, time, angle, velocity
 

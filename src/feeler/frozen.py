@@ -1,4 +1,6 @@
-"""Objects that stay as they were checked: copies and pickles too keep arrays read-only, and equal ones compare equal."""
+"""Objects that stay as they were checked: copies and pickles too keep arrays read-only, and equal
+ones compare equal.
+"""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -17,8 +19,8 @@ def freeze(values: object, dtype: type = float) -> np.ndarray:
 class Frozen:
     """Base of frozen dataclasses with arrays among their fields; declare those with ``eq=False``.
 
-    Two are equal if they are of one class and all fields are, arrays value by value. What is copied or unpickled has
-    read-only arrays again; values that were only kept for speed are left behind.
+    Two are equal if they are of one class and all fields are, arrays value by value. What is copied
+    or unpickled has read-only arrays again; values that were only kept for speed are left behind.
     """
 
     def __eq__(self, other: object) -> bool:
@@ -26,17 +28,23 @@ class Frozen:
             return True
         if type(self) is not type(other):
             return NotImplemented
-        return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare)
+        return all(
+            _same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self) if f.compare
+        )
 
     def __hash__(self) -> int:
         found = self.__dict__.get("_hash")
         if found is None:
-            found = hash((type(self), *(_key(getattr(self, f.name)) for f in fields(self) if f.compare)))
+            found = hash(
+                (type(self), *(_key(getattr(self, f.name)) for f in fields(self) if f.compare))
+            )
             self.__dict__["_hash"] = found
         return found
 
     def to_plain(self) -> dict[str, Any]:
-        """The fields as plain data: arrays as lists, frozen objects as dictionaries; ``type(self)(**plain)`` is equal."""
+        """The fields as plain data: arrays as lists, frozen objects as dictionaries;
+        ``type(self)(**plain)`` is equal.
+        """
         return {f.name: _make_plain(getattr(self, f.name)) for f in fields(self)}
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,8 +1,10 @@
-"""The guard: a file from outside is opened by its library in a process of its own, with limits on memory and time.
+"""The guard: a file from outside is opened by its library in a process of its own, with limits on
+memory and time.
 
-``function(path)`` runs there and gives JSON and arrays (anything with shape, dtype and slices). They come back through a
-pipe in frames: ``j`` the JSON and the arrays' types, ``d`` a block of numbers, ``e`` what is wrong. Whatever a hostile
-file does to its library happens in that process, which can write no file and is ended at the limits.
+``function(path)`` runs there and gives JSON and arrays (anything with shape, dtype and slices).
+They come back through a pipe in frames: ``j`` the JSON and the arrays' types, ``d`` a block of
+numbers, ``e`` what is wrong. Whatever a hostile file does to its library happens in that process,
+which can write no file and is ended at the limits.
 """
 
 import contextlib
@@ -25,11 +27,17 @@ from typing import Any
 from feeler.errors import InvalidInput
 from feeler.limits import MAX_TEXT, Limits, find_limits
 
-resource: Any = resolve_name("resource") if find_spec("resource") else None  # where there is none, the clock ends it
+resource: Any = (
+    resolve_name("resource") if find_spec("resource") else None
+)  # where there is none, the clock ends it
 BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
 BLOCK = 16 * 2**20  # bytes sent together
 TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
-ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "HDF5_PLUGIN_PRELOAD": "::", "HDF5_USE_FILE_LOCKING": "FALSE"}
+ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "HDF5_PLUGIN_PRELOAD": "::",
+    "HDF5_USE_FILE_LOCKING": "FALSE",
+}
 _FRAME = struct.Struct(">cQ")
 Frames = Iterator[tuple[bytes, bytes]]
 
@@ -42,7 +50,8 @@ def open_guarded(
     trusted: bool = False,
     words: tuple[str, ...] = (),
 ) -> tuple[Any, dict[str, Any]]:
-    """What ``function`` (``"module:name"``) makes of a file or folder: JSON, arrays by name; ``trusted``: here, without limits.
+    """What ``function`` (``"module:name"``) makes of a file or folder: JSON, arrays by name;
+    ``trusted``: here, without limits.
 
     ``words`` are given to the function after the path.
 
@@ -57,7 +66,9 @@ def open_guarded(
     limits, name = find_limits(limits), Path(path).name
     frames = _ask(function, os.fspath(path), limits, name, words)
     content, plan = json.loads(_take(frames, b"j", name))
-    limits.check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name)  # before memory is taken
+    limits.check_bytes(
+        sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), name
+    )  # before memory is taken
     return content, {key: _fill(frames, kind, shape, name) for key, kind, shape in plan}
 
 
@@ -84,12 +95,27 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
     files = (os.path.join(folder, file) for folder, _, names in os.walk(path) for file in names)
     size = sum(os.lstat(file).st_size for file in [path, *islice(files, 10_000)])
     seconds = limits.max_seconds + 30 * size / 2**30
-    command = [sys.executable, "-P", "-m", "feeler.guard", function, path, str(limits.max_bytes), str(seconds)]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "feeler.guard",
+        function,
+        path,
+        str(limits.max_bytes),
+        str(seconds),
+    ]
     command += more
-    environment = {**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment = {
+        **os.environ,
+        **ENVIRONMENT,
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+    }
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with subprocess.Popen(command, env=environment, **pipes) as process:  # type: ignore[call-overload]
-        clock = threading.Timer(seconds if resource is None else 6 * seconds + 30, process.kill)  # others want the CPU
+        clock = threading.Timer(
+            seconds if resource is None else 6 * seconds + 30, process.kill
+        )  # others want the CPU
         clock.start()
         try:
             while len(head := process.stdout.read(_FRAME.size)) == _FRAME.size:
@@ -97,7 +123,11 @@ def _ask(function: str, path: str, limits: Limits, name: str, more: tuple[str, .
                 yield kind, process.stdout.read(min(length, MAX_TEXT))
             if code := process.wait():
                 slow = code in (-signal.SIGKILL, -getattr(signal, "SIGXCPU", 0))
-                fate = f"took longer than {seconds:.3g} s (Limits.max_seconds)" if slow else f"broke down (code {code})"
+                fate = (
+                    f"took longer than {seconds:.3g} s (Limits.max_seconds)"
+                    if slow
+                    else f"broke down (code {code})"
+                )
                 raise InvalidInput(f"{name} is damaged or hostile: its reader {fate} over it.")
         finally:
             clock.cancel()
@@ -111,18 +141,29 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
         plan = [[name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()]
         for name, kind, _ in plan:
             if not TYPE.fullmatch(kind):
-                raise InvalidInput(f"{name[:60]!r} has the type {kind}; readable are numbers and texts.")
+                raise InvalidInput(
+                    f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
+                )
         text = json.dumps([content, plan], default=str).encode()
         if len(text) > MAX_TEXT:
-            raise InvalidInput(f"it holds {len(text) >> 20} MiB of text, over the limit of {MAX_TEXT >> 20} MiB.")
-        Limits(max_bytes=max_bytes).check_bytes(sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), "it")
+            raise InvalidInput(
+                f"it holds {len(text) >> 20} MiB of text, over the limit of {MAX_TEXT >> 20} MiB."
+            )
+        Limits(max_bytes=max_bytes).check_bytes(
+            sum(math.prod(shape) * int(kind[-1]) for _, kind, shape in plan), "it"
+        )
         yield b"j", text
         yield from ((b"d", block) for item in arrays.values() for block in _cut(item))
     except InvalidInput as error:
         yield b"e", str(error).encode("utf-8", "replace")
     except MemoryError:
-        yield b"e", f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB).".encode()
-    except Exception as error:  # whatever a library says of a damaged file is news about the file, not about us
+        yield (
+            b"e",
+            f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB).".encode(),
+        )
+    except (
+        Exception
+    ) as error:  # whatever a library says of a damaged file is news about the file, not about us
         said = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         yield b"e", f"is damaged or of another kind ({said}).".encode("utf-8", "replace")
 
@@ -143,11 +184,18 @@ def main() -> None:
     function, path, max_bytes, seconds, *words = sys.argv[1:]
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    limits = {"DATA": int(max_bytes) + BASE, "CPU": math.ceil(float(seconds)), "CORE": 0, "FSIZE": 0}
+    limits = {
+        "DATA": int(max_bytes) + BASE,
+        "CPU": math.ceil(float(seconds)),
+        "CORE": 0,
+        "FSIZE": 0,
+    }
     for name, wanted in limits.items():
         with contextlib.suppress(AttributeError, ValueError, OSError):  # what this system has
             kind = getattr(resource, f"RLIMIT_{name}")
-            resource.setrlimit(kind, (min(wanted, resource.getrlimit(kind)[1] % (1 << 64)),) * 2)  # -1: without limit
+            resource.setrlimit(
+                kind, (min(wanted, resource.getrlimit(kind)[1] % (1 << 64)),) * 2
+            )  # -1: without limit
     for kind, part in answer(function, path, int(max_bytes), *words):
         out.writelines((_FRAME.pack(kind, len(part)), part))
     out.flush()

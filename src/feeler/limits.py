@@ -26,8 +26,9 @@ class Limits:
         """Raise where ``n_bytes`` exceeds ``max_bytes``."""
         if n_bytes > self.max_bytes:
             raise InvalidInput(
-                f"{what} asks for {n_bytes / 2**30:.4g} GiB, over the limit of {self.max_bytes / 2**30:.4g} GiB. If you "
-                "trust the file, raise the limit: Limits(max_bytes=…), or FEELER_MAX_GIB in the environment."
+                f"{what} asks for {n_bytes / 2**30:.4g} GiB, over the limit of"
+                f" {self.max_bytes / 2**30:.4g} GiB. If you trust the file, raise the limit:"
+                " Limits(max_bytes=…), or FEELER_MAX_GIB in the environment."
             )
 
 
@@ -36,7 +37,10 @@ def find_limits(limits: Limits | None = None) -> Limits:
     if limits is not None:
         return limits
     values: dict[str, float] = {}
-    for name, field, factor in (("FEELER_MAX_GIB", "max_bytes", 2**30), ("FEELER_MAX_SECONDS", "max_seconds", 1.0)):
+    for name, field, factor in (
+        ("FEELER_MAX_GIB", "max_bytes", 2**30),
+        ("FEELER_MAX_SECONDS", "max_seconds", 1.0),
+    ):
         if text := os.environ.get(name):
             try:
                 values[field] = type(factor)(float(text) * factor)

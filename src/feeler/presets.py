@@ -1,6 +1,8 @@
-"""Ready antennas: ``cockroach(profile)``, ``robot()`` and those of ``antenna/species``; every number with its source.
+"""Ready antennas: ``cockroach(profile)``, ``robot()`` and those of ``antenna/species``; every
+number with its source.
 
-The cockroach's numbers stand in ``FACTS``; the others' in their files, as :func:`read_preset` gives them.
+The cockroach's numbers stand in ``FACTS``; the others' in their files, as :func:`read_preset` gives
+them.
 """
 
 from collections.abc import Callable
@@ -43,7 +45,11 @@ def make_preset(name: str) -> Antenna:
 def read_preset(name: str) -> AntennaFile:
     """A preset with the formulas and sources of its quantities, as ``save_antenna`` writes them."""
     antenna = make_preset(name)
-    return read_species(name) if name in SPECIES else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
+    return (
+        read_species(name)
+        if name in SPECIES
+        else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
+    )
 
 
 __all__ = ["FACTS", "PRESETS", "SPECIES", "cockroach", "make_preset", "read_preset", "robot"]

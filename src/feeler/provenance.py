@@ -1,4 +1,6 @@
-"""What a result depends on: plain data that describe it, the versions of packages, and the code that made it."""
+"""What a result depends on: plain data that describe it, the versions of packages, and the code
+that made it.
+"""
 
 import dataclasses
 import hashlib
@@ -17,8 +19,18 @@ import numpy as np
 from feeler import sources
 from feeler.errors import InvalidInput, StoreError
 
-LICENCE = "CC0-1.0"  # of data made by simulation; change it in the file's attributes if yours is another
-PACKAGES = ("feeler", "mujoco", "numpy", "scipy", "numba", "xarray", "scikit-learn")  # said in each file feeler writes
+LICENCE = (  # of data made by simulation; change it in the file's attributes if yours is another
+    "CC0-1.0"
+)
+PACKAGES = (
+    "feeler",
+    "mujoco",
+    "numpy",
+    "scipy",
+    "numba",
+    "xarray",
+    "scikit-learn",
+)  # said in each file feeler writes
 _LOADED = time.time()  # s; a file changed later is not the code that runs
 _list_distributions = cache(packages_distributions)  # looks through all that is installed
 
@@ -36,7 +48,9 @@ def describe_versions() -> str:
 
 @cache
 def find_version(package: str) -> str:
-    """Version of a package by the name that it is installed or imported under; "" if it is not installed."""
+    """Version of a package by the name that it is installed or imported under; "" if it is not
+    installed.
+    """
     try:
         return version(package)
     except PackageNotFoundError:
@@ -44,12 +58,15 @@ def find_version(package: str) -> str:
 
 
 def make_plain(value: Any) -> Any:
-    """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their ``to_plain`` says),
-    infinities and NaN words.
+    """``value`` in JSON's types: arrays become lists, dataclasses dictionaries (or what their
+    ``to_plain`` says), infinities and NaN words.
     """
     if isinstance(value, np.ndarray | list | tuple):
         items = value.tolist() if isinstance(value, np.ndarray) else value
-        return [item if type(item) is float and math.isfinite(item) else make_plain(item) for item in items]
+        return [
+            item if type(item) is float and math.isfinite(item) else make_plain(item)
+            for item in items
+        ]
     if isinstance(value, np.generic):
         return make_plain(value.item())
     if isinstance(value, float):
@@ -61,10 +78,15 @@ def make_plain(value: Any) -> Any:
     if hasattr(value, "to_plain"):
         return make_plain(value.to_plain())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: make_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {
+            field.name: make_plain(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+        }
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    raise InvalidInput(f"a configuration holds numbers, texts, lists and dictionaries; got {type(value).__name__}.")
+    raise InvalidInput(
+        f"a configuration holds numbers, texts, lists and dictionaries; got {type(value).__name__}."
+    )
 
 
 def write_canonical(configuration: Any) -> str:
@@ -83,7 +105,8 @@ def compute_digest(configuration: Any) -> str:
 
 
 def make_key(configuration: Any, *modules: str) -> str:
-    """A short name for a result: another one where the configuration, a version or the code of ``modules`` differs.
+    """A short name for a result: another one where the configuration, a version or the code of
+    ``modules`` differs.
 
     Parameters
     ----------
@@ -97,22 +120,30 @@ def make_key(configuration: Any, *modules: str) -> str:
 
 
 def describe_code(*modules: str) -> dict[str, str]:
-    """Fingerprints of all that ``modules`` can run: modules and data files by name, others' packages by version.
+    """Fingerprints of all that ``modules`` can run: modules and data files by name, others'
+    packages by version.
 
     Raises
     ------
     StoreError
-        A file was changed after Python had loaded it, so that the code on disk is not the code that runs.
+        A file was changed after Python had loaded it, so that the code on disk is not the code that
+        runs.
     """
     found = sources.find_modules(*modules)
-    data = {path.relative_to(sources.SOURCE).as_posix(): path for path in sorted(sources.find_data(found))}
+    data = {
+        path.relative_to(sources.SOURCE).as_posix(): path
+        for path in sorted(sources.find_data(found))
+    }
     for path in (*(Path(module.path) for module in found.values()), *data.values()):
         if _LOADED < path.stat().st_mtime <= time.time():
             raise StoreError(
-                f"feeler's own code changed while it was running ({_shorten(path)}): results would be "
-                "stored as those of code that did not make them. Start Python again and repeat the command."
+                f"feeler's own code changed while it was running ({_shorten(path)}): results would"
+                " be stored as those of code that did not make them. Start Python again and repeat"
+                " the command."
             )
-    packages = {package for module in found.values() for package in module.packages if package not in found}
+    packages = {
+        package for module in found.values() for package in module.packages if package not in found
+    }
     return {
         **{name: module.digest for name, module in found.items()},
         **{name: sources.compute_hash(path.read_bytes()) for name, path in data.items()},
@@ -121,4 +152,8 @@ def describe_code(*modules: str) -> dict[str, str]:
 
 
 def _shorten(path: Path) -> str:
-    return path.relative_to(sources.SOURCE).as_posix() if path.is_relative_to(sources.SOURCE) else path.name
+    return (
+        path.relative_to(sources.SOURCE).as_posix()
+        if path.is_relative_to(sources.SOURCE)
+        else path.name
+    )

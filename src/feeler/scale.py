@@ -1,4 +1,6 @@
-"""What smoke, quick and paper mean: every knob of a run, in one table. Nothing else asks which scale it is."""
+"""What smoke, quick and paper mean: every knob of a run, in one table. Nothing else asks which
+scale it is.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,7 +19,9 @@ SCALES: Registry["Scale"] = Registry("scale")
 
 @dataclass(frozen=True, kw_only=True)
 class Scale:
-    """How much is computed. The defaults are paper scale; below it everything that is changed is said."""
+    """How much is computed. The defaults are paper scale; below it everything that is changed is
+    said.
+    """
 
     name: str
     vector: bool = True
@@ -26,7 +30,9 @@ class Scale:
         "tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient", "bounds", "robot", "wall", "antenna",
         "design", "tracking",
     )  # fmt: skip
-    """Stages, longest first, so that no core waits at the end; but first tensors, for which most others wait."""
+    """Stages, longest first, so that no core waits at the end; but first tensors, for which most
+    others wait.
+    """
 
     # what is touched
     controls: tuple[str, ...] = ("linear", "constant", "matched")
@@ -42,7 +48,9 @@ class Scale:
 
     # calibration
     fit_starts: int = 3
-    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept comparison."""
+    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept
+    comparison.
+    """
     control_starts: int = 2
     """Starts of the linear and of the constant family."""
     error_places: int = 9
@@ -69,7 +77,8 @@ class Scale:
     durations: tuple[int, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
     restarts: int = 10  # [P] Fig. 4B
     side_restarts: int = 2
-    """Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G) [C]."""
+    """Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G) [C].
+    """
     max_iter: int = 200
     tol: float = 1e-4
     warn: bool = True
@@ -97,7 +106,9 @@ class Scale:
             {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10}
         )
     )
-    """Training of the network [C], which takes half a minute of one core each; empty leaves the network out."""
+    """Training of the network [C], which takes half a minute of one core each; empty leaves the
+    network out.
+    """
 
     # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
     trade_profiles: tuple[str, ...] = ()
@@ -130,10 +141,17 @@ class Scale:
         return Plan(**self.sweep)
 
     def make_encoder(self, **changes: Any) -> "ConvolutiveNMF":
-        """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8; ``changes`` override."""
+        """An unfitted encoder with the paper's M = 3, T = 40 and sparseness 0.8; ``changes``
+        override.
+        """
         from feeler.encoding import ConvolutiveNMF
 
-        settings = {"n_restarts": self.restarts, "max_iter": self.max_iter, "tol": self.tol, "warn": self.warn}
+        settings = {
+            "n_restarts": self.restarts,
+            "max_iter": self.max_iter,
+            "tol": self.tol,
+            "warn": self.warn,
+        }
         return ConvolutiveNMF(**(settings | {"random_state": 0} | changes))
 
 
@@ -223,7 +241,13 @@ SMOKE = replace(
         "twins": "none",
     },
     trade={"sets": 1, "speeds": (0.6, 1.2), "draws": 5, "levels": HEADLINE},
-    gradient={"sets": 1, "draws": 5, "speeds": (0.6,), "rates": (0.0, -0.0827), "contact_control": False},
+    gradient={
+        "sets": 1,
+        "draws": 5,
+        "speeds": (0.6,),
+        "rates": (0.0, -0.0827),
+        "contact_control": False,
+    },
     regression={"shapes": ("ball",), "train": 24, "test": 2, "relative": (1.0,), "common": (0.03,)},
     gaps=(1.0,),
     robot_repeats=0,

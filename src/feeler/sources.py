@@ -1,9 +1,10 @@
 """The code that a module can run: found by following its imports, not listed.
 
-Every import is followed, also in functions, but not those for type checkers alone; so is every home of an open set (a
-text ``"package.module:name"``). ``from feeler.room import name`` leads to the file that defines the name, past the
-room's ``__init__``, which only hands names on. A module counts as its syntax tree without comments and documentation: a
-typo corrected in a text makes no result worthless. A data file that a module names counts with its bytes.
+Every import is followed, also in functions, but not those for type checkers alone; so is every home
+of an open set (a text ``"package.module:name"``). ``from feeler.room import name`` leads to the
+file that defines the name, past the room's ``__init__``, which only hands names on. A module counts
+as its syntax tree without comments and documentation: a typo corrected in a text makes no result
+worthless. A data file that a module names counts with its bytes.
 """
 
 import ast
@@ -52,12 +53,16 @@ Read = Callable[[str, Path], Module]
 
 
 def find_modules(*modules: str) -> dict[str, Module]:
-    """The modules themselves and, by their full names, all own modules that they import, directly or through others.
+    """The modules themselves and, by their full names, all own modules that they import, directly
+    or through others.
 
-    Own are feeler's and those beside a starting module: an engine or a shape from outside brings its code with it.
+    Own are feeler's and those beside a starting module: an engine or a shape from outside brings
+    its code with it.
     """
     tops = {"feeler", *(name.partition(".")[0] for name in modules)}
-    folders = {path.parent for top in tops if (path := find_file(top)) and path.name != "__init__.py"}
+    folders = {
+        path.parent for top in tops if (path := find_file(top)) and path.name != "__init__.py"
+    }
 
     def is_own(module: str) -> bool:
         top = module.partition(".")[0]
@@ -70,27 +75,39 @@ def find_modules(*modules: str) -> dict[str, Module]:
         name = waiting.pop()
         if name not in found and (path := find(name)):
             found[name] = module = read(name, path)
-            waiting += [resolve(*wanted, find, read) for wanted in module.imports if is_own(wanted[0])]
+            waiting += [
+                resolve(*wanted, find, read) for wanted in module.imports if is_own(wanted[0])
+            ]
     return dict(sorted(found.items()))
 
 
 def find_data(modules: dict[str, Module]) -> set[Path]:
-    """Data files that modules name: by the whole name wherever they lie, with something filled in if beside them."""
+    """Data files that modules name: by the whole name wherever they lie, with something filled in
+    if beside them.
+    """
     return {
         path
         for module in modules.values()
         for path in (_list_data(SOURCE) if module.texts else ())
         if path.name in module.texts
-        or (Path(module.path).parent in path.parents and any(fnmatchcase(path.name, text) for text in module.texts))
+        or (
+            Path(module.path).parent in path.parents
+            and any(fnmatchcase(path.name, text) for text in module.texts)
+        )
     }
 
 
 def find_file(module: str) -> Path | None:
-    """The Python file of a module, without running it; None for what is built in or typed at a prompt."""
+    """The Python file of a module, without running it; None for what is built in or typed at a
+    prompt.
+    """
     first, *rest = module.split(".")
     if first == "feeler":
         base = SOURCE.joinpath(*rest)
-        return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
+        return next(
+            (path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()),
+            None,
+        )
     try:
         spec = importlib.util.find_spec(module)
     except (ImportError, ValueError):
@@ -135,14 +152,26 @@ def parse_module(name: str, path: Path) -> Module:
             idle.update(node.body)
         elif isinstance(node, ast.Import | ast.ImportFrom):
             wanted = list(_read_import(node, package))
-            names |= {alias.asname or alias.name: found for alias, found in zip(node.names, wanted, strict=True)}
+            names |= {
+                alias.asname or alias.name: found
+                for alias, found in zip(node.names, wanted, strict=True)
+            }
             imports += wanted if room or node not in idle else []
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             texts.add(node.value)
         elif isinstance(node, ast.JoinedStr):
-            texts.add("".join(str(part.value) if isinstance(part, ast.Constant) else "*" for part in node.values))
+            texts.add(
+                "".join(
+                    str(part.value) if isinstance(part, ast.Constant) else "*"
+                    for part in node.values
+                )
+            )
     imports += [(home[1], None) for text in sorted(texts) if (home := HOME.fullmatch(text))]
-    tops = {module.partition(".")[0] for module, _ in imports} - {"feeler", "", name.partition(".")[0]}
+    tops = {module.partition(".")[0] for module, _ in imports} - {
+        "feeler",
+        "",
+        name.partition(".")[0],
+    }
     return Module(
         path=str(path),
         digest=compute_hash(ast.dump(tree).encode()),
@@ -156,7 +185,9 @@ def parse_module(name: str, path: Path) -> Module:
 def _parse(raw: bytes) -> ast.Module:
     try:
         return ast.parse(raw)
-    except SystemError:  # of Python 3.11, where what was thrown away meanwhile wrote a traceback, and so parsed too
+    except (
+        SystemError
+    ):  # of Python 3.11, where what was thrown away meanwhile wrote a traceback, and so parsed too
         return ast.parse(raw)
 
 
@@ -166,7 +197,11 @@ def compute_hash(raw: bytes) -> str:
 
 
 def _is_text(line: ast.AST) -> bool:
-    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
+    return (
+        isinstance(line, ast.Expr)
+        and isinstance(line.value, ast.Constant)
+        and isinstance(line.value.value, str)
+    )
 
 
 def _read_import(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[Wanted]:
@@ -185,7 +220,9 @@ def _list_data(source: Path) -> list[Path]:
 
 @cache
 def _open_notes(source: Path) -> dict[str, Any]:
-    """What was read of each module, kept beside Python's own compiled files: to parse them all takes a second."""
+    """What was read of each module, kept beside Python's own compiled files: to parse them all
+    takes a second.
+    """
     file = source / "__pycache__" / f"sources-{sys.implementation.cache_tag}.json"
     notes: dict[str, Any] = {}
     with suppress(OSError, ValueError, TypeError, KeyError):
@@ -193,7 +230,11 @@ def _open_notes(source: Path) -> dict[str, Any]:
             pairs = tuple((module, wanted) for module, wanted in said.pop("imports"))
             names = {key: (module, wanted) for key, (module, wanted) in said.pop("names").items()}
             texts, packages = tuple(said.pop("texts")), tuple(said.pop("packages"))
-            notes[name] = [path, stamp, Module(imports=pairs, names=names, texts=texts, packages=packages, **said)]
+            notes[name] = [
+                path,
+                stamp,
+                Module(imports=pairs, names=names, texts=texts, packages=packages, **said),
+            ]
     atexit.register(_write_notes, file, notes)
     return notes
 
@@ -202,7 +243,13 @@ def _write_notes(file: Path, notes: dict[str, Any]) -> None:
     if "" in notes:
         with suppress(OSError):
             fresh = file.with_suffix(f".{os.getpid()}")
-            kept = {name: [*entry[:2], asdict(entry[2])] for name, entry in notes.items() if name.startswith("feeler")}
-            file.parent.mkdir(exist_ok=True)  # absent where Python is told to keep no compiled files
+            kept = {
+                name: [*entry[:2], asdict(entry[2])]
+                for name, entry in notes.items()
+                if name.startswith("feeler")
+            }
+            file.parent.mkdir(
+                exist_ok=True
+            )  # absent where Python is told to keep no compiled files
             fresh.write_text(json.dumps(kept))
             fresh.replace(file)

@@ -9,20 +9,31 @@ INK, OBJECT = "#5b3a1e", "#009E73"
 SIZE = 160  # pixels
 
 
-def make_picture(words: str, lines: Sequence[tuple[np.ndarray, float]], polygons: Sequence[np.ndarray] = ()) -> str:
-    """HTML: a line of words over a picture of lines (point, 2) with their widths, and of filled polygons [mm], y up."""
+def make_picture(
+    words: str, lines: Sequence[tuple[np.ndarray, float]], polygons: Sequence[np.ndarray] = ()
+) -> str:
+    """HTML: a line of words over a picture of lines (point, 2) with their widths, and of filled
+    polygons [mm], y up.
+    """
     low, high = _bound([points for points, _ in lines], list(polygons))
     size = max(*(high - low), 1e-9)
     low, high = low - 0.05 * size, high + 0.05 * size
     width, height = high - low
     inside = [f'<polygon points="{_write(rim, low, high)}" fill="{OBJECT}"/>' for rim in polygons]
     for points, thick in lines:
-        look = f'fill="none" stroke="{INK}" stroke-linecap="round" stroke-width="{max(thick, 0.01 * size):.4g}"'
+        look = (
+            f'fill="none" stroke="{INK}" stroke-linecap="round"'
+            f' stroke-width="{max(thick, 0.01 * size):.4g}"'
+        )
         inside.append(f'<polyline points="{_write(points, low, high)}" {look}/>')
-    shown = f'width="{SIZE * width / max(width, height):.0f}" height="{SIZE * height / max(width, height):.0f}"'
+    shown = (
+        f'width="{SIZE * width / max(width, height):.0f}"'
+        f' height="{SIZE * height / max(width, height):.0f}"'
+    )
     box = f'viewBox="0 0 {width:.6g} {height:.6g}"'
     return (
-        f'<div>{escape(words)}<br/><svg xmlns="http://www.w3.org/2000/svg" {shown} {box}>{"".join(inside)}</svg></div>'
+        f'<div>{escape(words)}<br/><svg xmlns="http://www.w3.org/2000/svg" {shown}'
+        f" {box}>{''.join(inside)}</svg></div>"
     )
 
 

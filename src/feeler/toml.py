@@ -5,7 +5,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-SMALL = 16_000  # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
+# characters; tomllib needs a second for the worst text of this length, and for longer ones hours
+SMALL = 16_000
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -1,4 +1,6 @@
-"""Comparing policies: the verdict is what it says, journals are taken up, and the command makes its page."""
+"""Comparing policies: the verdict is what it says, journals are taken up, and the command makes its
+page.
+"""
 
 import json
 
@@ -45,12 +47,17 @@ def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
         file.write('{"key": "cut off')
     taken = compare_policies(cockroach(), comparison, NAMES, journal=journal)
     xr.testing.assert_identical(taken, whole)
-    assert len([json.loads(line) for line in journal.read_text().splitlines()]) == len(NAMES) * comparison.sets
+    assert (
+        len([json.loads(line) for line in journal.read_text().splitlines()])
+        == len(NAMES) * comparison.sets
+    )
     assert np.all((whole["accuracy"] >= 0) & (whole["accuracy"] <= 1))
     assert float(whole["work"].min()) >= 0
 
 
-@pytest.mark.parametrize("words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes'])
+@pytest.mark.parametrize(
+    "words", ["# my notes", "my notes\n", '{"x": 1}\n', '{"key": "a", "value": {}}\nnotes']
+)
 def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
     (tmp_path / "notes").write_text(words)
     with pytest.raises(InvalidInput, match="notes is no journal of policies"):
@@ -65,23 +72,32 @@ def make_measured(comparison, accuracy):
     work = np.broadcast_to(np.array([1.0, 3.0, 0.2])[:, None, None], values.shape)
     coords = {"policy": names, "deadline": [10.0, 20.0]}
     dims = ("policy", "set", "deadline")
-    return xr.Dataset({"accuracy": (dims, values), "work": (dims, work)}, coords, {"antenna": "toy"})
+    return xr.Dataset(
+        {"accuracy": (dims, values), "work": (dims, work)}, coords, {"antenna": "toy"}
+    )
 
 
 def test_what_was_chosen_is_confirmed_on_fresh_sets_alone(comparison):
-    # the first two sets choose steered[0]; on the others it gains 10 and 20 points, and steered[1], better there, isn't asked
+    # the first two sets choose steered[0]; on the others it gains 10 and 20 points, and steered[1],
+    # better there, isn't asked
     measured = make_measured(comparison, [[0.5] * 4, [0.9, 0.9, 0.6, 0.7], [0.1, 0.1, 1.0, 1.0]])
     verdict = judge_steering(measured.isel(set=slice(2)), comparison)
     found = confirm_steering(measured, verdict, 2).sel(deadline=10.0)
     assert float(found["gain"]) == pytest.approx(15)
-    assert float(found["half"]) == pytest.approx(12.706 * 10 / 2, rel=1e-3)  # Student's t of one degree, 97.5 %
-    assert (float(found["fixed_accuracy"]), float(found["steered_accuracy"])) == pytest.approx((50, 65))
+    assert float(found["half"]) == pytest.approx(
+        12.706 * 10 / 2, rel=1e-3
+    )  # Student's t of one degree, 97.5 %
+    assert (float(found["fixed_accuracy"]), float(found["steered_accuracy"])) == pytest.approx(
+        (50, 65)
+    )
     with pytest.raises(InvalidInput, match="at least two sets from number 3 on"):
         confirm_steering(measured, verdict, 3)
 
 
 def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
-    lucky = make_measured(comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.4, 0.9, 0.4], [0.6, 0.6, 0.6, 0.6]])
+    lucky = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.5], [0.9, 0.4, 0.9, 0.4], [0.6, 0.6, 0.6, 0.6]]
+    )
     found = judge_steering(lucky, comparison).sel(deadline=10.0)
     assert found["steered"] == comparison.steered[0]
     assert float(found["gain"]) == pytest.approx(-10)
@@ -93,11 +109,18 @@ def test_steering_is_judged_on_sets_it_was_not_chosen_on(comparison):
 
 
 def test_what_was_learned_is_held_against_who_was_chosen_on_other_sets(comparison):
-    measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.4, 0.9, 0.5], [0.6, 0.6, 0.6, 0.6]])
+    measured = make_measured(
+        comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.4, 0.9, 0.5], [0.6, 0.6, 0.6, 0.6]]
+    )
     seeds = np.array([[0.7, 0.8], [0.6, 0.7]])[:, :, None] * np.ones(2)
-    learned = xr.Dataset({"accuracy": (("seed", "set", "deadline"), seeds)}, {"set": [1, 3], "deadline": [10.0, 20.0]})
+    learned = xr.Dataset(
+        {"accuracy": (("seed", "set", "deadline"), seeds)},
+        {"set": [1, 3], "deadline": [10.0, 20.0]},
+    )
     found = judge_learned(learned, measured, comparison).sel(deadline=20.0)
-    assert [float(found[name]) for name in ("learned", "least", "most")] == pytest.approx([70, 65, 75])
+    assert [float(found[name]) for name in ("learned", "least", "most")] == pytest.approx(
+        [70, 65, 75]
+    )
     assert float(found["fixed_gain"]) == pytest.approx(15)  # 65 - 50 on set 1, 75 - 60 on set 3
     assert float(found["fixed_half"]) == pytest.approx(0, abs=1e-9)
     assert float(found["steered_gain"]) == pytest.approx(25)
@@ -106,32 +129,56 @@ def test_what_was_learned_is_held_against_who_was_chosen_on_other_sets(compariso
 def test_a_budget_leaves_out_what_costs_more(comparison):
     measured = make_measured(comparison, [[0.5] * 4, [0.9] * 4, [0.6] * 4])
     rows = {row[1]: row[1:] for row in judge_energy(measured, comparison)}
-    assert rows[0.5][1:] == ["none", pytest.approx(np.nan, nan_ok=True), comparison.steered[1], pytest.approx(60)]
+    assert rows[0.5][1:] == [
+        "none",
+        pytest.approx(np.nan, nan_ok=True),
+        comparison.steered[1],
+        pytest.approx(60),
+    ]
     assert rows[4.0][3] == comparison.steered[0]
 
 
 def test_the_page_says_what_was_measured(comparison, tmp_path):
     measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
     seeds = np.array([[0.7, 0.8], [0.61, 0.7]])[:, :, None] * np.ones(2)
-    learned = xr.Dataset({"accuracy": (("seed", "set", "deadline"), seeds)}, {"set": [1, 3], "deadline": [10.0, 20.0]})
+    learned = xr.Dataset(
+        {"accuracy": (("seed", "set", "deadline"), seeds)},
+        {"set": [1, 3], "deadline": [10.0, 20.0]},
+    )
     learned["work"] = 2 * learned["accuracy"]
     section = Section(name="active", title="", folder=tmp_path, vector=False)
     fill_comparison(section, measured, comparison, learned)
-    right, work, verdict, energy, taught = [block for block in section.blocks if block["kind"] == "table"]
+    right, work, verdict, energy, taught = [
+        block for block in section.blocks if block["kind"] == "table"
+    ]
     assert "[%]" in right["caption"] and "[µJ]" in work["caption"]
     assert right["header"] == work["header"] == ["policy", "10 ms", "20 ms"]
     found = average_sets(measured["accuracy"])
     for row, name in zip(right["rows"], measured["policy"].values, strict=True):
         one = found.sel(policy=name, deadline=10.0)
-        assert row == [name, *[f"{100 * float(one['mean']):.1f} ± {100 * float(one['half']):.1f}"] * 2]
+        assert row == [
+            name,
+            *[f"{100 * float(one['mean']):.1f} ± {100 * float(one['half']):.1f}"] * 2,
+        ]
     assert [row[1:] for row in work["rows"]] == [["1", "1"], ["3", "3"], ["0.2", "0.2"]]
     judged = judge_steering(measured, comparison).sel(deadline=10.0)
-    told = [f"{float(judged[name]):.4g}" for name in ("fixed_accuracy", "steered_accuracy", "gain", "half")]
+    told = [
+        f"{float(judged[name]):.4g}"
+        for name in ("fixed_accuracy", "steered_accuracy", "gain", "half")
+    ]
     row = verdict["rows"][0]
-    assert [row[0], row[1], row[3], row[7]] == ["10 ms", comparison.fixed[0], comparison.steered[0], "False"]
+    assert [row[0], row[1], row[3], row[7]] == [
+        "10 ms",
+        comparison.fixed[0],
+        comparison.steered[0],
+        "False",
+    ]
     assert [row[2], *row[4:7]] == told
     assert f"at least {comparison.gain:g} points" in verdict["caption"]
-    assert energy["header"][:2] == ["deadline [ms]", "budget [µJ]"] and float(energy["rows"][0][0]) == 10
+    assert (
+        energy["header"][:2] == ["deadline [ms]", "budget [µJ]"]
+        and float(energy["rows"][0][0]) == 10
+    )
     ppo = judge_learned(learned, measured, comparison).sel(deadline=20.0)
     names = ("learned", "least", "most", "fixed_gain", "fixed_half", "steered_gain", "steered_half")
     assert taught["rows"][1] == ["20 ms", *(f"{float(ppo[name]):.4g}" for name in names)]
@@ -142,8 +189,14 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
     measured = make_measured(comparison, [[0.5, 0.5, 0.5, 0.6], [0.9, 0.42, 0.9, 0.5], [0.6] * 4])
     plot_comparison(measured, comparison, figure := Figure(figsize=(7.2, 3.2)))
     left, right = figure.axes
-    assert (left.get_xlabel(), left.get_ylabel()) == ("deadline [ms since the beginning]", "right answers [%]")
-    assert (right.get_xlabel(), right.get_ylabel()) == ("work on the antenna [µJ]", "right at 20 ms [%]")
+    assert (left.get_xlabel(), left.get_ylabel()) == (
+        "deadline [ms since the beginning]",
+        "right answers [%]",
+    )
+    assert (right.get_xlabel(), right.get_ylabel()) == (
+        "work on the antenna [µJ]",
+        "right at 20 ms [%]",
+    )
     lines = [bars.lines[0].get_xydata() for bars in left.containers]
     np.testing.assert_allclose(lines, [[[10, y], [20, y]] for y in (52.5, 68.0, 60.0)])
     points = np.concatenate([bars.lines[0].get_xydata() for bars in right.containers])
@@ -152,14 +205,20 @@ def test_the_picture_is_in_per_cent_and_microjoules(comparison):
 
 def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch, comparison):
     made = []
-    monkeypatch.setattr(show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n)))
+    monkeypatch.setattr(
+        show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n))
+    )
     observer = Observer(comparison.make_task(cockroach(), 0), period=comparison.period)
     film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
     assert film.labels == tuple(f"{f.name} {f.size:g} mm" for f in observer.task.trials.features)
     write_film(film, "film.mp4", slower=20.0)
     figure, draw, count = made[0]
     left, above, below = figure.axes
-    assert (left.get_xlabel(), left.get_ylabel(), above.get_ylabel()) == ("x [mm]", "y [mm]", "speed [m/s]")
+    assert (left.get_xlabel(), left.get_ylabel(), above.get_ylabel()) == (
+        "x [mm]",
+        "y [mm]",
+        "speed [m/s]",
+    )
     assert below.get_xlabel() == "time [ms]"
     draw(count - 1)
     assert left.get_title() == say_clock(float(film.time[-1]), 20.0)
@@ -179,12 +238,26 @@ def test_a_single_set_has_a_mean_and_no_interval(comparison, tmp_path):
 def test_the_command_makes_its_page(tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text("def policy(known):\n    return 1.2 if known.time < 10 else 0.3\n")
-    asked = ["active", "--out", str(tmp_path / "out"), "--sets", "1", "--copies", "1", "--no-movie", "--json"]
-    result = CliRunner().invoke(app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"])
+    asked = [
+        "active",
+        "--out",
+        str(tmp_path / "out"),
+        "--sets",
+        "1",
+        "--copies",
+        "1",
+        "--no-movie",
+        "--json",
+    ]
+    result = CliRunner().invoke(
+        app, [*asked, "--policy", "fixed:1.2", "--policy", f"{mine}:policy"]
+    )
     assert result.exit_code == 0, result.output
     assert "How to move" in (tmp_path / "out" / "active.html").read_text()
     found = json.loads((tmp_path / "out" / "active.json").read_text())
-    assert {name: item for name, item in json.loads(result.stdout).items() if name != "page"} == found
+    assert {
+        name: item for name, item in json.loads(result.stdout).items() if name != "page"
+    } == found
     assert found["coords"]["policy"]["data"] == ["fixed:1.2", f"{mine}:policy"]
 
 

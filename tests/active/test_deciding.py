@@ -1,4 +1,6 @@
-"""Decoders that know speeds vary: they beat chance, their probabilities mean something, and they refuse what they don't know."""
+"""Decoders that know speeds vary: they beat chance, their probabilities mean something, and they
+refuse what they don't know.
+"""
 
 import numpy as np
 import pytest
@@ -21,7 +23,14 @@ OBJECTS = [feeler.Ball(radius=1.0), feeler.Box(half_width=4.0, half_height=4.0)]
 
 @pytest.fixture(scope="module")
 def task():
-    return TouchTask(features=OBJECTS, pool=256, gap=(2.0, 3.0), locations=(0.65, 0.75), duration=40.0, noise=0.01)
+    return TouchTask(
+        features=OBJECTS,
+        pool=256,
+        gap=(2.0, 3.0),
+        locations=(0.65, 0.75),
+        duration=40.0,
+        noise=0.01,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +57,9 @@ def test_noticing_raises_few_false_alarms_and_works_where_a_single_sensor_cannot
     false = (noticer.notice(nothing) < 40).mean()
     assert false <= 0.05
     finders = [OnsetFinder(0.025, 2, 56) for _ in range(50)]  # the limit of the streaming decoder
-    alarms = [any([finder.see(s) for s in one]) for finder, one in zip(finders, nothing, strict=False)]
+    alarms = [
+        any([finder.see(s) for s in one]) for finder, one in zip(finders, nothing, strict=False)
+    ]
     assert np.mean(alarms) > 0.9
     touched = met.onset < 20
     late = noticer.notice(met.add_noise(noise, rng))[touched] - met.onset[touched]
@@ -82,7 +93,9 @@ def test_a_recurrent_decoder_comes_back_from_its_file(task, met, tmp_path):
     decoder = RecurrentDecoder(task, hidden=8)
     decoder.save(tmp_path / "decoder.safetensors")
     again = RecurrentDecoder.load(tmp_path / "decoder.safetensors", task)
-    np.testing.assert_array_equal(again.decode(met.angle, met.base), decoder.decode(met.angle, met.base))
+    np.testing.assert_array_equal(
+        again.decode(met.angle, met.base), decoder.decode(met.angle, met.base)
+    )
 
 
 @pytest.mark.parametrize(
@@ -90,7 +103,10 @@ def test_a_recurrent_decoder_comes_back_from_its_file(task, met, tmp_path):
     [
         ({"noise": 0.05}, "trained for another noise: 0.01, the task has 0.05"),
         ({"antenna": feeler.presets.cockroach("linear")}, "trained for another antenna"),
-        ({"features": [*OBJECTS, feeler.Ball(radius=3.0)]}, "trained for another objects: 2, the task has 3"),
+        (
+            {"features": [*OBJECTS, feeler.Ball(radius=3.0)]},
+            "trained for another objects: 2, the task has 3",
+        ),
     ],
 )
 def test_a_decoder_of_another_antenna_or_noise_is_refused(task, changes, said, tmp_path):
@@ -106,7 +122,9 @@ def test_sensors_that_do_not_fit_are_named(task):
 
 
 def test_who_is_sure_stops():
-    belief = np.array([[[0.5, 0.5], [0.2, 0.8], [0.05, 0.95]], [[0.6, 0.4], [0.6, 0.4], [0.7, 0.3]]])
+    belief = np.array(
+        [[[0.5, 0.5], [0.2, 0.8], [0.05, 0.95]], [[0.6, 0.4], [0.6, 0.4], [0.7, 0.3]]]
+    )
     when, answer = decide(belief, 0.8)
     assert when.tolist() == [1, 2]
     assert answer.tolist() == [1, 0]

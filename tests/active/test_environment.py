@@ -1,4 +1,6 @@
-"""Environments: a constant speed is a touch, seeds and lanes change no bit, and what does not fit is named."""
+"""Environments: a constant speed is a touch, seeds and lanes change no bit, and what does not fit
+is named.
+"""
 
 import warnings
 
@@ -32,7 +34,9 @@ def test_gymnasium_finds_nothing_wrong(name):
 
 def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
     titles = []
-    monkeypatch.setattr("matplotlib.axes.Axes.set_title", lambda _, words, **__: titles.append(words))
+    monkeypatch.setattr(
+        "matplotlib.axes.Axes.set_title", lambda _, words, **__: titles.append(words)
+    )
     envs = TouchVectorEnv(make_task(), num_envs=2, render_mode="rgb_array")
     envs.reset(seed=0)
     for _ in range(3):
@@ -98,7 +102,9 @@ def test_an_ended_lane_begins_anew_and_its_neighbours_go_on():
 
 
 def test_without_contact_nothing_is_known():
-    """What is felt before contact does not depend on the object, so that no prediction of it can be rewarded."""
+    """What is felt before contact does not depend on the object, so that no prediction of it can be
+    rewarded.
+    """
     task = make_task(gap=6.0, approach=90.0)
     columns = task.trials.columns["feature"]
     felt = []
@@ -106,7 +112,9 @@ def test_without_contact_nothing_is_known():
         envs = TouchEnv(task)
         envs.reset(seed=3, options={"touch": int(np.flatnonzero(columns == feature)[0])})
         for _ in range(9):
-            observation, reward, _, _, info = envs.step({"action": (0.6, 0.01), "prediction": np.zeros(2)})
+            observation, reward, _, _, info = envs.step(
+                {"action": (0.6, 0.01), "prediction": np.zeros(2)}
+            )
             assert not info["touching"]
             assert reward == pytest.approx(-np.log(2))
         felt.append(observation)
@@ -117,7 +125,10 @@ def test_without_contact_nothing_is_known():
 def test_a_body_that_speeds_up_does_so_within_its_limit():
     one = TouchEnv(make_task(gap=8.0, acceleration=0.1))
     one.reset(seed=0)
-    speeds = [one.step({"action": (v, 0.0), "prediction": np.zeros(2)})[0]["base"][2] for v in (0.5, 1.0, 1.0, -1.0)]
+    speeds = [
+        one.step({"action": (v, 0.0), "prediction": np.zeros(2)})[0]["base"][2]
+        for v in (0.5, 1.0, 1.0, -1.0)
+    ]
     np.testing.assert_allclose(speeds, [0.5, 0.6, 0.7, 0.6])
 
 
@@ -183,7 +194,9 @@ def test_a_body_that_runs_into_the_wall_has_come_to_its_end():
     _, info = one.reset(seed=2)
     start = info["prediction"]["target"]
     for _ in range(200):
-        _, reward, terminated, truncated, info = one.step({"action": (0.4, 0.02), "prediction": [start]})
+        _, reward, terminated, truncated, info = one.step(
+            {"action": (0.4, 0.02), "prediction": [start]}
+        )
         assert reward <= 0
         if terminated or truncated:
             break
@@ -194,7 +207,10 @@ def test_a_body_that_runs_into_the_wall_has_come_to_its_end():
 @pytest.mark.parametrize(
     ("action", "said"),
     [
-        (make_action(2, 1.0) | {"action": np.array([[0.3, 0.0], [9.0, 0.0]])}, "action of lane 1 is outside the space"),
+        (
+            make_action(2, 1.0) | {"action": np.array([[0.3, 0.0], [9.0, 0.0]])},
+            "action of lane 1 is outside the space",
+        ),
         (make_action(2, np.nan), "action of lane 0 is outside"),
         (make_action(3, 0.3), r"\(2, 2\); got|finite numbers \(2, 2\)"),
         (make_action(2, 0.3, outputs=5), r"a prediction is finite numbers \(2, 2\), got \(2, 5\)"),

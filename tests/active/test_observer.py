@@ -13,7 +13,10 @@ OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
 def make_observer(**changes):
     return Observer(
-        TouchTask(**{"features": OBJECTS, "pool": 8, "gap": (2.0, 4.0), "duration": 20.0, "seed": 5} | changes)
+        TouchTask(
+            **{"features": OBJECTS, "pool": 8, "gap": (2.0, 4.0), "duration": 20.0, "seed": 5}
+            | changes
+        )
     )
 
 
@@ -29,7 +32,10 @@ def test_a_posterior_equals_bayes_on_two_objects():
     found = compute_posterior(felt, known, noise)
     assert found[0] == pytest.approx([0.5, 0.5])
     for sample in range(1, 5):
-        likely = [multivariate_normal(k[:sample].ravel(), noise**2).pdf(felt[:sample].ravel()) for k in known]
+        likely = [
+            multivariate_normal(k[:sample].ravel(), noise**2).pdf(felt[:sample].ravel())
+            for k in known
+        ]
         assert found[sample] == pytest.approx(np.array(likely) / sum(likely))
 
 
@@ -49,13 +55,18 @@ def test_the_observer_is_bayes_for_a_touch_of_one_speed():
     rng = np.random.default_rng([0, 1])
     noise = np.concatenate([rng.standard_normal((8, 5, 56)) for _ in range(4)], axis=1)
     for episode in range(8):
-        expected = compute_posterior(known[episode // 2] + 0.05 * noise[episode], known, 0.05)[::5] @ members
+        expected = (
+            compute_posterior(known[episode // 2] + 0.05 * noise[episode], known, 0.05)[::5]
+            @ members
+        )
         np.testing.assert_allclose(seen.belief[:, episode], expected, atol=1e-6)
 
 
 def test_without_contact_nothing_is_learnt(observer):
     seen = observer.run(parse_policy("fixed:0"), copies=1)
-    np.testing.assert_allclose(seen.belief, np.broadcast_to(seen.belief[0], seen.belief.shape), atol=1e-9)
+    np.testing.assert_allclose(
+        seen.belief, np.broadcast_to(seen.belief[0], seen.belief.shape), atol=1e-9
+    )
     assert seen.work.max() == 0
     assert seen.accuracy[0] == pytest.approx(max(np.bincount(observer.label)) / 8)
 
@@ -67,7 +78,9 @@ def test_what_a_body_expects_to_be_right_is_how_often_it_is(observer):
 
 
 def test_bodies_that_have_felt_other_things_move_by_themselves(observer):
-    """A steered body believes what an observer believes of that very motion: a policy of time alone is the check."""
+    """A steered body believes what an observer believes of that very motion: a policy of time alone
+    is the check.
+    """
     steered = observer.run(lambda known: np.where(known.touching < 0.5, 0.6, 0.12), copies=3)
     assert len(np.unique(steered.speed[1:], axis=1).T) > 1
     way = observer.period * steered.speed[1:].sum(axis=0)
@@ -97,11 +110,15 @@ def test_bodies_may_feel_some_touches_only(observer):
     some = observer.run(parse_policy("fixed:1.2"), copies=20, touches=[5, 2])
     assert some.target.tolist() == [observer.label[5]] * 20 + [observer.label[2]] * 20
     whole = observer.run(parse_policy("fixed:1.2"), copies=20, touches=range(8))
-    np.testing.assert_array_equal(whole.belief, observer.run(parse_policy("fixed:1.2"), copies=20).belief)
+    np.testing.assert_array_equal(
+        whole.belief, observer.run(parse_policy("fixed:1.2"), copies=20).belief
+    )
 
 
 def test_a_greedy_body_learns_more_than_a_random_one(observer):
-    greedy, chance = (observer.run(parse_policy(name), copies=4) for name in ("greedy:10", "random:3,5"))
+    greedy, chance = (
+        observer.run(parse_policy(name), copies=4) for name in ("greedy:10", "random:3,5")
+    )
     assert greedy.accuracy[2] > chance.accuracy[2]
 
 
@@ -144,7 +161,9 @@ def test_a_policy_of_ones_own_comes_from_a_file(tmp_path, observer):
     path = tmp_path / "mine.py"
     path.write_text("def policy(known):\n    return 0.6\n")
     seen = observer.run(parse_policy(f"{path}:policy"), copies=1)
-    np.testing.assert_array_equal(seen.belief, observer.run(parse_policy("fixed:0.6"), copies=1).belief)
+    np.testing.assert_array_equal(
+        seen.belief, observer.run(parse_policy("fixed:0.6"), copies=1).belief
+    )
     with pytest.raises(InvalidInput, match="has no function 'other'"):
         parse_policy(f"{path}:other")
 

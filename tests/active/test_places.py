@@ -1,4 +1,6 @@
-"""Where to touch next: to be greedy takes no more touches than to guess, and what is sure is right as often as it says."""
+"""Where to touch next: to be greedy takes no more touches than to guess, and what is sure is right
+as often as it says.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,11 @@ SHAPES = [feeler.Ball(radius=2.0), feeler.Box(half_width=1.6, half_height=1.6, r
 @pytest.fixture(scope="module")
 def places():
     return simulate_places(
-        feeler.presets.cockroach(), SHAPES, locations=(0.6, 0.9), approaches=(80.0, 100.0), duration=25.0
+        feeler.presets.cockroach(),
+        SHAPES,
+        locations=(0.6, 0.9),
+        approaches=(80.0, 100.0),
+        duration=25.0,
     )
 
 
@@ -24,7 +30,10 @@ def test_every_hypothesis_is_felt_in_every_touch(places):
 
 
 def test_who_chooses_by_information_needs_fewer_touches(places):
-    counts = {name: search_places(places, name, 0.02, n=40, most=8) for name in ("random", "grid", "greedy")}
+    counts = {
+        name: search_places(places, name, 0.02, n=40, most=8)
+        for name in ("random", "grid", "greedy")
+    }
     assert all(np.all(found.count[found.sure] >= 1) for found in counts.values())
     assert counts["greedy"].count.mean() <= counts["random"].count.mean()
     for found in counts.values():

@@ -1,4 +1,6 @@
-"""A little training already does better than chance moves; practice is the observer where speed stays; weights move bodies."""
+"""A little training already does better than chance moves; practice is the observer where speed
+stays; weights move bodies.
+"""
 
 import numpy as np
 import pytest
@@ -16,7 +18,15 @@ DEADLINE = 30.0
 
 @pytest.fixture(scope="module")
 def practice():
-    task = TouchTask(features=OBJECTS, pool=8, gap=(4.0, 8.0), locations=0.7, duration=DEADLINE, noise=0.03, seed=1)
+    task = TouchTask(
+        features=OBJECTS,
+        pool=8,
+        gap=(4.0, 8.0),
+        locations=0.7,
+        duration=DEADLINE,
+        noise=0.03,
+        seed=1,
+    )
     return Practice(task)
 
 
@@ -33,7 +43,9 @@ def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
 
     observer, rng = Observer(practice.task, period=5.0), np.random.default_rng(0)
     learned = observer.run(make_trained(model, DEADLINE), copies=4).accuracy[-1]
-    chance = observer.run(lambda known: rng.choice(observer.menu, len(known.way)), copies=1).accuracy[-1]
+    chance = observer.run(
+        lambda known: rng.choice(observer.menu, len(known.way)), copies=1
+    ).accuracy[-1]
     assert learned > chance + 0.05
 
 
@@ -56,18 +68,35 @@ def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path
 @pytest.mark.parametrize("seed", load_contest().learning["seeds"])
 def test_the_weights_that_are_kept_steer_better_than_a_middling_speed(seed):
     comparison = load_contest(known=12)
-    observer = Observer(comparison.make_task(feeler.presets.cockroach(), 1), period=comparison.period)
+    observer = Observer(
+        comparison.make_task(feeler.presets.cockroach(), 1), period=comparison.period
+    )
     learned = observer.run(parse_policy(f"learned:{seed},50"), copies=1, duration=50.0)
-    assert learned.accuracy[-1] > observer.run(parse_policy("fixed:0.3"), copies=1, duration=50.0).accuracy[-1]
+    assert (
+        learned.accuracy[-1]
+        > observer.run(parse_policy("fixed:0.3"), copies=1, duration=50.0).accuracy[-1]
+    )
 
 
 def test_practice_is_the_observer_where_speed_stays(practice):
-    """At one speed nothing is left out but that places are rounded: what is felt is the observer's, and so is the accuracy."""
-    observer, row, felt = Observer(practice.task), int(np.flatnonzero(practice.speeds == 0.3)[0]), []
-    seen = observer.run(parse_policy("fixed:0.3"), 40, watch=(0, lambda arena: felt.append(arena.felt)))
+    """At one speed nothing is left out but that places are rounded: what is felt is the observer's,
+    and so is the accuracy.
+    """
+    observer, row, felt = (
+        Observer(practice.task),
+        int(np.flatnonzero(practice.speeds == 0.3)[0]),
+        [],
+    )
+    seen = observer.run(
+        parse_policy("fixed:0.3"), 40, watch=(0, lambda arena: felt.append(arena.felt))
+    )
     place = np.rint(0.3 * np.arange(1, DEADLINE + 1) / STEP).astype(int)
-    np.testing.assert_allclose(practice.felt[row, place], np.array(felt) / practice.task.noise, atol=1e-5)
-    many = np.mean([practise(practice, parse_policy("fixed:0.3"), DEADLINE, seed) for seed in range(40)])
+    np.testing.assert_allclose(
+        practice.felt[row, place], np.array(felt) / practice.task.noise, atol=1e-5
+    )
+    many = np.mean(
+        [practise(practice, parse_policy("fixed:0.3"), DEADLINE, seed) for seed in range(40)]
+    )
     assert many == pytest.approx(seen.accuracy[-1], abs=0.04)
 
 

@@ -13,13 +13,23 @@ from feeler.antenna.cockroach import FACTS, PROFILE_NAMES
 from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import InvalidInput
 
-GOOD = {"segment_length": [1.0, 2.0], "segment_mass": 1e-3, "radius": 0.2, "stiffness": 1.0, "damping": 0.1}
+GOOD = {
+    "segment_length": [1.0, 2.0],
+    "segment_mass": 1e-3,
+    "radius": 0.2,
+    "stiffness": 1.0,
+    "damping": 0.1,
+}
 
 
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("segment_length", [1.0, -2.0], r"segment_length must be finite and > 0 .* -2.0 in segment 2"),
+        (
+            "segment_length",
+            [1.0, -2.0],
+            r"segment_length must be finite and > 0 .* -2.0 in segment 2",
+        ),
         ("segment_mass", 0.0, "segment_mass must be finite and > 0"),
         ("stiffness", [1.0, np.nan], "stiffness must be finite and ≥ 0 .* nan in segment 2"),
         ("stiffness", 0.0, "nothing holds the antenna"),
@@ -37,7 +47,12 @@ def test_bad_arrays_are_named(field, value, message):
         Antenna(**(GOOD | {field: value}))
 
 
-COPIES = [copy.deepcopy, copy.copy, lambda a: pickle.loads(pickle.dumps(a)), lambda a: Antenna(**a.to_plain())]
+COPIES = [
+    copy.deepcopy,
+    copy.copy,
+    lambda a: pickle.loads(pickle.dumps(a)),
+    lambda a: Antenna(**a.to_plain()),
+]
 
 
 @pytest.mark.parametrize("copied", [lambda a: a, *COPIES])
@@ -92,10 +107,16 @@ def test_positive_angles_bend_towards_plus_x():
 @pytest.mark.parametrize("size", [(7,), (5, 7), (2, 3, 7)])
 def test_the_tip_is_where_the_shape_ends(size):
     antenna = Antenna(
-        segment_length=np.linspace(0.2, 0.5, 7), segment_mass=1e-6, radius=0.1, stiffness=1.0, damping=1.0
+        segment_length=np.linspace(0.2, 0.5, 7),
+        segment_mass=1e-6,
+        radius=0.1,
+        stiffness=1.0,
+        damping=1.0,
     )
     angle = np.random.default_rng(0).normal(0, 0.3, size)
-    np.testing.assert_allclose(antenna.tip(angle, 0.4), antenna.shape(angle, 0.4)[..., -1, :], atol=1e-14)
+    np.testing.assert_allclose(
+        antenna.tip(angle, 0.4), antenna.shape(angle, 0.4)[..., -1, :], atol=1e-14
+    )
     np.testing.assert_allclose(antenna.tip(), antenna.shape()[-1], atol=1e-14)
 
 
@@ -152,7 +173,9 @@ def test_every_fact_has_a_tag_and_a_unit():
     assert all(fact.tag and fact.unit and fact.reference for fact in FACTS.values())
 
 
-@pytest.mark.parametrize("call", [lambda: presets.cockroach("cubic"), lambda: presets.make_preset("spider")])
+@pytest.mark.parametrize(
+    "call", [lambda: presets.cockroach("cubic"), lambda: presets.make_preset("spider")]
+)
 def test_unknown_names_list_the_valid_ones(call):
     with pytest.raises(InvalidInput, match=r"valid: .*exponential.*constant"):
         call()
@@ -161,7 +184,15 @@ def test_unknown_names_list_the_valid_ones(call):
 def test_mass_matrix_is_the_kinetic_energy_of_thin_rods():
     """Against a slow, obvious reference: the energy of every rod for random hinge rates."""
     rng = np.random.default_rng(1)
-    antenna = Antenna(**(GOOD | {"segment_length": rng.uniform(0.5, 2.0, 6), "segment_mass": rng.uniform(1, 2, 6)}))
+    antenna = Antenna(
+        **(
+            GOOD
+            | {
+                "segment_length": rng.uniform(0.5, 2.0, 6),
+                "segment_mass": rng.uniform(1, 2, 6),
+            }
+        )
+    )
     rate = rng.normal(size=6)
     energy, velocity = 0.0, 0.0
     for n in range(6):
@@ -180,7 +211,11 @@ def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
     k = np.full(n, stiffness / step)
     k[0] *= 2
     antenna = Antenna(
-        segment_length=np.full(n, step), segment_mass=density * step, radius=0.1, stiffness=k, damping=0.0
+        segment_length=np.full(n, step),
+        segment_mass=density * step,
+        radius=0.1,
+        stiffness=k,
+        damping=0.0,
     )
     expected = root**2 * np.sqrt(stiffness / (density * length**4)) / (2 * np.pi)
     assert compute_modes(antenna, 2).frequency[mode] == pytest.approx(expected, rel=2e-3)
@@ -188,7 +223,9 @@ def test_uniform_chain_has_euler_bernoulli_modes(mode, root):
 
 @pytest.mark.parametrize("angle", [np.zeros(3), np.zeros((4, 5)), 0.0])
 def test_shape_needs_an_angle_for_every_hinge(angle):
-    antenna = Antenna(segment_length=np.ones(4), segment_mass=1e-5, radius=0.1, stiffness=1.0, damping=1.0)
+    antenna = Antenna(
+        segment_length=np.ones(4), segment_mass=1e-5, radius=0.1, stiffness=1.0, damping=1.0
+    )
     with pytest.raises(InvalidInput, match=r"angles of all 4 hinges .* all_hinges=True"):
         antenna.shape(angle)
 

@@ -1,7 +1,8 @@
-"""The cockroach's numbers, written out a second time from their sources: a wrong one would move a claim of the paper.
+"""The cockroach's numbers, written out a second time from their sources: a wrong one would move a
+claim of the paper.
 
-[P] Methods, antenna model (https://doi.org/10.1101/2025.10.20.683587); [D] derived from the published video, as
-``feeler antenna show`` says beside each.
+[P] Methods, antenna model (https://doi.org/10.1101/2025.10.20.683587); [D] derived from the
+published video, as ``feeler antenna show`` says beside each.
 """
 
 import numpy as np
@@ -22,7 +23,9 @@ def make_length():
 
 
 def make_mass():
-    """[g]; 1.1 mg/mm³ in discs whose radius falls from 0.20 mm at the base to 0.052 mm at the tip [D]."""
+    """[g]; 1.1 mg/mm³ in discs whose radius falls from 0.20 mm at the base to 0.052 mm at the tip
+    [D].
+    """
     length = make_length()
     middle = (np.cumsum(length) - length / 2) / 42.0
     return 1.1e-3 * np.pi * (0.20 * (0.052 / 0.20) ** middle) ** 2 * length
@@ -41,22 +44,34 @@ def test_segments_are_those_of_the_sources():
 
 
 def test_compliance_is_the_sum_of_a_geometric_series():
-    """Σ 1/k_n = (e^(140 r) − 1) / (e^r − 1) / p1 with r = 0.0827 per joint and p1 = 37.78 N·mm/rad [P]."""
+    """Σ 1/k_n = (e^(140 r) − 1) / (e^r − 1) / p1 with r = 0.0827 per joint and p1 = 37.78 N·mm/rad
+    [P].
+    """
     expected = np.expm1(140 * 0.0827) / np.expm1(0.0827) / 37.78
-    assert np.sum(1 / cockroach().stiffness) == pytest.approx(expected, rel=1e-12) == pytest.approx(32764.8, abs=0.1)
+    assert (
+        np.sum(1 / cockroach().stiffness)
+        == pytest.approx(expected, rel=1e-12)
+        == pytest.approx(32764.8, abs=0.1)
+    )
 
 
 def test_first_two_modes_of_rods_in_absolute_angles():
-    """Rods that turn by φ: T = ½ Σ m ẏ² + I φ̇², V = ½ Σ k (φ_n − φ_(n−1))², which needs no matrix of the library's."""
+    """Rods that turn by φ: T = ½ Σ m ẏ² + I φ̇², V = ½ Σ k (φ_n − φ_(n−1))², which needs no matrix
+    of the library's.
+    """
     length, mass = make_length(), make_mass()
-    place = np.tril(np.ones((140, 140)), -1) * length + np.diag(length / 2)  # a middle's sideways way per angle
+    place = np.tril(np.ones((140, 140)), -1) * length + np.diag(
+        length / 2
+    )  # a middle's sideways way per angle
     kinetic = place.T @ (mass[:, None] * place) + np.diag(mass * length**2 / 12)
     bend = np.eye(140) - np.eye(140, k=-1)
     stiffness, damping = 37.78 * np.exp(-0.0827 * (N - 1)), 25.24 * np.exp(-0.0533 * (N - 1))
     square, shape = eigh(bend.T @ (stiffness[:, None] * bend), kinetic, subset_by_index=(0, 1))
     ratio = np.sum(damping[:, None] * (bend @ shape) ** 2, axis=0) / (2 * np.sqrt(square))
     modes = compute_modes(cockroach(), 2)
-    np.testing.assert_allclose(modes.frequency, np.sqrt(square) / (2 * np.pi), rtol=2e-5)  # rounding: k falls 1e5-fold
+    np.testing.assert_allclose(
+        modes.frequency, np.sqrt(square) / (2 * np.pi), rtol=2e-5
+    )  # rounding: k falls 1e5-fold
     np.testing.assert_allclose(modes.damping_ratio, ratio, rtol=2e-5)
     assert 1e3 * modes.frequency == pytest.approx([17.95, 53.62], abs=0.005)  # Hz
     assert modes.damping_ratio == pytest.approx([0.628, 2.298], abs=5e-4)

@@ -1,4 +1,6 @@
-"""Antenna files: every number comes back to the last bit; every fault is named with its line and key."""
+"""Antenna files: every number comes back to the last bit; every fault is named with its line and
+key.
+"""
 
 import os
 
@@ -47,12 +49,18 @@ hinges = [1, 3]
 
 def same(a: Antenna, b: Antenna) -> bool:
     names = [*UNITS, "sensors"]
-    return a.name == b.name and all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in names)
+    return a.name == b.name and all(
+        getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in names
+    )
 
 
 @pytest.mark.parametrize("profile", PROFILE_NAMES)
 def test_the_cockroach_returns_to_the_last_bit(tmp_path, profile):
-    sources = {"stiffness": Source(tag="P+D", reference="doi:10.1101/2025.10.20.683587", note='p1 "quoted"\n\\ tab\t')}
+    sources = {
+        "stiffness": Source(
+            tag="P+D", reference="doi:10.1101/2025.10.20.683587", note='p1 "quoted"\n\\ tab\t'
+        )
+    }
     save_antenna(cockroach(profile), tmp_path / "a.toml", sources)
     assert same(load_antenna(tmp_path / "a.toml"), cockroach(profile))
     assert read_antenna_file(tmp_path / "a.toml").sources == sources
@@ -81,7 +89,9 @@ def test_any_antenna_returns_to_the_last_bit(data, n, name):
 def test_units_profiles_and_single_values_are_understood():
     file = parse_antenna(GOOD)
     np.testing.assert_array_equal(file.antenna.segment_mass, np.full(3, 0.5e-3))
-    np.testing.assert_array_equal(file.antenna.stiffness, Exponential(base=37.78, rate=-0.0827).sample(3))
+    np.testing.assert_array_equal(
+        file.antenna.stiffness, Exponential(base=37.78, rate=-0.0827).sample(3)
+    )
     np.testing.assert_array_equal(file.antenna.damping, np.full(3, 2.0))
     assert file.antenna.sensors.tolist() == [1, 3]
     assert file.sources == {"stiffness": Source(tag="P")}
@@ -101,13 +111,37 @@ def test_every_unit_means_what_it_says(name, units):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('schema = "feeler.antenna/1"', 'schema = "feeler.antenna/2"', r"line 1, schema: must be 'feeler.antenna/1'"),
-        ("n_segments = 3", "n_segments = 3.5", r"line 3, n_segments: must be a whole number from 1 to 1000"),
-        ("n_segments = 3", "n_segments = 4", r"line 7, segment_length.values: must be 4 numbers.*got 3"),
-        ("[1.0, 1.5, 2]", '[1.0, 1.5, "2"]', r"line 7, segment_length.values: must be a number, got '2'"),
-        ("[1.0, 1.5, 2]", "[1.0, 1.5, nan]", r"line 5, segment_length: .*finite and > 0.*segment 3"),
+        (
+            'schema = "feeler.antenna/1"',
+            'schema = "feeler.antenna/2"',
+            r"line 1, schema: must be 'feeler.antenna/1'",
+        ),
+        (
+            "n_segments = 3",
+            "n_segments = 3.5",
+            r"line 3, n_segments: must be a whole number from 1 to 1000",
+        ),
+        (
+            "n_segments = 3",
+            "n_segments = 4",
+            r"line 7, segment_length.values: must be 4 numbers.*got 3",
+        ),
+        (
+            "[1.0, 1.5, 2]",
+            '[1.0, 1.5, "2"]',
+            r"line 7, segment_length.values: must be a number, got '2'",
+        ),
+        (
+            "[1.0, 1.5, 2]",
+            "[1.0, 1.5, nan]",
+            r"line 5, segment_length: .*finite and > 0.*segment 3",
+        ),
         ("[1.0, 1.5, 2]", "[1.0, -1.5, 2]", r"line 5, segment_length: .*segment 2"),
-        ('unit = "mg"', 'unit = "pound"', r"line 10, segment_mass.unit: must be one of g, kg, mg, µg, got 'pound'"),
+        (
+            'unit = "mg"',
+            'unit = "pound"',
+            r"line 10, segment_mass.unit: must be one of g, kg, mg, µg, got 'pound'",
+        ),
         ('unit = "mg"\n', "", r"line 9, segment_mass.unit: must be one of"),
         (
             "value = 0.5",
@@ -115,7 +149,11 @@ def test_every_unit_means_what_it_says(name, units):
             r"line 9, segment_mass: needs exactly one of value, values, profile, formula; got none",
         ),
         ("value = 0.5", "value = 0.5\nvalues = [1]", r"line 9, segment_mass: needs exactly one"),
-        ("value = 0.5", "value = 0.5\ncolour = 1", r"line 12, segment_mass.colour: unknown key; valid here: unit"),
+        (
+            "value = 0.5",
+            "value = 0.5\ncolour = 1",
+            r"line 12, segment_mass.colour: unknown key; valid here: unit",
+        ),
         ("[radius]", "[raduis]", r"line 13, raduis: unknown key; valid here: schema, name"),
         ('[radius]\nunit = "mm"\nvalue = 0.2\n', "", r"radius: is missing"),
         (
@@ -123,11 +161,19 @@ def test_every_unit_means_what_it_says(name, units):
             'profile = "cubic"',
             r"line 20, stiffness.profile: must be one of exponential, lin",
         ),
-        ("rate = -0.0827", "", r"line 20, stiffness.profile: exponential needs base, rate; missing: rate"),
+        (
+            "rate = -0.0827",
+            "",
+            r"line 20, stiffness.profile: exponential needs base, rate; missing: rate",
+        ),
         ("rate = -0.0827", "rate = 1e6", r"line 17, stiffness: .*finite"),
         ("base = 37.78", "base = 1" + "0" * 400, r"line 21, stiffness.base: int too large"),
         ('tag = "P"', 'tag = "Q"', r"line 19, stiffness.tag: tag must be one of P, A, D, B, C"),
-        ("hinges = [1, 3]", "hinges = [1, 4]", r"line 29, sensors.hinges: must be a whole number from 1 to 3, got 4"),
+        (
+            "hinges = [1, 3]",
+            "hinges = [1, 4]",
+            r"line 29, sensors.hinges: must be a whole number from 1 to 3, got 4",
+        ),
         ("hinges = [1, 3]", "hinges = [3, 1]", r"line 29, sensors.hinges: must rise"),
         ("hinges = [1, 3]", "hinges = [3, 3]", r"line 29, sensors.hinges: must rise"),
         ("hinges = [1, 3]", "hinges = 1", r"line 29, sensors.hinges: must be a list"),
@@ -175,8 +221,13 @@ def test_a_tag_may_name_every_kind_of_source_and_no_other():
 def test_texts_end_somewhere(tmp_path, key, most):
     def write(size):
         words = {"name": "n", "note": "n"} | {key: size * "n"}
-        antenna, source = cockroach().replace(name=words["name"]), Source(tag="P", note=words["note"])
-        (tmp_path / "a.toml").write_text(write_antenna(antenna, {"stiffness": source}), encoding="utf-8")
+        antenna, source = (
+            cockroach().replace(name=words["name"]),
+            Source(tag="P", note=words["note"]),
+        )
+        (tmp_path / "a.toml").write_text(
+            write_antenna(antenna, {"stiffness": source}), encoding="utf-8"
+        )
         return antenna
 
     longest = write(most)

@@ -21,7 +21,9 @@ def test_an_exact_sigmoid_is_found_exactly():
     fit = fit_sigmoid([make_lengths(140), make_lengths(140, length=38.0)])
     total = PLANTED.sample(140).sum()
     np.testing.assert_allclose([fit.sigmoid.slope, fit.sigmoid.centre], [11.06, 0.377], rtol=1e-5)
-    np.testing.assert_allclose([fit.sigmoid.low, fit.sigmoid.rise], np.array([0.00349, 0.00588]) / total, rtol=1e-5)
+    np.testing.assert_allclose(
+        [fit.sigmoid.low, fit.sigmoid.rise], np.array([0.00349, 0.00588]) / total, rtol=1e-5
+    )
     assert fit.squared_residual < 1e-16
 
 
@@ -38,7 +40,9 @@ def test_residuals_are_those_of_the_fit():
     curve = fit.sigmoid.at(fit.x)
     assert fit.squared_residual == pytest.approx(np.sum((fit.share.mean(axis=0) - curve) ** 2))
     assert fit.squared_residual_pooled == pytest.approx(np.sum((fit.share - curve) ** 2))
-    planted = np.sum((fit.share.mean(axis=0) - PLANTED.sample(140) / PLANTED.sample(140).sum()) ** 2)
+    planted = np.sum(
+        (fit.share.mean(axis=0) - PLANTED.sample(140) / PLANTED.sample(140).sum()) ** 2
+    )
     assert fit.squared_residual <= planted
 
 
@@ -47,7 +51,10 @@ def test_residuals_are_those_of_the_fit():
     [
         ([], "at least one antenna"),
         ([np.ones(3)], "at least 8 lengths"),
-        ([np.ones(140), np.where(np.arange(140) == 7, np.nan, 1.0)], "antenna 2 has segment lengths"),
+        (
+            [np.ones(140), np.where(np.arange(140) == 7, np.nan, 1.0)],
+            "antenna 2 has segment lengths",
+        ),
         ([np.zeros(140)], "finite and > 0"),
     ],
 )

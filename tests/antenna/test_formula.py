@@ -23,9 +23,15 @@ beam.density = {unit = "mg/mm3", value = 1.1}
     ("formula", "value"),
     [
         ("2 * x ** 2 - 1", lambda n, x: 2 * x**2 - 1),
-        ("37.78 * exp(-0.0827 * (n - 1))", lambda n, x: Exponential(base=37.78, rate=-0.0827).sample(5)),
+        (
+            "37.78 * exp(-0.0827 * (n - 1))",
+            lambda n, x: Exponential(base=37.78, rate=-0.0827).sample(5),
+        ),
         ("spread(42, n)", lambda n, x: 42 * n / 15),
-        ("max(1 - 2 * x, 0) + min(x, 0.5)", lambda n, x: np.maximum(1 - 2 * x, 0) + np.minimum(x, 0.5)),
+        (
+            "max(1 - 2 * x, 0) + min(x, 0.5)",
+            lambda n, x: np.maximum(1 - 2 * x, 0) + np.minimum(x, 0.5),
+        ),
         ("-pi / N + 0 * n", lambda n, x: np.full(5, -np.pi / 5)),
     ],
 )
@@ -101,7 +107,9 @@ def test_a_changed_antenna_is_not_written_as_the_formula_it_came_from(tmp_path):
 
 def test_a_file_of_a_beam_is_from_beam_in_any_unit(tmp_path):
     found = parse_antenna(BEAM)
-    taper = Antenna.from_beam(length=20, radius="(200 - 150 * x) * 0.001", modulus=2000, density=1.1e-3, n_segments=50)
+    taper = Antenna.from_beam(
+        length=20, radius="(200 - 150 * x) * 0.001", modulus=2000, density=1.1e-3, n_segments=50
+    )
     assert found.antenna == taper
     np.testing.assert_allclose(taper.radius, 0.2 - 0.15 * (np.arange(50) + 0.5) / 50)
     save_antenna(found.antenna, tmp_path / "a.toml", found.sources)
@@ -118,7 +126,10 @@ def test_a_file_of_a_beam_is_from_beam_in_any_unit(tmp_path):
         (("200 - 150 * x", "200 - 250 * x"), "radius must be finite and > 0 all along"),
         (("200 - 150 * x", "200 - 150 * y"), "'y' is not understood"),
         (('beam.modulus = {unit = "GPa", value = 2}', ""), "missing: modulus"),
-        (("n_segments = 50", "n_segments = 50\nstiffness = {unit = 'N·mm/rad', value = 1}"), "given twice"),
+        (
+            ("n_segments = 50", "n_segments = 50\nstiffness = {unit = 'N·mm/rad', value = 1}"),
+            "given twice",
+        ),
     ],
 )
 def test_faults_of_a_beam_are_named(change, match):

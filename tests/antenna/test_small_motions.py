@@ -1,4 +1,6 @@
-"""Small motions in absolute headings, written out: an independent derivation of modes, damping and the shaken base."""
+"""Small motions in absolute headings, written out: an independent derivation of modes, damping and
+the shaken base.
+"""
 
 import numpy as np
 import pytest
@@ -18,7 +20,9 @@ ANTENNA = Antenna(
 
 
 def write_out(antenna):
-    """M, C, K (heading, heading) and the pull of the base, of rods whose headings are the coordinates."""
+    """M, C, K (heading, heading) and the pull of the base, of rods whose headings are the
+    coordinates.
+    """
     length, mass, n = antenna.segment_length, antenna.segment_mass, antenna.n_segments
     inertia, pull = np.diag(mass * length**2 / 12), np.zeros(n)
     for rod in range(n):
@@ -26,7 +30,9 @@ def write_out(antenna):
         inertia += mass[rod] * np.outer(arm, arm)
         pull += mass[rod] * arm
     differ = np.eye(n) - np.eye(n, k=-1)  # hinge angles from headings
-    spring, damper = (differ.T @ np.diag(values) @ differ for values in (antenna.stiffness, antenna.damping))
+    spring, damper = (
+        differ.T @ np.diag(values) @ differ for values in (antenna.stiffness, antenna.damping)
+    )
     return inertia, damper, spring, pull
 
 
@@ -37,11 +43,15 @@ def test_modes_and_first_order_damping_are_those_of_the_headings(n_modes):
     found = compute_modes(ANTENNA, n_modes)
     count = min(n_modes, 3)
     np.testing.assert_allclose(found.frequency, np.sqrt(squared[:count]) / (2 * np.pi), rtol=1e-10)
-    ratio = np.einsum("im,ij,jm->m", shapes, damper, shapes) / (2 * np.sqrt(squared))  # shapes have mass one
+    ratio = np.einsum("im,ij,jm->m", shapes, damper, shapes) / (
+        2 * np.sqrt(squared)
+    )  # shapes have mass one
     np.testing.assert_allclose(found.damping_ratio, ratio[:count], rtol=1e-9)
     for angle, shape in zip(found.angle, shapes.T, strict=False):
         heading = np.cumsum(angle)
-        np.testing.assert_allclose(heading * np.sign(heading[-1]), shape * np.sign(shape[-1]), rtol=1e-8)
+        np.testing.assert_allclose(
+            heading * np.sign(heading[-1]), shape * np.sign(shape[-1]), rtol=1e-8
+        )
 
 
 def test_damping_in_proportion_to_stiffness_damps_each_mode_in_proportion_to_its_frequency():
@@ -62,9 +72,15 @@ def test_a_shaken_base_is_the_response_of_the_headings(frequency):
 
 
 def test_a_shake_far_above_all_modes_leaves_a_lone_rods_centre_of_percussion_still():
-    """A free rod pushed at one end turns about the point two thirds along it: its other end swings by −½."""
-    rod = Antenna(segment_length=[3.0], segment_mass=[1e-3], radius=0.1, stiffness=[1e-3], damping=[1e-4])
-    np.testing.assert_allclose(compute_base_response(rod, np.array([1e3]))[0], [1.0, -0.5], atol=1e-4)
+    """A free rod pushed at one end turns about the point two thirds along it: its other end swings
+    by −½.
+    """
+    rod = Antenna(
+        segment_length=[3.0], segment_mass=[1e-3], radius=0.1, stiffness=[1e-3], damping=[1e-4]
+    )
+    np.testing.assert_allclose(
+        compute_base_response(rod, np.array([1e3]))[0], [1.0, -0.5], atol=1e-4
+    )
 
 
 def test_variants_are_the_antenna_times_their_factors_tilted_about_its_middle():
@@ -73,12 +89,16 @@ def test_variants_are_the_antenna_times_their_factors_tilted_about_its_middle():
     for k in (0, 7, 19):
         factor = {name: values[k] for name, values in antennas.columns.items()}
         tilt = np.exp(factor["gradient"] * place)
-        np.testing.assert_allclose(antennas[k].stiffness, ANTENNA.stiffness * factor["stiffness"] * tilt)
+        np.testing.assert_allclose(
+            antennas[k].stiffness, ANTENNA.stiffness * factor["stiffness"] * tilt
+        )
         np.testing.assert_allclose(antennas[k].damping, ANTENNA.damping * factor["damping"])
         np.testing.assert_allclose(antennas[k].segment_mass, ANTENNA.segment_mass * factor["mass"])
         np.testing.assert_array_equal(antennas[k].segment_length, ANTENNA.segment_length)
     assert len({values[0] for values in antennas.columns.values()}) == 4
-    assert [a.name for a in antennas[18:]] == ["custom 18", "custom 19"] and antennas[-1] == antennas[19]
+    assert [a.name for a in antennas[18:]] == ["custom 18", "custom 19"] and antennas[
+        -1
+    ] == antennas[19]
 
 
 @pytest.mark.parametrize(
@@ -88,4 +108,6 @@ def test_factors_fill_their_range_evenly_in_the_logarithm(name, low, high):
     values = np.sort(np.log(feeler.sample_antennas(2000, ANTENNA, seed=1).columns[name]))
     assert np.log(low) <= values[0] and values[-1] <= np.log(high)
     even = np.linspace(np.log(low), np.log(high), values.size)
-    assert np.abs(values - even).max() < 1.63 / np.sqrt(values.size) * np.log(high / low)  # Kolmogorov–Smirnov at 1 %
+    assert np.abs(values - even).max() < 1.63 / np.sqrt(values.size) * np.log(
+        high / low
+    )  # Kolmogorov–Smirnov at 1 %

@@ -1,4 +1,6 @@
-"""Presets of other animals do what was published of them, as far as their choices allow; the rest is on the page."""
+"""Presets of other animals do what was published of them, as far as their choices allow; the rest
+is on the page.
+"""
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from feeler.presets import SPECIES, make_preset, read_preset
 
 def release_tip(antenna, duration):
     """The tip's way back as a share of where it was let go."""
-    tip = feeler.release(antenna, at=0.25 * antenna.length, deflection=0.02 * antenna.length, duration=duration)["tip"]
+    tip = feeler.release(
+        antenna, at=0.25 * antenna.length, deflection=0.02 * antenna.length, duration=duration
+    )["tip"]
     return tip.values[0, :, 0] / tip.values[0, 0, 0]
 
 
@@ -27,9 +31,13 @@ def test_every_number_has_a_tag_and_what_was_published_a_reference(name):
 
 def test_the_crickets_first_mode_is_11_hz_and_shaken_its_tip_resonates_near_30_hz_while_its_base_is_still():
     modes = compute_modes(make_preset("cricket"), 1)
-    assert modes.frequency[0] == pytest.approx(0.011, rel=1e-3) and modes.damping_ratio[0] == pytest.approx(1, rel=1e-3)
+    assert modes.frequency[0] == pytest.approx(0.011, rel=1e-3) and modes.damping_ratio[
+        0
+    ] == pytest.approx(1, rel=1e-3)
     frequency = np.arange(5.0, 60.0, 0.5) * 1e-3
-    swing = abs(compute_base_response(make_preset("cricket"), frequency) - 1)  # as seen from the base
+    swing = abs(
+        compute_base_response(make_preset("cricket"), frequency) - 1
+    )  # as seen from the base
     best = swing[:, -1].argmax()
     assert 0.025 < frequency[best] < 0.035 and swing[best, 40] < 0.1 * swing[best, -1]
 
@@ -38,11 +46,15 @@ def test_the_stick_insect_returns_without_oscillation_and_is_a_hundred_times_as_
     antenna = make_preset("stick-insect")
     assert antenna.length / (2 * antenna.radius[0]) == pytest.approx(100, rel=0.01)
     assert release_tip(antenna, 200.0).min() > -1e-3
-    assert antenna.damping[0] / antenna.stiffness[0] > 2 * antenna.damping[60] / antenna.stiffness[60]
+    assert (
+        antenna.damping[0] / antenna.stiffness[0] > 2 * antenna.damping[60] / antenna.stiffness[60]
+    )
 
 
 def test_a_load_at_the_lobsters_tip_bends_it_evenly():
-    """Hinges are k = EI/ℓ with EI in proportion to the distance from the tip, so that M / EI is the load over a constant."""
+    """Hinges are k = EI/ℓ with EI in proportion to the distance from the tip, so that M / EI is the
+    load over a constant.
+    """
     antenna = make_preset("lobster")
     bend = (antenna.length - antenna.hinge_position) / antenna.stiffness
     assert np.ptp(bend) / bend.mean() < 1e-12
@@ -55,7 +67,9 @@ def test_the_whisker_rings_as_whiskers_do():
 
 def test_a_shaken_rod_swings_as_a_pendulum_on_a_spring_does():
     """One rod: (k + iωc − ω²J) θ = ω² m a with J = m ℓ²/3 and a = ℓ/2; the tip swings by 1 + ℓ θ."""
-    rod = feeler.Antenna(segment_length=[3.0], segment_mass=[0.5], radius=1, stiffness=2.0, damping=0.7)
+    rod = feeler.Antenna(
+        segment_length=[3.0], segment_mass=[0.5], radius=1, stiffness=2.0, damping=0.7
+    )
     omega = np.array([0.0, 0.5, 1.1, 4.0])
     angle = omega**2 * 0.5 * 1.5 / (2.0 + 0.7j * omega - omega**2 * 0.5 * 3)
     swing = compute_base_response(rod, omega / (2 * np.pi))

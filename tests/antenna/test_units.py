@@ -19,7 +19,9 @@ def read(unit):
 @pytest.mark.parametrize(("name", "unit"), EVERY)
 def test_every_factor_is_pints(name, unit):
     units = (UNITS | BEAM_UNITS)[name]
-    assert PINT.Quantity(1.0, read(unit)).to(read(next(iter(units)))).magnitude == pytest.approx(units[unit], rel=1e-12)
+    assert PINT.Quantity(1.0, read(unit)).to(read(next(iter(units)))).magnitude == pytest.approx(
+        units[unit], rel=1e-12
+    )
 
 
 def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
@@ -35,5 +37,7 @@ def test_a_stiffness_is_a_modulus_times_an_area_times_a_length():
 
 @pytest.mark.parametrize("value", [np.inf, -1.0, 0.0])
 def test_one_length_that_cannot_be_is_enough_to_refuse_an_antenna(value):
-    with pytest.raises(InvalidInput, match="antenna 1 has segment lengths that are not finite and > 0"):
+    with pytest.raises(
+        InvalidInput, match="antenna 1 has segment lengths that are not finite and > 0"
+    ):
         fit_sigmoid([np.where(np.arange(20) == 3, value, 1.0)])

@@ -35,7 +35,9 @@ SPREADS = (0.002, 0.08)
 
 
 class Oscillator:
-    """Factors p1 on stiffness and p2 on damping give the frequency √p1 f and the damping ratio p2 / √p1 ζ."""
+    """Factors p1 on stiffness and p2 on damping give the frequency √p1 f and the damping ratio p2 /
+    √p1 ζ.
+    """
 
     asked = 0
 
@@ -58,7 +60,9 @@ class Oscillator:
 @pytest.fixture
 def problem():
     targets = make_targets(frequency=(FREQUENCY, SPREADS[0]), damping_ratio=(RATIO, SPREADS[1]))
-    return Problem(hinges=make_hinges("scale", make_small()), targets=targets, protocol=Oscillator())
+    return Problem(
+        hinges=make_hinges("scale", make_small()), targets=targets, protocol=Oscillator()
+    )
 
 
 def compute_residuals(x):
@@ -96,11 +100,17 @@ def test_what_cannot_be_measured_is_counted_and_costs_more_than_any_other(proble
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_finds_the_root_and_says_what_it_cost(problem, method, monkeypatch):
-    monkeypatch.setattr("feeler.calibration.problem.time.process_time", count().__next__)  # a second for every group
+    monkeypatch.setattr(
+        "feeler.calibration.problem.time.process_time", count().__next__
+    )  # a second for every group
     found = search(problem, (2.0, 0.5), method, max_evaluations=300)
     np.testing.assert_allclose(found.p, [1.0, 1.0], rtol=5e-3)
     assert (found.method, found.start) == (method, (2.0, 0.5))
-    assert found.error == problem.best_error == pytest.approx(np.hypot(*compute_residuals(np.log(found.p))), abs=1e-12)
+    assert (
+        found.error
+        == problem.best_error
+        == pytest.approx(np.hypot(*compute_residuals(np.log(found.p))), abs=1e-12)
+    )
     assert found.evaluations == problem.evaluations <= 300
     again = search(problem, (1.5, 0.5), method, max_evaluations=300)
     assert found.evaluations + again.evaluations == problem.evaluations
@@ -117,7 +127,9 @@ def test_of_several_searches_the_one_of_least_error_is_the_fit(problem, order):
 
 
 def test_a_jacobian_is_told_in_typical_changes(problem):
-    """Of a tilted family: the first hinge's logarithms move by −½ per tilt, and a typical tilt is 2."""
+    """Of a tilted family: the first hinge's logarithms move by −½ per tilt, and a typical tilt is
+    2.
+    """
     tilted = replace(problem, hinges=make_hinges("tilt", make_small()))
     expected = np.array([[-0.5, 0.0, 0.5, 0.0], [0.5, -1.0, -0.5, 1.0]])
     found = analyse_directions(tilted, np.array([1.0, 1.0, 0.0, 0.0]), step=1e-3)
@@ -128,7 +140,9 @@ def test_a_jacobian_is_told_in_typical_changes(problem):
 
 def test_one_target_without_spread_leaves_the_others_to_draw_from(problem):
     targets = make_targets(frequency=(FREQUENCY, 0.0), damping_ratio=(RATIO, SPREADS[1]))
-    drawn = bootstrap(replace(problem, targets=targets), np.ones(2), np.random.default_rng(0), n_draws=50)
+    drawn = bootstrap(
+        replace(problem, targets=targets), np.ones(2), np.random.default_rng(0), n_draws=50
+    )
     assert np.ptp(drawn[:, 0]) < 1e-6 < np.ptp(drawn[:, 1])
 
 
@@ -148,7 +162,8 @@ def test_directions_are_told_with_every_part_above_a_fifth():
 def test_scipy_is_given_the_bounds_of_the_family_in_typical_changes(monkeypatch, problem, method):
     seen = {}
     monkeypatch.setattr(
-        "feeler.calibration.optimise.minimize", lambda _, x, bounds, **__: seen.update(x=x, bounds=bounds)
+        "feeler.calibration.optimise.minimize",
+        lambda _, x, bounds, **__: seen.update(x=x, bounds=bounds),
     )
     hinges = make_hinges("tilt", make_small())  # whose tilts have a typical change of 2
     searched = replace(problem, hinges=hinges)
@@ -182,7 +197,9 @@ def test_a_walk_along_the_loosest_direction_has_the_errors_of_its_places(problem
     steps = np.array([-0.5, 0.0, 2.0])
     p, errors = walk_loose(problem, found, steps)
     np.testing.assert_allclose(np.log(p), AT + steps[:, None] * found.direction[-1], atol=1e-9)
-    np.testing.assert_allclose(errors, [np.hypot(*compute_residuals(x)) for x in np.log(p)], rtol=1e-9)
+    np.testing.assert_allclose(
+        errors, [np.hypot(*compute_residuals(x)) for x in np.log(p)], rtol=1e-9
+    )
     far, _ = walk_loose(problem, found, np.array([1e3]))
     assert np.all((far >= 1e-3 - 1e-12) & (far <= 1e3 + 1e-9))
 
@@ -196,7 +213,9 @@ def test_of_four_directions_the_last_is_the_loosest(problem):
 
 
 def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(problem):
-    """With the stiffness held the damping can still meet its ratio; with the damping held they share the error."""
+    """With the stiffness held the damping can still meet its ratio; with the damping held they
+    share the error.
+    """
     found = compute_profiles(problem, np.ones(2), span=0.6, n_places=5, refits=30)
     held = np.linspace(-0.6, 0.6, 5)
     np.testing.assert_allclose(found.value, np.exp([held, held]), rtol=1e-9)
@@ -204,14 +223,20 @@ def test_a_profile_holds_one_number_and_is_the_least_error_over_the_other(proble
 
     def split(x):
         return minimize_scalar(
-            lambda y: np.hypot(*compute_residuals(np.array([y, x]))), bounds=(-2, 2), method="bounded"
+            lambda y: np.hypot(*compute_residuals(np.array([y, x]))),
+            bounds=(-2, 2),
+            method="bounded",
         ).fun
 
     np.testing.assert_allclose(found.error[1], [split(x) for x in held], atol=1e-4)
     np.testing.assert_allclose(found.others[0, :, 1], np.exp(held / 2), rtol=1e-3)
-    usual = compute_profiles(problem, np.ones(2), refits=1).value  # a typical change either way, at five places
+    usual = compute_profiles(
+        problem, np.ones(2), refits=1
+    ).value  # a typical change either way, at five places
     np.testing.assert_allclose(usual, np.exp([np.linspace(-1, 1, 5)] * 2), rtol=1e-9)
-    away = compute_profiles(problem, np.array([1.2, 0.9]), refits=5)  # in the middle stands what was given
+    away = compute_profiles(
+        problem, np.array([1.2, 0.9]), refits=5
+    )  # in the middle stands what was given
     np.testing.assert_allclose(away.others[:, 2], [[1.2, 0.9]] * 2, rtol=1e-12)
     low, high = found.find_interval(0, 0.2)
     assert (low, high) == pytest.approx((np.exp(-0.3), np.exp(0.3)))
@@ -227,25 +252,43 @@ def test_the_interval_of_a_profile_by_hand():
 
 @pytest.mark.parametrize("n_animals", [1, 4])
 def test_a_linear_bootstrap_has_the_covariance_of_error_propagation(problem, n_animals):
-    found = np.log(bootstrap(problem, np.ones(2), np.random.default_rng(0), n_draws=20_000, n_animals=n_animals))
+    found = np.log(
+        bootstrap(
+            problem, np.ones(2), np.random.default_rng(0), n_draws=20_000, n_animals=n_animals
+        )
+    )
     jacobian = np.array([[-0.5, 0.0], [0.5, -1.0]])
     relative = np.diag((np.array(SPREADS) / (FREQUENCY, RATIO)) ** 2 / n_animals)
     expected = np.linalg.inv(jacobian) @ relative @ np.linalg.inv(jacobian).T
     np.testing.assert_allclose(np.cov(found.T), expected, rtol=0.05)
-    np.testing.assert_allclose(found.mean(axis=0), 0, atol=4 * np.sqrt(np.diag(expected).max() / 20_000))
+    np.testing.assert_allclose(
+        found.mean(axis=0), 0, atol=4 * np.sqrt(np.diag(expected).max() / 20_000)
+    )
 
 
 def test_a_refitted_bootstrap_meets_each_draw_exactly(problem):
     """p1 = (f / f₀)², p2 = ζ / ζ₀ · f / f₀ for the targets drawn."""
-    found = bootstrap(problem, np.ones(2), np.random.default_rng(3), n_draws=6, n_animals=4, refits=30)
-    drawn = 1 + np.array(SPREADS) / (FREQUENCY, RATIO) / 2 * np.random.default_rng(3).standard_normal((6, 2))
-    np.testing.assert_allclose(found, np.stack([drawn[:, 0] ** 2, drawn[:, 0] * drawn[:, 1]], axis=1), rtol=1e-4)
+    found = bootstrap(
+        problem, np.ones(2), np.random.default_rng(3), n_draws=6, n_animals=4, refits=30
+    )
+    drawn = 1 + np.array(SPREADS) / (FREQUENCY, RATIO) / 2 * np.random.default_rng(
+        3
+    ).standard_normal((6, 2))
+    np.testing.assert_allclose(
+        found, np.stack([drawn[:, 0] ** 2, drawn[:, 0] * drawn[:, 1]], axis=1), rtol=1e-4
+    )
 
 
 def test_a_bootstrap_knows_no_scale_of_the_search(problem):
     """One factor searched as itself, in steps of half of it, moves as its logarithm does."""
-    own = vars(problem.hinges) | {"positive": (False, True), "low": np.array([0.0, 1e-3]), "high": np.array([4.0, 1e3])}
-    found = bootstrap(replace(problem, hinges=Hinges(**own)), np.ones(2), np.random.default_rng(0), n_draws=2000)
+    own = vars(problem.hinges) | {
+        "positive": (False, True),
+        "low": np.array([0.0, 1e-3]),
+        "high": np.array([4.0, 1e3]),
+    }
+    found = bootstrap(
+        replace(problem, hinges=Hinges(**own)), np.ones(2), np.random.default_rng(0), n_draws=2000
+    )
     plain = bootstrap(problem, np.ones(2), np.random.default_rng(0), n_draws=2000)
     np.testing.assert_allclose(found[:, 0] - 1, np.log(plain[:, 0]), atol=2e-3)
     np.testing.assert_allclose(np.log(found[:, 1]), np.log(plain[:, 1]), atol=2e-3)

@@ -1,4 +1,6 @@
-"""Own data: planted mechanics come back from noisy traces, within the stated interval; bad files say why."""
+"""Own data: planted mechanics come back from noisy traces, within the stated interval; bad files
+say why.
+"""
 
 import numpy as np
 import pytest
@@ -27,14 +29,22 @@ QUICK = Protocol(timestep=0.05)
 @pytest.fixture(scope="module")
 def traces():
     return make_synthetic_traces(
-        make_small(), np.random.default_rng(11), n_animals=4, spread=0.04, noise=0.005, planted=PLANTED, protocol=QUICK
+        make_small(),
+        np.random.default_rng(11),
+        n_animals=4,
+        spread=0.04,
+        noise=0.005,
+        planted=PLANTED,
+        protocol=QUICK,
     )
 
 
 def hinges_tip(traces, x):
     """The model's tip at the best amplitude, for factors exp(x)."""
     time = traces.time
-    (outcome,) = Protocol(timestep=0.05, step_duration=time[-1] + 1.0).simulate_steps([make_small(*np.exp(x))])
+    (outcome,) = Protocol(timestep=0.05, step_duration=time[-1] + 1.0).simulate_steps(
+        [make_small(*np.exp(x))]
+    )
     tip = CubicSpline(outcome[0], outcome[1][0])(time)
     goal = traces.displacement[0] / traces.displacement[0, 0]
     return tip * (tip @ goal) / (tip @ tip)
@@ -43,7 +53,11 @@ def hinges_tip(traces, x):
 @pytest.mark.parametrize("by", ["trace", "targets"])
 def test_planted_factors_lie_in_their_interval(traces, by):
     result = fit_traces(traces, make_small(), by=by, confidence=0.99, protocol=QUICK)
-    assert result.each.shape == (4, 2) and result.residual.shape == (4,) and np.all(result.residual < 0.1)
+    assert (
+        result.each.shape == (4, 2)
+        and result.residual.shape == (4,)
+        and np.all(result.residual < 0.1)
+    )
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED)
     assert np.all(result.high / result.low < (1.6 if by == "trace" else 3.0))
 
@@ -53,21 +67,38 @@ def test_mean_interval_and_residual_are_student_s_and_numpy_s(traces):
     logs = np.log(result.each)
     half = student.ppf(0.95, 3) * logs.std(axis=0, ddof=1) / 2
     np.testing.assert_allclose(np.log(result.p), logs.mean(axis=0))
-    np.testing.assert_allclose(np.log([result.low, result.high]), logs.mean(axis=0) + np.outer([-1, 1], half))
+    np.testing.assert_allclose(
+        np.log([result.low, result.high]), logs.mean(axis=0) + np.outer([-1, 1], half)
+    )
     np.testing.assert_array_equal(result.directions.p, result.each[0])
-    for row, simulated, residual in zip(traces.displacement, result.simulated, result.residual, strict=True):
+    for row, simulated, residual in zip(
+        traces.displacement, result.simulated, result.residual, strict=True
+    ):
         goal = row / row[0]
         best = np.linalg.lstsq(simulated[:, None], goal, rcond=None)[0] * simulated
-        assert residual == pytest.approx(np.linalg.norm(best - goal) / np.linalg.norm(goal), rel=1e-6)
+        assert residual == pytest.approx(
+            np.linalg.norm(best - goal) / np.linalg.norm(goal), rel=1e-6
+        )
         assert simulated[0] == pytest.approx(1.0)
 
 
 def test_synthetic_traces_are_scattered_and_noisy_as_they_say():
     made = make_synthetic_traces(
-        make_small(), np.random.default_rng(2), n_animals=3, spread=0.0, noise=0.02, planted=PLANTED, protocol=QUICK
+        make_small(),
+        np.random.default_rng(2),
+        n_animals=3,
+        spread=0.0,
+        noise=0.02,
+        planted=PLANTED,
+        protocol=QUICK,
     )
     clean = make_synthetic_traces(
-        make_small(*PLANTED), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.0, protocol=QUICK
+        make_small(*PLANTED),
+        np.random.default_rng(2),
+        n_animals=1,
+        spread=0.0,
+        noise=0.0,
+        protocol=QUICK,
     )
     noise = made.displacement - clean.displacement
     assert noise.std() / clean.displacement[0, 0] == pytest.approx(0.02, rel=0.15)
@@ -84,13 +115,21 @@ def test_synthetic_animals_are_log_normal_about_what_was_planted():
     made = make_synthetic_traces(make_small(), np.random.default_rng(3), **options, **quiet)
     for row, share in zip(made.displacement, np.exp(0.1 * drawn), strict=True):
         one = make_small(*(np.array(PLANTED) * share))
-        alone = make_synthetic_traces(one, np.random.default_rng(0), n_animals=1, spread=0.0, **quiet)
+        alone = make_synthetic_traces(
+            one, np.random.default_rng(0), n_animals=1, spread=0.0, **quiet
+        )
         np.testing.assert_allclose(row, alone.displacement[0], atol=1e-9)
 
 
 def test_one_animal_has_an_interval_from_its_residuals():
     one = make_synthetic_traces(
-        make_small(), np.random.default_rng(2), n_animals=1, spread=0.0, noise=0.01, planted=PLANTED, protocol=QUICK
+        make_small(),
+        np.random.default_rng(2),
+        n_animals=1,
+        spread=0.0,
+        noise=0.01,
+        planted=PLANTED,
+        protocol=QUICK,
     )
     result = fit_traces(one, make_small(), confidence=0.99, protocol=QUICK)
     assert "white noise" in result.interval
@@ -115,7 +154,9 @@ def test_units_of_displacement_and_time_do_not_matter(traces, tmp_path):
     seconds = ["time_s,a,b,c,d"]
     for line in lines[2:]:
         time, *values = line.split(",")
-        seconds.append(",".join([f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)]))
+        seconds.append(
+            ",".join([f"{float(time) / 1000 + 7:.6f}", *(f"{1e3 * float(v):.6g}" for v in values)])
+        )
     other = tmp_path / "seconds.csv"
     other.write_text("\n".join(seconds))
     first, second = load_traces(file), load_traces(other)
@@ -139,7 +180,10 @@ def test_the_example_is_named_synthetic():
         ("time_ms,a\n0,1\n1,x\n", "line 3, column 'a': 'x' is no finite number"),
         ("time_ms,a\n0,1e200\n", "line 2, column 'a': '1e200' is larger than"),
         ("time_ms,a\n0,1\n1\n", "line 3: 1 cells"),
-        ("time_ms,a\n" + "\n".join(f"{k},{'' if k == 5 else 20 - k}" for k in range(20)), "trace 'a' has 1 missing"),
+        (
+            "time_ms,a\n" + "\n".join(f"{k},{'' if k == 5 else 20 - k}" for k in range(20)),
+            "trace 'a' has 1 missing",
+        ),
         ("time_ms,a\n" + "\n".join(f"{-k},{20 - k}" for k in range(20)), "time must rise"),
     ],
 )
@@ -194,7 +238,9 @@ def test_frequencies_beyond_sampling_and_beyond_antennae_are_refused(time, frequ
 def test_a_trace_that_starts_at_rest_is_refused():
     time = np.arange(0.0, 120.0)
     late = np.where(time < 50, 0.0, np.exp(-0.03 * (time - 50)) * np.cos(0.11 * (time - 50)))
-    with pytest.raises(InvalidInput, match=r"first sample is the release|starts at its rest position"):
+    with pytest.raises(
+        InvalidInput, match=r"first sample is the release|starts at its rest position"
+    ):
         measure_trace(time, late, "late")
 
 
@@ -210,19 +256,25 @@ def test_the_noise_of_a_trace_is_told_as_a_share_of_its_first_deflection():
     time = np.arange(0.0, 4000.0)
     trace = np.cos(0.002 * time) + 0.3 * np.random.default_rng(2).standard_normal(time.size)
     trace[0] = 1.0
-    with pytest.raises(InvalidInput, match=r"jumps from sample to sample by (29|30|31)% of its first deflection"):
+    with pytest.raises(
+        InvalidInput, match=r"jumps from sample to sample by (29|30|31)% of its first deflection"
+    ):
         measure_trace(time, trace)
 
 
 def test_a_mirrored_trace_has_the_same_frequency_and_damping(traces):
-    there, mirrored = (measure_trace(traces.time, side * traces.displacement[0]) for side in (1, -1))
+    there, mirrored = (
+        measure_trace(traces.time, side * traces.displacement[0]) for side in (1, -1)
+    )
     assert (mirrored.frequency, mirrored.damping_ratio) == (there.frequency, there.damping_ratio)
 
 
 def test_five_samples_before_the_first_crossing_are_smoothed():
     trace = np.array([1.0, 0.8, 0.1, 0.4, 0.2, -0.3, -0.1, -0.4, 0.2, 0.1, -0.1, 0.0])
     np.testing.assert_allclose(_smooth(trace), savgol_filter(trace, 5, 3))
-    np.testing.assert_array_equal(_smooth(trace[[0, 1, 2, 5, 6, 7, 8]]), trace[[0, 1, 2, 5, 6, 7, 8]])
+    np.testing.assert_array_equal(
+        _smooth(trace[[0, 1, 2, 5, 6, 7, 8]]), trace[[0, 1, 2, 5, 6, 7, 8]]
+    )
 
 
 def test_unknown_ways_and_confidences(traces):
@@ -246,6 +298,10 @@ def test_unknown_ways_and_confidences(traces):
     ],
 )
 def test_traces_that_do_not_fit_together_are_refused(changes, match):
-    fields = {"time": np.arange(50.0), "displacement": np.exp(-np.arange(50.0) / 9)[None], "names": ("a",)}
+    fields = {
+        "time": np.arange(50.0),
+        "displacement": np.exp(-np.arange(50.0) / 9)[None],
+        "names": ("a",),
+    }
     with pytest.raises(InvalidInput, match=match):
         Traces(**fields | changes)

@@ -11,7 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler.calibration import METHODS, Problem, Protocol, fit, make_hinges, make_starts, make_targets, search
+from feeler.calibration import (
+    METHODS,
+    Problem,
+    Protocol,
+    fit,
+    make_hinges,
+    make_starts,
+    make_targets,
+    search,
+)
 from feeler.calibration.journal import Journal
 from feeler.errors import InvalidInput, StoreError
 
@@ -21,7 +30,9 @@ from .small_antenna import make_small
 def make_problem(**protocol):
     targets = make_targets(frequency=0.022, damping_ratio=0.25)
     return Problem(
-        hinges=make_hinges("scale", make_small()), targets=targets, protocol=Protocol(**({"timestep": 0.05} | protocol))
+        hinges=make_hinges("scale", make_small()),
+        targets=targets,
+        protocol=Protocol(**({"timestep": 0.05} | protocol)),
     )
 
 
@@ -127,7 +138,10 @@ def test_a_foreign_file_is_refused_and_left_alone(tmp_path):
 
 def test_one_checkpoint_has_one_writer(tmp_path):
     file = tmp_path / "fit.jsonl"
-    with Journal(file, "k"), pytest.raises(StoreError, match="already open for writing in this process"):
+    with (
+        Journal(file, "k"),
+        pytest.raises(StoreError, match="already open for writing in this process"),
+    ):
         Journal(file, "k")
 
 

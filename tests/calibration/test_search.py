@@ -1,4 +1,6 @@
-"""Fits on a small antenna: what is planted comes back, and a fit is resumable and never silently wrong."""
+"""Fits on a small antenna: what is planted comes back, and a fit is resumable and never silently
+wrong.
+"""
 
 from dataclasses import replace
 
@@ -32,12 +34,16 @@ PLANTED = np.array([1.3, 0.8])
 @pytest.fixture(scope="module")
 def targets():
     measured = Protocol(timestep=0.05).measure(make_small(*PLANTED), NAMES)
-    return make_targets(**{name: (value, 0.05 * value) for name, value in zip(NAMES, measured.values, strict=True)})
+    return make_targets(
+        **{name: (value, 0.05 * value) for name, value in zip(NAMES, measured.values, strict=True)}
+    )
 
 
 def make_problem(targets, **protocol):
     return Problem(
-        hinges=make_hinges("scale", make_small()), targets=targets, protocol=Protocol(**({"timestep": 0.05} | protocol))
+        hinges=make_hinges("scale", make_small()),
+        targets=targets,
+        protocol=Protocol(**({"timestep": 0.05} | protocol)),
     )
 
 
@@ -62,7 +68,10 @@ def test_the_published_constants_meet_the_reconstructed_targets():
 
 def test_engines_measure_the_same():
     names = (*NAMES, "ratio_71", "ratio_86")
-    chain, mujoco = (Protocol(engine=engine).measure(make_small(), names).values for engine in ("chain", "mujoco"))
+    chain, mujoco = (
+        Protocol(engine=engine).measure(make_small(), names).values
+        for engine in ("chain", "mujoco")
+    )
     np.testing.assert_allclose(chain, mujoco, rtol=1e-6)
 
 
@@ -87,7 +96,9 @@ def test_the_forceps_hold_where_the_paper_says():
 
 def test_frequency_scales_as_the_square_root_of_stiffness_over_mass():
     """Stiffness ×4 and damping ×2 double every rate and keep every damping ratio."""
-    slow, fast = (Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values for k in (1.0, 4.0))
+    slow, fast = (
+        Protocol(timestep=0.01).measure(make_small(k, np.sqrt(k)), NAMES).values for k in (1.0, 4.0)
+    )
     assert fast[0] / slow[0] == pytest.approx(2.0, rel=0.01)
     assert fast[1] == pytest.approx(slow[1], rel=0.01)
 
@@ -104,7 +115,9 @@ def test_an_overdamped_antenna_costs_a_number_and_says_so(targets):
 def test_a_simulation_that_fails_costs_a_large_number(targets, monkeypatch):
     problem = make_problem(targets)
     failed = [SimulationDiverged("step", 1.0)]
-    monkeypatch.setattr(Protocol, "measure_many", lambda self, antennas, names: failed * len(antennas))
+    monkeypatch.setattr(
+        Protocol, "measure_many", lambda self, antennas, names: failed * len(antennas)
+    )
     assert problem.compute_residuals(np.zeros(2)).tolist() == [problem_module.FAILED] * 2
     assert problem.failures == 1
 
@@ -129,14 +142,21 @@ def test_unknown_names_list_the_valid_ones(targets, call):
 
 def test_families_are_the_profiles_that_they_name():
     n, small = np.arange(12), make_small()
-    build = {name: make_hinges(name, small).build for name in ("exponential", "linear", "constant", "scale", "tilt")}
+    build = {
+        name: make_hinges(name, small).build
+        for name in ("exponential", "linear", "constant", "scale", "tilt")
+    }
     x = n / 12 - 0.5  # of the hinges, from the middle
     expected = {
         "exponential": ((3.0, 2.0, -0.1, -0.2), 3.0 * np.exp(-0.1 * n), 2.0 * np.exp(-0.2 * n)),
         "linear": ((3.0, 1.0, 2.0, 0.5), np.linspace(3.0, 1.0, 12), np.linspace(2.0, 0.5, 12)),
         "constant": ((3.0, 2.0), np.full(12, 3.0), np.full(12, 2.0)),
         "scale": ((3.0, 2.0), 3.0 * small.stiffness, 2.0 * small.damping),
-        "tilt": ((3.0, 2.0, 0.5, -1.0), 3.0 * small.stiffness * np.exp(0.5 * x), 2.0 * small.damping * np.exp(-x)),
+        "tilt": (
+            (3.0, 2.0, 0.5, -1.0),
+            3.0 * small.stiffness * np.exp(0.5 * x),
+            2.0 * small.damping * np.exp(-x),
+        ),
     }
     for name, (p, stiffness, damping) in expected.items():
         antenna = build[name](np.array(p))
@@ -152,14 +172,20 @@ def test_residuals_jacobian_and_scores_are_those_written_out(targets):
     residual = 1 - measured / targets.values
     np.testing.assert_allclose(problem.compute_residuals(x), residual, rtol=1e-9)
     assert problem.compute_error(x) == pytest.approx(np.sqrt(np.sum(residual**2)))
-    assert problem.evaluations == 2 and problem.best_error == pytest.approx(np.linalg.norm(residual))
+    assert problem.evaluations == 2 and problem.best_error == pytest.approx(
+        np.linalg.norm(residual)
+    )
     _, distance, accuracy = problem.score(np.array([1.1, 0.9]))
     assert distance == pytest.approx(np.linalg.norm(residual))
-    assert accuracy == pytest.approx(np.expm1(np.mean(np.abs(np.log(measured / targets.values)))))  # of two: the mean
+    assert accuracy == pytest.approx(
+        np.expm1(np.mean(np.abs(np.log(measured / targets.values))))
+    )  # of two: the mean
     slopes = []
     for k in range(2):
         ends = [
-            Protocol(timestep=0.05).measure(make_small(*np.exp(x + way * 0.02 * np.eye(2)[k])), NAMES)
+            Protocol(timestep=0.05).measure(
+                make_small(*np.exp(x + way * 0.02 * np.eye(2)[k])), NAMES
+            )
             for way in (1, -1)
         ]
         slopes.append(-(ends[0].values - ends[1].values) / 0.04 / targets.values)
@@ -169,7 +195,9 @@ def test_residuals_jacobian_and_scores_are_those_written_out(targets):
 def test_steps_of_a_jacobian_are_cut_at_the_bounds(targets):
     problem = make_problem(targets)
     problem.hinges = replace(problem.hinges, high=np.array([1.3, 10.0]))
-    cut, free = (make.compute_jacobian(np.log(PLANTED), 0.02) for make in (problem, make_problem(targets)))
+    cut, free = (
+        make.compute_jacobian(np.log(PLANTED), 0.02) for make in (problem, make_problem(targets))
+    )
     np.testing.assert_allclose(cut, free, rtol=0.05)
     assert not np.array_equal(cut[:, 0], free[:, 0])
 
@@ -192,7 +220,9 @@ def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(prof
     hinges, control, own = make_hinges(profile, cockroach()), cockroach(profile), cockroach()
     fitted = [*control.stiffness[hinges_meant], *control.damping[hinges_meant]]
     np.testing.assert_allclose(hinges.start, fitted, rtol=0.15)
-    softest = np.isclose(hinges.low, own.stiffness[-1], rtol=0.01) | np.isclose(hinges.low, own.damping[-1], rtol=0.01)
+    softest = np.isclose(hinges.low, own.stiffness[-1], rtol=0.01) | np.isclose(
+        hinges.low, own.damping[-1], rtol=0.01
+    )
     assert softest.sum() == 2 * (len(hinges_meant) - 1)  # tips are no softer than the cockroach's
     ends = np.log10([*hinges.high, *hinges.low[~softest]])
     np.testing.assert_allclose(ends, np.round(ends), atol=1e-12)
@@ -200,7 +230,9 @@ def test_controls_start_near_what_was_fitted_and_are_bound_by_whole_decades(prof
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
 def test_the_exponential_family_starts_at_the_antenna_and_is_bound_in_proportion_to_it(factor):
-    antenna = cockroach().replace(stiffness=factor * cockroach().stiffness, damping=factor * cockroach().damping)
+    antenna = cockroach().replace(
+        stiffness=factor * cockroach().stiffness, damping=factor * cockroach().damping
+    )
     hinges = make_hinges("exponential", antenna)
     np.testing.assert_allclose(hinges.build(hinges.start).stiffness, antenna.stiffness, rtol=1e-9)
     np.testing.assert_allclose(hinges.build(hinges.start).damping, antenna.damping, rtol=1e-9)
@@ -212,8 +244,12 @@ def test_the_exponential_family_starts_at_the_antenna_and_is_bound_in_proportion
 
 def test_a_tilted_profile_may_rise_or_fall_from_base_to_tip_by_e_to_the_eighth():
     hinges = make_hinges("tilt", make_small())
-    np.testing.assert_array_equal([hinges.low, hinges.high], [[1e-3, 1e-3, -8, -8], [1e3, 1e3, 8, 8]])
-    np.testing.assert_array_equal(hinges.scale, [1, 1, 2, 2])  # a factor e, and an eighth of the range
+    np.testing.assert_array_equal(
+        [hinges.low, hinges.high], [[1e-3, 1e-3, -8, -8], [1e3, 1e3, 8, 8]]
+    )
+    np.testing.assert_array_equal(
+        hinges.scale, [1, 1, 2, 2]
+    )  # a factor e, and an eighth of the range
 
 
 @pytest.mark.parametrize("name", ["exponential", "linear", "constant", "scale", "tilt"])
@@ -224,7 +260,10 @@ def test_families_turn_parameters_to_logarithms_and_back(name):
     assert antenna.name == name and antenna.n_segments == 12
     low, high = hinges.bounds
     starts = make_starts(hinges, 20, np.random.default_rng(1), spread=5.0)
-    assert all(np.all(hinges.to_x(p) >= low - 1e-9) and np.all(hinges.to_x(p) <= high + 1e-9) for p in starts)
+    assert all(
+        np.all(hinges.to_x(p) >= low - 1e-9) and np.all(hinges.to_x(p) <= high + 1e-9)
+        for p in starts
+    )
 
 
 def test_starts_scatter_evenly_about_the_familys_own():
@@ -274,17 +313,24 @@ def test_profiles_have_their_minimum_at_the_optimum(targets):
 
 
 def test_bootstrap_spreads_as_the_targets_do(targets):
-    """Two factors, two targets, each drawn with 5 % / √n. A mode's frequency goes with the root of stiffness, its damping
-    ratio with damping over that root: a frequency f = f₀ √(1 − ζ²) then says ln p1 = 2 ln f + 2 ζ² / (1 − ζ²) ln ζ + …
+    """Two factors, two targets, each drawn with 5 % / √n. A mode's frequency goes with the root of
+    stiffness, its damping ratio with damping over that root: a frequency f = f₀ √(1 − ζ²) then says
+    ln p1 = 2 ln f + 2 ζ² / (1 − ζ²) ln ζ + …
     """
-    draws = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=4)
+    draws = bootstrap(
+        make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=4
+    )
     np.testing.assert_allclose(np.median(draws, axis=0), PLANTED, rtol=0.01)
     zeta = targets.values[1]
     expected = 2 * 0.05 / np.sqrt(4) * np.hypot(1.0, zeta**2 / (1 - zeta**2))
     assert np.log(draws[:, 0]).std() == pytest.approx(expected, rel=0.1)
-    few = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=16)
+    few = bootstrap(
+        make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=4000, n_animals=16
+    )
     assert np.log(few).std(axis=0) == pytest.approx(np.log(draws).std(axis=0) / 2, rel=0.02)
-    model = bootstrap(make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=3, n_animals=4, refits=5)
+    model = bootstrap(
+        make_problem(targets), PLANTED, np.random.default_rng(5), n_draws=3, n_animals=4, refits=5
+    )
     np.testing.assert_allclose(model, draws[:3], rtol=0.02)
 
 

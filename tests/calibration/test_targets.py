@@ -25,7 +25,9 @@ def test_the_shipped_set_says_that_it_is_reconstructed():
 def test_costs_by_hand():
     target, simulated = np.array([1.0, 2.0, 4.0, 8.0]), np.array([1.1, 2.0, 3.0, 8.0])
     assert compute_distance(simulated, target) == pytest.approx(np.hypot(0.1, 0.25))
-    assert compute_symmetric_accuracy(np.array([2.0, 4.0, 8.0]), np.array([1.0, 2.0, 4.0])) == pytest.approx(1.0)
+    assert compute_symmetric_accuracy(
+        np.array([2.0, 4.0, 8.0]), np.array([1.0, 2.0, 4.0])
+    ) == pytest.approx(1.0)
     assert compute_symmetric_accuracy(1 / simulated, 1 / target) == pytest.approx(
         compute_symmetric_accuracy(simulated, target)
     )
@@ -33,11 +35,15 @@ def test_costs_by_hand():
 
 
 def test_accuracy_is_the_median_of_unequal_ratios():
-    """Morley et al. 2018 (https://doi.org/10.1002/2017SW001669), eq. 10: exp(median |ln Q|) − 1; one wild ratio moves it not."""
+    """Morley et al. 2018 (https://doi.org/10.1002/2017SW001669), eq. 10: exp(median |ln Q|) − 1;
+    one wild ratio moves it not.
+    """
     ratios = np.array([1.1, 1.5, 4.0])
     assert compute_symmetric_accuracy(ratios, np.ones(3)) == pytest.approx(0.5, rel=1e-12)
     assert compute_symmetric_accuracy(2 / ratios, np.full(3, 2.0)) == pytest.approx(0.5, rel=1e-12)
-    assert compute_symmetric_accuracy(np.append(ratios, 1 / 1.7), np.ones(4)) == pytest.approx(np.sqrt(1.5 * 1.7) - 1)
+    assert compute_symmetric_accuracy(np.append(ratios, 1 / 1.7), np.ones(4)) == pytest.approx(
+        np.sqrt(1.5 * 1.7) - 1
+    )
     assert compute_symmetric_accuracy(np.array([1.2, 0.0, 1.3]), np.ones(3)) == pytest.approx(0.3)
     assert compute_symmetric_accuracy(np.array([1.2, 0.0, -1.0]), np.ones(3)) == np.inf
 
@@ -68,8 +74,14 @@ def test_a_cost_is_never_silently_nan(simulated, target, match):
             "name='x'\nstatus='m'\n[targets.frequency]\nvalue=-1\nspread=0\nunit='kHz'\ntag='C'",
             "must be a finite number > 0",
         ),
-        ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=0\nunit='kHz'\ntag='Z'", "unknown tag 'Z'"),
-        ("name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=nan\nunit='kHz'\ntag='C'", "spread"),
+        (
+            "name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=0\nunit='kHz'\ntag='Z'",
+            "unknown tag 'Z'",
+        ),
+        (
+            "name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=nan\nunit='kHz'\ntag='C'",
+            "spread",
+        ),
         (
             "name='x'\nstatus='m'\n[targets.frequency]\nvalue=1\nspread=inf\nunit='kHz'\ntag='C'",
             "finite and ≥ 0, got inf",

@@ -1,4 +1,6 @@
-"""A video's traces: held, let go between two frames, in pixels from anywhere, at one or more points."""
+"""A video's traces: held, let go between two frames, in pixels from anywhere, at one or more
+points.
+"""
 
 import json
 
@@ -8,7 +10,16 @@ from pynwb import NWBHDF5IO
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.file import load_antenna, save_antenna
-from feeler.calibration import Protocol, Traces, compute_band, find_release, fit_traces, load_traces, make_hinges, own
+from feeler.calibration import (
+    Protocol,
+    Traces,
+    compute_band,
+    find_release,
+    fit_traces,
+    load_traces,
+    make_hinges,
+    own,
+)
 from feeler.calibration.band import Band
 from feeler.calibration.onset import find_rest
 from feeler.errors import InvalidInput
@@ -22,7 +33,9 @@ LATE = 0.4  # of a frame, between the last held frame and the release
 
 
 def film(places, p, family="tilt", noise=0.05, frames=(40, 110), seed=0):
-    """Pixels (point, frame) of an antenna that is let go after ``frames[0]`` frames of a camera with 1000 per second."""
+    """Pixels (point, frame) of an antenna that is let go after ``frames[0]`` frames of a camera
+    with 1000 per second.
+    """
     hinges = make_hinges(family, make_small())
     (outcome,) = Protocol(timestep=0.05, step_duration=frames[1] + 2.0).simulate_steps(
         [hinges.build(np.array(p))], places
@@ -32,7 +45,9 @@ def film(places, p, family="tilt", noise=0.05, frames=(40, 110), seed=0):
 
 
 def write(path, names, pixels):
-    lines = [f"{k + 500}," + ",".join(f"{value:.6f}" for value in row) for k, row in enumerate(pixels.T)]
+    lines = [
+        f"{k + 500}," + ",".join(f"{value:.6f}" for value in row) for k, row in enumerate(pixels.T)
+    ]
     path.write_text("\n".join(["frame," + ",".join(names), *lines]))
     return path
 
@@ -53,10 +68,16 @@ def test_the_whole_posture_gives_a_planted_profile_back(tmp_path):
     assert np.all(result.low < PLANTED) and np.all(result.high > PLANTED) and done == [(1, 1)]
     assert result.residual[0] < 0.02 and np.abs(result.p - PLANTED).max() < 0.05
     true = make_hinges("tilt", make_small()).build(np.array(PLANTED))
-    assert np.all(result.band.low[0] < true.stiffness) and np.all(result.band.high[0] > true.stiffness)
-    assert result.directions.condition > 1 and "The data determine" in result.directions.describe("data")
+    assert np.all(result.band.low[0] < true.stiffness) and np.all(
+        result.band.high[0] > true.stiffness
+    )
+    assert result.directions.condition > 1 and "The data determine" in result.directions.describe(
+        "data"
+    )
     recorded = traces.displacement / traces.displacement[1, 0]
-    assert np.abs(result.simulated - recorded).max() < 0.1  # the fit's rows are the recording's, in its order
+    assert (
+        np.abs(result.simulated - recorded).max() < 0.1
+    )  # the fit's rows are the recording's, in its order
 
 
 def test_animals_let_go_at_different_frames_are_cut_to_the_shortest(tmp_path):
@@ -64,27 +85,40 @@ def test_animals_let_go_at_different_frames_are_cut_to_the_shortest(tmp_path):
     file = write(tmp_path / "video.csv", ("a", "b"), np.array(rows))
     traces = load_traces(file, frame_rate=1000, release="found")
     held = [find_release(row)[0] for row in rows]
-    assert held[1] - held[0] == 20 and traces.time.tolist() == [float(t) for t in range(130 - held[1])]
+    assert held[1] - held[0] == 20 and traces.time.tolist() == [
+        float(t) for t in range(130 - held[1])
+    ]
     for row, first, cut in zip(rows, held, traces.displacement, strict=True):
-        np.testing.assert_allclose(np.ptp(cut - row[first : first + traces.time.size]), 0, atol=1e-4)
+        np.testing.assert_allclose(
+            np.ptp(cut - row[first : first + traces.time.size]), 0, atol=1e-4
+        )
 
 
 @pytest.mark.parametrize(("interval", "found", "more"), [(4.0, True, 16.0), (4.0, False, 0.0)])
 def test_a_step_is_simulated_to_the_end_of_the_latest_release(monkeypatch, interval, found, more):
-    """A release may be four samples later than found, and the cubic between samples must not run past its end."""
+    """A release may be four samples later than found, and the cubic between samples must not run
+    past its end.
+    """
     seen = []
     monkeypatch.setattr(own, "_fit_one", lambda *args: seen.append(args[3].step_duration) or 1 / 0)
     time = interval * np.arange(30)
     with pytest.raises(ZeroDivisionError):
-        fit_traces(Traces(time=time, displacement=np.exp(-time / 20)[None], names=("a",), found=found), make_small())
+        fit_traces(
+            Traces(time=time, displacement=np.exp(-time / 20)[None], names=("a",), found=found),
+            make_small(),
+        )
     assert seen[0] >= time[-1] + more
 
 
 def test_an_overdamped_tip_is_fitted_sample_by_sample():
     time = np.arange(0.0, 400.0, 2.0)
     hinges = make_hinges("scale", make_small())
-    own, moved = Protocol(timestep=0.05, step_duration=401.0).simulate_steps([hinges.build(np.array([1.0, 40.0]))])[0]
-    slow = Traces(time=time, displacement=CubicSpline(own, moved[0])(time)[None], names=("creeper",))
+    own, moved = Protocol(timestep=0.05, step_duration=401.0).simulate_steps(
+        [hinges.build(np.array([1.0, 40.0]))]
+    )[0]
+    slow = Traces(
+        time=time, displacement=CubicSpline(own, moved[0])(time)[None], names=("creeper",)
+    )
     found = fit_traces(slow, make_small(1.0, 20.0), protocol=QUICK)
     assert found.p == pytest.approx([1.0, 2.0], rel=0.02)
 
@@ -94,7 +128,9 @@ def test_a_band_of_two_factors_is_as_wide_as_they_are():
     band = compute_band(hinges, np.array([2.0, 3.0]), covariance, 1.5)
     np.testing.assert_allclose(band.middle[0], 2 * make_small().stiffness)
     np.testing.assert_allclose(
-        np.log(band.high / band.middle), np.broadcast_to([[0.15], [0.45]], band.high.shape), rtol=1e-6
+        np.log(band.high / band.middle),
+        np.broadcast_to([[0.15], [0.45]], band.high.shape),
+        rtol=1e-6,
     )
     np.testing.assert_allclose(band.low * band.high, band.middle**2)
     assert "within a factor of 1.16" in band.describe()
@@ -102,15 +138,25 @@ def test_a_band_of_two_factors_is_as_wide_as_they_are():
 
 def test_a_band_says_where_it_is_narrowest_and_widest():
     factor = np.array([[2.0, 1.5, 3.0], [1.2, 4.0, 1.1]])
-    words = Band(place=np.array([0.0, 0.25, 0.75]), middle=np.ones((2, 3)), low=1 / factor, high=factor).describe()
-    assert "stiffness is known best at 0.25 of the length (within a factor of 1.5) and worst at 0.75 (3)" in words
-    assert "damping is known best at 0.75 of the length (within a factor of 1.1) and worst at 0.25 (4)" in words
+    words = Band(
+        place=np.array([0.0, 0.25, 0.75]), middle=np.ones((2, 3)), low=1 / factor, high=factor
+    ).describe()
+    assert (
+        "stiffness is known best at 0.25 of the length (within a factor of 1.5) and worst at"
+        " 0.75 (3)" in words
+    )
+    assert (
+        "damping is known best at 0.75 of the length (within a factor of 1.1) and worst at 0.25 (4)"
+        in words
+    )
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
 def test_the_last_held_sample_is_found_though_the_tip_first_rises(noise):
     time = np.arange(-30, 100)
-    swing = np.where(time <= 0, 1.0, np.exp(-0.05 * time) * (np.cos(0.3 * time) + 1.5 * np.sin(0.3 * time)))
+    swing = np.where(
+        time <= 0, 1.0, np.exp(-0.05 * time) * (np.cos(0.3 * time) + 1.5 * np.sin(0.3 * time))
+    )
     signal = 250 - 60 * swing + noise * np.random.default_rng(1).standard_normal(time.size)
     first, rest = find_release(signal)
     assert first in (30, 31) and rest == pytest.approx(250, abs=0.5)
@@ -123,7 +169,9 @@ def test_the_noise_of_a_video_is_that_of_its_second_differences():
 
 
 def test_a_band_follows_the_logarithm_of_a_profile_that_is_no_power_of_its_numbers():
-    """Linear: k = b + (t − b) s, so that d ln k / d ln b = b (1 − s) / k and d ln k / d ln t = t s / k."""
+    """Linear: k = b + (t − b) s, so that d ln k / d ln b = b (1 − s) / k and d ln k / d ln t = t s
+    / k.
+    """
     hinges, p = make_hinges("linear", make_small()), np.array([2.0, 0.5, 3.0, 1.0])
     band = compute_band(hinges, p, np.diag([0.01, 0.04, 0.0, 0.0]), 2.0)
     share = (band.middle[0] - 2.0) / (0.5 - 2.0)
@@ -148,7 +196,10 @@ def test_a_violent_swing_is_no_noise():
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_a_held_tip_that_creeps_is_let_go_where_it_leaves_either_way(sign):
     held = 1.0 + 0.004 * np.linspace(0, 1, 30)
-    assert find_release(sign * np.r_[held, np.exp(-np.arange(1, 100) / 9.0)]) == (29, pytest.approx(0.0, abs=1e-3))
+    assert find_release(sign * np.r_[held, np.exp(-np.arange(1, 100) / 9.0)]) == (
+        29,
+        pytest.approx(0.0, abs=1e-3),
+    )
 
 
 @pytest.mark.parametrize(
@@ -171,7 +222,11 @@ def test_traces_without_a_held_part_are_refused(signal, match):
         ("frame,a", {"frame_rate": 0.0}, "must be finite and > 0"),
         ("frame,a@half", {"frame_rate": 200.0}, "what follows @ is a fraction"),
         ("frame,a@1.5", {"frame_rate": 200.0}, "what follows @ is a fraction"),
-        ("frame,a", {"frame_rate": 200.0, "release": "guessed"}, "release must be one of first, found"),
+        (
+            "frame,a",
+            {"frame_rate": 200.0, "release": "guessed"},
+            "release must be one of first, found",
+        ),
     ],
 )
 def test_what_is_missing_or_odd_is_said(tmp_path, header, how, match):
@@ -185,14 +240,26 @@ def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
     """The file's layout is the table that the guide describes: a column frame, then one per point."""
     save_antenna(make_small(), tmp_path / "small.toml")
     write(tmp_path / "video.csv", ("a",), film((1.0,), (1.3, 0.8), "scale"))
-    asked = ("--frame-rate", "1000", "--antenna", "small.toml", "--session-start", "2026-05-01T09:00:00+02:00")
+    asked = (
+        "--frame-rate",
+        "1000",
+        "--antenna",
+        "small.toml",
+        "--session-start",
+        "2026-05-01T09:00:00+02:00",
+    )
     done = run("calibrate", "--data", "video.csv", *asked, "--out", "fit", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["p"] == pytest.approx([1.3, 0.8], rel=0.05) and len(found["band"]["place"]) == 12
-    np.testing.assert_allclose(load_antenna(tmp_path / "fit" / "antenna.toml").stiffness, found["band"]["middle"][0])
+    np.testing.assert_allclose(
+        load_antenna(tmp_path / "fit" / "antenna.toml").stiffness, found["band"]["middle"][0]
+    )
     assert "known best at" in (tmp_path / "fit" / "calibration.html").read_text()
     with NWBHDF5IO(tmp_path / "fit" / "calibration.nwb", "r") as io:
         series = io.read().acquisition
         recorded, fitted = (series[f"{name}_000000"].data[:] for name in ("displacement", "fitted"))
-        assert series["displacement_000000"].rate == 1000 and np.abs(recorded / recorded[0] - fitted).max() < 0.1
+        assert (
+            series["displacement_000000"].rate == 1000
+            and np.abs(recorded / recorded[0] - fitted).max() < 0.1
+        )

@@ -1,4 +1,6 @@
-"""The command as a shell runs it, in this process: a process of its own spends two seconds on imports."""
+"""The command as a shell runs it, in this process: a process of its own spends two seconds on
+imports.
+"""
 
 import contextlib
 import io

@@ -24,7 +24,10 @@ from ._command import run
         (("calibrate", "--seed", "-1"), "greater than or equal to 0"),
         (("touch", "--out", "/proc/nowhere"), "check the path"),
         (("touch", "--timestep", "0"), "timestep must be finite and > 0"),
-        (("compare", "linear", "constant", "--scale", "foo"), "unknown scale 'foo'; valid: smoke, quick, paper"),
+        (
+            ("compare", "linear", "constant", "--scale", "foo"),
+            "unknown scale 'foo'; valid: smoke, quick, paper",
+        ),
         (("compare", "linear", "constant", "--out", "/proc/x.html"), "check the path"),
         (("compare", "linear"), "at least two different antennas"),
         (["convert", "absent.nc", "out.nwb"], "cannot read absent.nc: no such file or folder"),
@@ -42,7 +45,11 @@ def test_bad_input_is_one_message(tmp_path, arguments, message):
 
 def list_verbs(group, above="feeler"):
     for name, command in group.commands.items():
-        yield from list_verbs(command, f"{above} {name}") if hasattr(command, "commands") else [f"{above} {name}"]
+        yield from (
+            list_verbs(command, f"{above} {name}")
+            if hasattr(command, "commands")
+            else [f"{above} {name}"]
+        )
 
 
 @pytest.mark.parametrize("verb", [*list_verbs(typer.main.get_command(app))])
@@ -55,7 +62,15 @@ def test_touch_writes_tensor_picture_and_movie(tmp_path):
     result = run("touch", "--duration", "30", "--timestep", "0.05", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     names = {path.name for path in (tmp_path / "out/touch").iterdir()}
-    assert names == {"touch.html", "tensor.nc", "tensor.png", "tensor.svg", "tensor.pdf", "movie.mp4", "movie.jpg"}
+    assert names == {
+        "touch.html",
+        "tensor.nc",
+        "tensor.png",
+        "tensor.svg",
+        "tensor.pdf",
+        "movie.mp4",
+        "movie.jpg",
+    }
 
 
 def test_export_opens_in_mujoco(tmp_path):

@@ -24,7 +24,10 @@ def ask(*words, cwd, code=0):
 
 def test_info_and_validate(folder):
     (said,) = ask("info", "a.toml", cwd=folder)
-    assert said["file"] == "a.toml" and said["says"] == run("info", "a.toml", cwd=folder).stdout.splitlines()
+    assert (
+        said["file"] == "a.toml"
+        and said["says"] == run("info", "a.toml", cwd=folder).stdout.splitlines()
+    )
     good, bad = ask("validate", "a.toml", "broken.toml", cwd=folder, code=1)
     assert good == {"file": "a.toml", "valid": True, "problems": []}
     assert not bad["valid"] and "n_segments" in bad["problems"][0]
@@ -40,6 +43,9 @@ def test_sensors_and_recordings_of_a_robot(folder):
     """The files are feeler's own examples, in the layout of the robot's guide."""
     table, touch = (str(get_example(name)) for name in ("calibration", "recording"))
     lines = ask("robot", "calibrate", table, "--out", "c.json", cwd=folder)
-    assert len(lines["slope"]) == make_preset("robot").sensors.size == 8 and min(lines["r_squared"]) > 0.9
+    assert (
+        len(lines["slope"]) == make_preset("robot").sensors.size == 8
+        and min(lines["r_squared"]) > 0.9
+    )
     (said,) = ask("robot", "check", touch, "--calibration", "c.json", cwd=folder)
     assert said["channels"] == 8 and said["source"] == "surrogate" and said["history"]

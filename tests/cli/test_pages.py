@@ -1,4 +1,6 @@
-"""Verbs that make pictures leave a page that stands by itself and says the numbers that the verb found."""
+"""Verbs that make pictures leave a page that stands by itself and says the numbers that the verb
+found.
+"""
 
 import json
 import re
@@ -58,7 +60,9 @@ def test_the_fitted_antenna_is_kept_and_its_numbers_stand_in_the_page(tmp_path):
 
 def test_tracks_page_says_planted_speed(tmp_path):
     planted = np.deg2rad(80e-3)
-    tracks = make_synthetic_tracks(np.random.default_rng(2), peak_speed=(planted, planted), noise=0.1)
+    tracks = make_synthetic_tracks(
+        np.random.default_rng(2), peak_speed=(planted, planted), noise=0.1
+    )
     save_dltdv(tracks, tmp_path / "walk_xypts.csv")
     run("tracks", tmp_path / "walk_xypts.csv", "--frame-rate", 30, "--out", tmp_path / "out")
     page = read_page(tmp_path / "out" / "tracks.html")

@@ -1,4 +1,6 @@
-"""Pages with planted numbers: every table, picture and caption says them, in the unit that stands beside them."""
+"""Pages with planted numbers: every table, picture and caption says them, in the unit that stands
+beside them.
+"""
 
 import json
 import re
@@ -39,20 +41,30 @@ def figures(monkeypatch):
 
 
 def read_words(path):
-    body = re.sub("<(style|script).*?</(style|script)>", " ", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    body = re.sub(
+        "<(style|script).*?</(style|script)>",
+        " ",
+        path.read_text(encoding="utf-8"),
+        flags=re.DOTALL,
+    )
     return " ".join(re.sub("<[^>]+>", " ", body).split())
 
 
 def make_recording(n=2, samples=30):
     angle = np.random.default_rng(n).normal(0, 0.1, (n, samples))
-    return Recording(time=2.0 * np.arange(samples), values=angle, source="robot", history=("resampled",))
+    return Recording(
+        time=2.0 * np.arange(samples), values=angle, source="robot", history=("resampled",)
+    )
 
 
 def test_recordings_are_listed_with_channels_and_milliseconds(figures, tmp_path):
     one, other = make_recording(2), make_recording(3, 50)
     robot_pages.write_recordings(tmp_path, ["a.csv", "b.csv"], [one, other])
     words = read_words(tmp_path / "robot.html")
-    assert "file channels duration [ms] source found and mended a.csv 2 58 robot resampled b.csv 3 98 robot" in words
+    assert (
+        "file channels duration [ms] source found and mended a.csv 2 58 robot resampled b.csv 3 98"
+        " robot" in words
+    )
     _, axes = figures["robot"]
     assert axes[-1].get_xlabel() == "time [ms]" and axes[0].get_ylabel() == "angle [°]"
     for ax, recording in zip(axes, (one, other), strict=True):
@@ -61,13 +73,19 @@ def test_recordings_are_listed_with_channels_and_milliseconds(figures, tmp_path)
 
 
 def test_answers_are_shown_with_their_probability_and_their_runner_up(figures, tmp_path):
-    fields = {"known": True, "probability": 0.8125, "runner_up": ("box", 0.6, 0.135), "runner_up_probability": 0.13}
+    fields = {
+        "known": True,
+        "probability": 0.8125,
+        "runner_up": ("box", 0.6, 0.135),
+        "runner_up_probability": 0.13,
+    }
     answer = Answer(label=("ball", 0.9, 0.27), truth={"feature": "box"}, **fields)
     aligned = np.random.default_rng(0).normal(0, 0.2, (1, 4, 20))
     robot_pages.write_answers(tmp_path, [{"file": "a.csv"}], [answer], aligned)
     words = read_words(tmp_path / "robot.html")
     assert re.search(
-        r"a\.csv ball at 0\.9 .* 0\.27 m/s 0\.8125 box at 0\.6 .* 0\.135 m/s \(13%\) the notes say feature box wrong: feature",
+        r"a\.csv ball at 0\.9 .* 0\.27 m/s 0\.8125 box at 0\.6 .* 0\.135 m/s \(13%\) the notes say"
+        r" feature box wrong: feature",
         words,
     )
     _, (panel, bar) = figures["robot"]
@@ -81,9 +99,14 @@ def test_a_released_tip_is_drawn_in_millimetres_over_milliseconds(figures, tmp_p
     ring = SimpleNamespace(frequency=0.0044, damping_ratio=0.024, r_squared=0.991)
     factors = {"stiffness_factor": 1.2, "damping_factor": 2.1, "error": 0.003, "n_evaluations": 9}
     tips = np.random.default_rng(0).normal(size=(2, 30))
-    robot_pages.write_fit(tmp_path, make_recording(), SimpleNamespace(target=ring, reached=ring, **factors), tips)
+    robot_pages.write_fit(
+        tmp_path, make_recording(), SimpleNamespace(target=ring, reached=ring, **factors), tips
+    )
     _, (ax,) = figures["robot"]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time since the release [ms]", "tip off its rest [mm]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "time since the release [ms]",
+        "tip off its rest [mm]",
+    )
     for line, tip in zip(ax.lines, tips, strict=True):
         np.testing.assert_array_equal(line.get_data(), [2.0 * np.arange(30), tip])
     assert "recording 4.400 0.0240 99.1%" in read_words(tmp_path / "robot.html")
@@ -105,7 +128,9 @@ def test_a_stream_ends_with_its_answer_in_per_cent(figures, tmp_path):
     _, (above, below) = figures["robot"]
     np.testing.assert_allclose(above.lines[1].get_data(), [[0, 4, 8], np.degrees([0, -0.2, -0.4])])
     assert below.get_xlabel() == "time [ms]"
-    np.testing.assert_array_equal(below.lines[0].get_data(), [[0, 4, 8], beliefs[:, 1]])  # the most probable first
+    np.testing.assert_array_equal(
+        below.lines[0].get_data(), [[0, 4, 8], beliefs[:, 1]]
+    )  # the most probable first
 
 
 def test_fitted_traces_and_profiles_are_drawn_over_milliseconds_and_in_their_units():
@@ -113,13 +138,20 @@ def test_fitted_traces_and_profiles_are_drawn_over_milliseconds_and_in_their_uni
     result = SimpleNamespace(simulated=traces.displacement / traces.displacement[:, :1] * 0.5)
     calibrate._plot(figure := Figure(), traces, result)
     (ax,) = figure.axes
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time since release [ms]", "share of the first displacement")
-    for recorded, fitted, row in zip(ax.lines[::2], ax.lines[1::2], traces.displacement, strict=True):
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (
+        "time since release [ms]",
+        "share of the first displacement",
+    )
+    for recorded, fitted, row in zip(
+        ax.lines[::2], ax.lines[1::2], traces.displacement, strict=True
+    ):
         np.testing.assert_allclose(recorded.get_data(), [traces.time, row / row[0]])
         np.testing.assert_allclose(fitted.get_data(), [traces.time, row / row[0] / 2])
     middle = np.array([[1.0, 2.0], [30.0, 40.0]])
     band = Band(place=np.array([0.2, 0.8]), low=middle / 2, middle=middle, high=3 * middle)
-    calibrate._plot_band(figure := Figure(), band, SimpleNamespace(stiffness=middle[0] + 5, damping=middle[1] + 5))
+    calibrate._plot_band(
+        figure := Figure(), band, SimpleNamespace(stiffness=middle[0] + 5, damping=middle[1] + 5)
+    )
     labels = ["stiffness [N·mm/rad]", "damping [N·mm·ms/rad]"]
     assert [ax.get_ylabel() for ax in figure.axes] == labels
     for ax, row in zip(figure.axes, middle, strict=True):
@@ -137,12 +169,27 @@ def test_an_interrupted_search_says_its_best_error(capsys, tmp_path):
 
 
 def test_a_table_of_tracks_counts_its_frames():
-    row = {"file": "a.csv", "mean_peak": [81.25, None], "n_peaks": [7, 0], "bridged": 12, "missing": 34}
+    row = {
+        "file": "a.csv",
+        "mean_peak": [81.25, None],
+        "n_peaks": [7, 0],
+        "bridged": 12,
+        "missing": 34,
+    }
     row |= {"doubted": {"tip": 5}, "error": [1.5, None]}
-    found = {"trials": [row], "mean": 81.25, "length": 50.0, "lateral_speed": 0.0709, "source": "mine"}
+    found = {
+        "trials": [row],
+        "mean": 81.25,
+        "length": 50.0,
+        "lateral_speed": 0.0709,
+        "source": "mine",
+    }
     words = tracks._write_words(found)
     assert re.search(r"a\.csv +81\.25 \( +7\) +nan \( +0\) +12 +34\n", words)
-    assert "likelihood is too low: tip 5" in words and "standard error: left 1.5, right none °/s" in words
+    assert (
+        "likelihood is too low: tip 5" in words
+        and "standard error: left 1.5, right none °/s" in words
+    )
     assert "81.25 °/s; with an antenna of 50 mm that is 7.09 cm/s sideways. Tracks: mine." in words
     assert "these means are biased" in words
     assert tracks._list_cells(row) == ["a.csv", "81.2 ± 1.5 (7)", "none", 12, 34]
@@ -154,50 +201,89 @@ def test_maps_of_a_wall_are_listed_in_millimetres(figures, tmp_path, monkeypatch
     monkeypatch.setattr(wall.Shapes, "of_sweep", lambda sweep: sweep)
     monkeypatch.setattr(wall, "plot_shapes", lambda shapes, ax: None)
     monkeypatch.setattr(wall, "plot_maps", lambda maps, ax: None)
-    numbers = {"r2": 0.98765, "slope": -1.234, "intercept": 34.567, "error": 0.4321, "undefined": ""}
+    numbers = {
+        "r2": 0.98765,
+        "slope": -1.234,
+        "intercept": 34.567,
+        "error": 0.4321,
+        "undefined": "",
+    }
     found = SimpleNamespace(distance=np.array([9.0, 8.0]), position=np.array([1.0, 2.0]), **numbers)
     save_wall(tmp_path, {"a": None}, {"a": found})
     words = read_words(tmp_path / "wall.html")
-    assert "antenna R² slope intercept [mm] error [mm] R² is a 0.9877 -1.234 34.57 0.4321 defined" in words
-    assert json.loads((tmp_path / "a.json").read_text()) == {"distance": [9, 8], "position": [1, 2], "r2": 0.98765}
+    assert (
+        "antenna R² slope intercept [mm] error [mm] R² is a 0.9877 -1.234 34.57 0.4321 defined"
+        in words
+    )
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "distance": [9, 8],
+        "position": [1, 2],
+        "r2": 0.98765,
+    }
 
 
 def test_a_movie_says_how_slow_it_is(monkeypatch, tmp_path):
-    monkeypatch.setattr("feeler.plotting.write_touch_movie", lambda *given: given[-1].write_bytes(b"film"))
+    monkeypatch.setattr(
+        "feeler.plotting.write_touch_movie", lambda *given: given[-1].write_bytes(b"film")
+    )
     said = run("touch", "--duration", 20, "--timestep", 0.1, "--out", tmp_path)
-    assert f": {SLOWER:g} times slower than life; colours: curvature." in read_words(tmp_path / "touch.html")
+    assert f": {SLOWER:g} times slower than life; colours: curvature." in read_words(
+        tmp_path / "touch.html"
+    )
     assert "movie.mp4" in said
 
 
 def test_conditions_stand_at_the_foot_of_a_trade_off(monkeypatch, tmp_path):
     said = []
-    monkeypatch.setattr(tradeoff, "measure_tradeoff", lambda *_, **__: SimpleNamespace(assign_attrs=lambda **_: None))
-    monkeypatch.setattr(tradeoff, "write_tradeoff", lambda _, __, out, words: said.append(words) or out)
+    monkeypatch.setattr(
+        tradeoff,
+        "measure_tradeoff",
+        lambda *_, **__: SimpleNamespace(assign_attrs=lambda **_: None),
+    )
+    monkeypatch.setattr(
+        tradeoff, "write_tradeoff", lambda _, __, out, words: said.append(words) or out
+    )
     run("tradeoff", "--sets", 3, "--out", tmp_path)
-    timestep, sets, seed = read(r"^Engine chain-consistent, timestep # ms, # sets, seed #\. python", said[0])
-    assert (timestep, sets) == (get_engine("chain-consistent").timestep, 3) and seed == tradeoff.load_declared().seed
+    timestep, sets, seed = read(
+        r"^Engine chain-consistent, timestep # ms, # sets, seed #\. python", said[0]
+    )
+    assert (timestep, sets) == (
+        get_engine("chain-consistent").timestep,
+        3,
+    ) and seed == tradeoff.load_declared().seed
 
 
 def test_conditions_stand_at_the_foot_of_a_contest(monkeypatch, tmp_path):
     said, contest = [], active.load_contest()
     monkeypatch.setattr(active, "compare_policies", lambda *_, **__: None)
-    monkeypatch.setattr(active.page, "write_active", lambda *given: said.append(given[-1]) or given[2])
+    monkeypatch.setattr(
+        active.page, "write_active", lambda *given: said.append(given[-1]) or given[2]
+    )
     monkeypatch.setattr(active, "write_active", lambda *given: said.append(given[-1]) or given[2])
     run("active", "--sets", 2, "--copies", 3, "--no-movie", "--out", tmp_path)
-    expected = f"2 sets of {contest.known} touches, each felt 3 times, noise {contest.noise:g} rad. python"
+    expected = (
+        f"2 sets of {contest.known} touches, each felt 3 times, noise {contest.noise:g} rad. python"
+    )
     assert said[0].startswith(expected)
 
 
 def test_conditions_stand_at_the_foot_of_a_design(monkeypatch, tmp_path):
     said = []
-    monkeypatch.setattr(design_page, "write_design", lambda *_, conditions, **__: said.append(conditions))
-    task = SimpleNamespace(n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common", level=0.03)
+    monkeypatch.setattr(
+        design_page, "write_design", lambda *_, conditions, **__: said.append(conditions)
+    )
+    task = SimpleNamespace(
+        n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common", level=0.03
+    )
     task.seeds, task.timestep = (1, 2, 3), 0.1
     scores = {name: SimpleNamespace(errors=0.1) for name in ("final", "reference_final")}
-    found = SimpleNamespace(plan=SimpleNamespace(task=task), compare=lambda: (0.2, 0.1), looks=1, **scores)
+    found = SimpleNamespace(
+        plan=SimpleNamespace(task=task), compare=lambda: (0.2, 0.1), looks=1, **scores
+    )
     _report(found, tmp_path, robot=False, movie=False, executor=None, as_json=False)
     words = (
-        "12 classes at 0.06, 0.6 m/s, 40 ms, common noise 0.03; seeds of the draws (1, 2, 3); timestep 0.1 ms. python"
+        "12 classes at 0.06, 0.6 m/s, 40 ms, common noise 0.03; seeds of the draws (1, 2, 3);"
+        " timestep 0.1 ms. python"
     )
     assert said[0].startswith(words)
 

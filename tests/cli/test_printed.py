@@ -35,13 +35,24 @@ def test_touch_prints_degrees_and_curvature_of_the_tensor_it_wrote(tmp_path):
     tensors = load(tmp_path / "tensor.nc")
     assert angle == pytest.approx(180 / np.pi * float(tensors["angle"].max()), rel=5e-3)
     assert curvature == pytest.approx(float(tensors["curvature"].max()), rel=5e-3)
-    found = json.loads(run("touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path, "--json"))
+    found = json.loads(
+        run(
+            "touch", "--duration", 30, "--timestep", 0.05, "--no-movie", "--out", tmp_path, "--json"
+        )
+    )
     assert found["peak_hinge_angle"] == np.degrees(float(tensors["angle"].max()))
     assert found["peak_curvature"] == float(tensors["curvature"].max())
     assert found["peak_force"] == 1e3 * np.linalg.norm(tensors["force"], axis=-1).max()
-    assert found["units"] == {"peak_hinge_angle": "deg", "peak_curvature": "1/mm", "peak_force": "mN"}
+    assert found["units"] == {
+        "peak_hinge_angle": "deg",
+        "peak_curvature": "1/mm",
+        "peak_force": "mN",
+    }
     page = re.sub("<[^>]+>", " ", (tmp_path / "touch.html").read_text(encoding="utf-8"))
-    facts = r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep \[ms\]\s+#"
+    facts = (
+        r"angle \[°\]\s+#\s+peak curvature \[1/mm\]\s+#\s+peak force \[mN\]\s+#\s+timestep"
+        r" \[ms\]\s+#"
+    )
     expected = [found["peak_hinge_angle"], found["peak_curvature"], found["peak_force"], 0.05]
     assert read(facts, page) == pytest.approx(expected, rel=1e-3)
 
@@ -50,7 +61,9 @@ def test_tracks_prints_degrees_per_second_and_centimetres_per_second():
     path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
     found = measure_exploration([load_tracks(path, frame_rate=30)])
     said = run("tracks", path, "--frame-rate", 30, "--length", 50)
-    mean, length, lateral = read(r"angular speed # °/s; with an antenna of # mm that is # cm/s", said)
+    mean, length, lateral = read(
+        r"angular speed # °/s; with an antenna of # mm that is # cm/s", said
+    )
     assert mean == pytest.approx(1e3 * 180 / np.pi * found.mean, abs=0.006)  # rad/ms
     assert length == 50
     assert lateral == pytest.approx(mean * np.pi / 180 * 50 / 10, rel=1e-3)  # rad/s × mm
@@ -66,7 +79,9 @@ def test_robot_fit_prints_hertz():
     found = fit_factors(repair(load_recording(path)))
     said = run("robot", "fit", path)
     for name, ringing in (("recording", found.target), ("model", found.reached)):
-        frequency, ratio, share = read(rf"{name} +# Hz damped, damping ratio #, a damped cosine explains #%", said)
+        frequency, ratio, share = read(
+            rf"{name} +# Hz damped, damping ratio #, a damped cosine explains #%", said
+        )
         assert share == pytest.approx(100 * ringing.r_squared, abs=0.06)
         assert frequency == pytest.approx(1e3 * ringing.frequency, abs=6e-4)  # kHz
         assert ratio == pytest.approx(ringing.damping_ratio, abs=6e-5)

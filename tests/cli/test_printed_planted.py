@@ -1,4 +1,6 @@
-"""Results are planted in the place of long computations: each number that a verb prints is the planted one, in its unit."""
+"""Results are planted in the place of long computations: each number that a verb prints is the
+planted one, in its unit.
+"""
 
 import io
 import json
@@ -52,7 +54,20 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
         told_apart=(6.04, 19.96), undefined="", at_base=np.zeros(4, int),
     )  # fmt: skip
     plant(monkeypatch, wall, approach=approach, map_distance=lambda sweep: found)
-    said = run("wall", "linear", "--near", 5, "--far", 11, "--steps", 4, "--angle", 40, "--reading", "total")
+    said = run(
+        "wall",
+        "linear",
+        "--near",
+        5,
+        "--far",
+        11,
+        "--steps",
+        4,
+        "--angle",
+        40,
+        "--reading",
+        "total",
+    )
     assert "R²   slope  intercept mm  error mm  monotone  told apart mm" in said
     row = read(rf"linear +# +# +# +# +# +# +# +yes +{NUMBER} to {NUMBER}", said)
     assert row == pytest.approx([3, 2, 1, 0.988, -1.23, 34.57, 0.43, 6.0, 20.0])
@@ -62,11 +77,15 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
 
 def test_wall_says_what_is_undefined(monkeypatch):
     found = SimpleNamespace(
-        used=np.zeros(4, int), undefined="the peak stays at one place", at_base=np.array([1, 1, 0, 0])
+        used=np.zeros(4, int),
+        undefined="the peak stays at one place",
+        at_base=np.array([1, 1, 0, 0]),
     )
     sweep = SimpleNamespace(contact=np.ones(4, int), inverted=np.ones(4, int))
     plant(monkeypatch, wall, approach=lambda *_: sweep, map_distance=lambda sweep: found)
-    assert "undefined: the peak stays at one place (2 peaks at the base hinge)" in run("wall", "constant")
+    assert "undefined: the peak stays at one place (2 peaks at the base hinge)" in run(
+        "wall", "constant"
+    )
 
 
 def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
@@ -84,19 +103,33 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
 
     plant(monkeypatch, wall, follow=follow)
     said = run("follow", "--turn", -20, "--speed", 0.3, "--target", 10, "--friction", 0.2)
-    numbers = read(r"passed after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)", said)
+    numbers = read(
+        r"passed after # ms; tracking error # mm, nearest # mm, estimate off by # mm \(map R² #\)",
+        said,
+    )
     assert numbers == pytest.approx([123, np.sqrt((2**2 + 1) / 2), 9.0, 0.5, 1.0], abs=0.006)
-    assert (asked["speed"], asked["controller"].target, asked["posture"].friction) == (0.3, 10.0, 0.2)  # m/s = mm/ms
+    assert (asked["speed"], asked["controller"].target, asked["posture"].friction) == (
+        0.3,
+        10.0,
+        0.2,
+    )  # m/s = mm/ms
     assert asked["course"].turns == (-20.0,)
 
 
 def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch):
     def fit(problem, *_, **__):
-        measured = SimpleNamespace(values=np.array([0.01812, 0.5123, 0.234, 0.567]), overdamped=False)
+        measured = SimpleNamespace(
+            values=np.array([0.01812, 0.5123, 0.234, 0.567]), overdamped=False
+        )
         p = np.array([37.78, -0.0827, 25.24, -0.0533])
         assert problem.hinges.names == ("p1", "p2", "p3", "p4")
         return calibration.Fit(
-            names=problem.hinges.names, p=p, error=0.0671, symmetric_accuracy=0.0035, measured=measured, minima=()
+            names=problem.hinges.names,
+            p=p,
+            error=0.0671,
+            symmetric_accuracy=0.0035,
+            measured=measured,
+            minima=(),
         )
 
     plant(monkeypatch, calibration, fit=fit)
@@ -141,7 +174,9 @@ def test_an_answer_is_in_per_cent_and_metres_per_second():
             truth={"feature": "ball", "speed": 0.27}, known=True,
         )
     )  # fmt: skip
-    assert said.startswith("ball at 0.7 of the length, 0.135 m/s (83%); then box at 0.6 of the length, 0.27 m/s (10%)")
+    assert said.startswith(
+        "ball at 0.7 of the length, 0.135 m/s (83%); then box at 0.6 of the length, 0.27 m/s (10%)"
+    )
     assert said.endswith("the notes say feature ball, speed 0.27: WRONG: speed")
     assert name_touch(("no contact", np.nan, np.nan)) == "no contact"
 
@@ -152,7 +187,9 @@ def test_info_prints_sizes_extremes_and_units(tmp_path):
     said = run("info", tmp_path / "set.nc")
     assert "trial 8, sensor 5, time 40, axis 2" in said
     low, high = read(r"angle +\(trial, sensor, time\) \[rad\] # … #", said)
-    assert (low, high) == pytest.approx((float(tensors.angle.min()), float(tensors.angle.max())), rel=5e-3)
+    assert (low, high) == pytest.approx(
+        (float(tensors.angle.min()), float(tensors.angle.max())), rel=5e-3
+    )
     assert read(r"time +# … # \(40 values\) \[ms\]", said) == [0.0, 39.0]
 
 
@@ -178,34 +215,55 @@ def test_set_scales_one_quantity_alone(change, field):
     antenna = cockroach()
     changed = change_antenna(antenna, [change])
     for name in ("stiffness", "damping", "segment_mass", "segment_length", "radius"):
-        np.testing.assert_allclose(getattr(changed, name), getattr(antenna, name) * (2.0 if name == field else 1.0))
+        np.testing.assert_allclose(
+            getattr(changed, name), getattr(antenna, name) * (2.0 if name == field else 1.0)
+        )
 
 
 def test_tracks_json_and_table_are_in_degrees_per_second(tmp_path):
     path = files("feeler.tracking") / "data" / "synthetic_tracks_xypts.csv"
     result = CliRunner().invoke(
-        app, ["tracks", str(path), "--frame-rate", "30", "--json", "--out", str(tmp_path)], catch_exceptions=False
+        app,
+        ["tracks", str(path), "--frame-rate", "30", "--json", "--out", str(tmp_path)],
+        catch_exceptions=False,
     )
     found = json.loads(result.stdout)
     tracks = feeler.tracking.load_tracks(path, frame_rate=30)
     expected = feeler.tracking.measure_exploration([tracks])
     per_second = 1e3 * 180 / np.pi
-    assert found["mean"] == pytest.approx(per_second * expected.mean) and found["units"]["mean"] == "deg/s"
-    assert found["lateral_speed"] == pytest.approx(expected.mean * 42.0) and found["units"]["lateral_speed"] == "m/s"
+    assert (
+        found["mean"] == pytest.approx(per_second * expected.mean)
+        and found["units"]["mean"] == "deg/s"
+    )
+    assert (
+        found["lateral_speed"] == pytest.approx(expected.mean * 42.0)
+        and found["units"]["lateral_speed"] == "m/s"
+    )
     assert found["trials"][0]["mean_peak"] == pytest.approx(per_second * expected.mean_peak[0])
     assert found["trials"][0]["error"] == pytest.approx(per_second * expected.error[0])
     page = re.sub("<[^>]+>", " ", (tmp_path / "tracks.html").read_text(encoding="utf-8"))
     cell = r"\s+# ± # \(#\)"
-    said = read(rf"left \[°/s\] \(peaks\)\s+right \[°/s\] \(peaks\).*?\.csv{cell}{cell}", " ".join(page.split()))
+    said = read(
+        rf"left \[°/s\] \(peaks\)\s+right \[°/s\] \(peaks\).*?\.csv{cell}{cell}",
+        " ".join(page.split()),
+    )
     one = found["trials"][0]
-    assert said[:3] == pytest.approx([one[name][0] for name in ("mean_peak", "error", "n_peaks")], rel=0.06)
-    assert said[3:] == pytest.approx([one[name][1] for name in ("mean_peak", "error", "n_peaks")], rel=0.06)
-    table = np.genfromtxt(tmp_path / "tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    assert said[:3] == pytest.approx(
+        [one[name][0] for name in ("mean_peak", "error", "n_peaks")], rel=0.06
+    )
+    assert said[3:] == pytest.approx(
+        [one[name][1] for name in ("mean_peak", "error", "n_peaks")], rel=0.06
+    )
+    table = np.genfromtxt(
+        tmp_path / "tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
     left = table[table["side"] == "left"]
     sweeps = expected.sweeps[0][0]
     np.testing.assert_allclose(left["time_ms"], tracks.time, rtol=1e-5)
     np.testing.assert_allclose(left["angle_deg"], np.rad2deg(sweeps.angle), rtol=1e-4, atol=1e-4)
-    np.testing.assert_allclose(left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3)
+    np.testing.assert_allclose(
+        left["speed_deg_per_s"], per_second * sweeps.speed, rtol=1e-4, atol=1e-3
+    )
 
 
 def test_the_picture_of_tracks_is_in_degrees_over_seconds():
@@ -217,20 +275,30 @@ def test_the_picture_of_tracks_is_in_degrees_over_seconds():
     assert (angle.get_xlabel(), angle.get_ylabel()) == ("time [s]", "angle [°]")
     assert (speed.get_xlabel(), speed.get_ylabel()) == ("time [s]", "|speed| [°/s]")
     for k, sweeps in enumerate(result.sweeps[0]):
-        np.testing.assert_allclose(angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi])
+        np.testing.assert_allclose(
+            angle.lines[k].get_data(), [tracks.time / 1e3, sweeps.angle * 180 / np.pi]
+        )
         fast, peaks = speed.lines[2 * k : 2 * k + 2]
-        np.testing.assert_allclose(fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi])
-        np.testing.assert_allclose(peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi])
+        np.testing.assert_allclose(
+            fast.get_data(), [tracks.time / 1e3, np.abs(sweeps.speed) * 180e3 / np.pi]
+        )
+        np.testing.assert_allclose(
+            peaks.get_data(), [sweeps.peak_time / 1e3, sweeps.peak_speed * 180e3 / np.pi]
+        )
 
 
 def test_tracks_prints_a_posture_in_degrees(tmp_path, monkeypatch):
     bend = xr.DataArray(
-        np.deg2rad([[10.0, -30.0], [20.0, 5.0]]), dims=("time", "joint"), coords={"joint": ["p1", "p2"]}
+        np.deg2rad([[10.0, -30.0], [20.0, 5.0]]),
+        dims=("time", "joint"),
+        coords={"joint": ["p1", "p2"]},
     )
     posture = xr.Dataset({"bend": bend, "piece_length": ("piece", [3.0, 4.5])})
     posture["position"] = xr.DataArray(np.zeros(2), dims="time", attrs={"units": "mm"})
     monkeypatch.setattr(feeler.tracking, "measure_posture", lambda *_: posture)
-    monkeypatch.setattr(feeler.tracking, "load_tracks", lambda *_, **__: SimpleNamespace(n_frames=2))
+    monkeypatch.setattr(
+        feeler.tracking, "load_tracks", lambda *_, **__: SimpleNamespace(n_frames=2)
+    )
     said = run("tracks", tmp_path / "x.csv", "--points", "base,p1,p2,tip")
     assert "x.csv: 7.5 mm long, 2 of 2 frames whole; largest bend p1 20.0°, p2 30.0°" in said
 
@@ -243,10 +311,21 @@ def test_a_stream_prints_milliseconds_since_contact_and_the_posterior(capsys):
         return SimpleNamespace(**fields)
 
     states = iter(
-        [state("waiting", -1, 0.0), state("touching", 0, 0.25, ("ball", 0.7, 0.3)), state("touching", 1, 0.5)]
+        [
+            state("waiting", -1, 0.0),
+            state("touching", 0, 0.25, ("ball", 0.7, 0.3)),
+            state("touching", 1, 0.5),
+        ]
     )
     running = SimpleNamespace(update=lambda angle, time: next(states))
-    _decode(running, [(t, np.zeros(2)) for t in range(3)], None, every=50, say=_say_state, keep=lambda sample: None)
+    _decode(
+        running,
+        [(t, np.zeros(2)) for t in range(3)],
+        None,
+        every=50,
+        say=_say_state,
+        keep=lambda sample: None,
+    )
     _say_end(True, 3, "", "")
     said = capsys.readouterr().out
     assert read("# ms  touching +#  ball at # of the length, # m/s", said) == [0, 0.25, 0.7, 0.3]
@@ -266,17 +345,23 @@ def test_gap_prints_shares_in_per_cent_and_draws_what_is_lost(monkeypatch, tmp_p
         for name, shares in SHARES.items()
     }
     plant(monkeypatch, robot, measure_parts=lambda *_, **__: scores)
-    monkeypatch.setattr(Section, "figure", lambda _, name, caption, draw, **__: figures.append((caption, draw)))
+    monkeypatch.setattr(
+        Section, "figure", lambda _, name, caption, draw, **__: figures.append((caption, draw))
+    )
     said = run("robot", "gap", "--out", tmp_path)
     for name, shares in SHARES.items():
         expected = [100 * share for share in (*shares["all"], shares["feature"][0])]
-        assert read(rf"{name} +#% read right \(#% to #%\); feature #%", said) == pytest.approx(expected)
+        assert read(rf"{name} +#% read right \(#% to #%\); feature #%", said) == pytest.approx(
+            expected
+        )
     page = re.sub("<[^>]+>", " ", (tmp_path / "robot.html").read_text(encoding="utf-8"))
     assert read(r"noise\s+#\s+#\s+#\s+#", page) == [81, 74, 88, 95]
     (caption, draw), figure = figures[0], Figure()
     draw(figure)
     (ax,) = figure.axes
-    assert "of 24 each" in caption and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
+    assert (
+        "of 24 each" in caption and ax.get_xlabel() == "contacts read wrong [%], with 95 % interval"
+    )
     np.testing.assert_allclose([bar.get_width() for bar in ax.patches], [19, 60])
     ends = np.array([segment[:, 0] for segment in ax.collections[0].get_segments()])
     np.testing.assert_allclose(ends, [[12, 26], [48, 69]])
@@ -306,7 +391,11 @@ def test_a_search_says_its_best_error_and_each_start_its_own(monkeypatch, capsys
     watch(36, 0.25)  # a worse one
     watch.end_start(1, 3, SimpleNamespace(error=0.25, evaluations=36, seconds=4.2), 0.125)
     said = capsys.readouterr().err
-    assert re.findall(r"(\d+) antennas, best error ([\d.]+)", said) == [("12", "0.5"), ("24", "0.125"), ("36", "0.125")]
+    assert re.findall(r"(\d+) antennas, best error ([\d.]+)", said) == [
+        ("12", "0.5"),
+        ("24", "0.125"),
+        ("36", "0.125"),
+    ]
     assert "start 1/3: error 0.25 after 36 antennas, 4.2 s; best 0.125" in said
 
 
@@ -320,7 +409,9 @@ def test_stages_are_timed_in_seconds(monkeypatch, capsys, tmp_path):
     assert lines[:2] == ["[0/7]   12.5 s  Fig. 2  ...", "[1/7]   12.5 s  Fig. 2  3.2 s"]
     assert lines[2] == "[2/7]   12.5 s  Fig. 3  from the cache"
     _summarise(SimpleNamespace(is_cockroach=False, out=tmp_path, vector=True), [], 61.26, False)
-    assert capsys.readouterr().out.endswith(f"figures: {tmp_path / 'figures'}, {tmp_path / 'figures.pdf'}   (61.3 s)\n")
+    assert capsys.readouterr().out.endswith(
+        f"figures: {tmp_path / 'figures'}, {tmp_path / 'figures.pdf'}   (61.3 s)\n"
+    )
 
 
 def test_progress_says_megabytes_and_the_share_that_failed():
@@ -342,11 +433,22 @@ def test_a_comparison_says_how_it_was_made(monkeypatch, tmp_path):
     )
     plant(monkeypatch, comparison, write_comparison=lambda _, out, words: said.append(words) or out)
     words = run(
-        "compare", "robot", "constant", "--scale", "smoke", "--speed", 0.3, "--seed", 4, "--out", tmp_path / "c.html"
+        "compare",
+        "robot",
+        "constant",
+        "--scale",
+        "smoke",
+        "--speed",
+        0.3,
+        "--seed",
+        4,
+        "--out",
+        tmp_path / "c.html",
     )
     assert re.search(r"^bits +1 +2$", words, re.MULTILINE)
     timestep, count, speed = read(
-        r"Scale smoke, seed 4, engine chain-consistent, timestep # ms, # touches at # m/s\. ", said[0]
+        r"Scale smoke, seed 4, engine chain-consistent, timestep # ms, # touches at # m/s\. ",
+        said[0],
     )
     assert (timestep, speed) == (get_engine("chain-consistent").timestep, 0.3)
     assert f"robot: touched {count:g} times" in words and said[0].endswith(describe_versions())

@@ -1,4 +1,6 @@
-"""``feeler touch --store``: resumes, reports to machines, and stops as asked, in real processes where it is stopped."""
+"""``feeler touch --store``: resumes, reports to machines, and stops as asked, in real processes
+where it is stopped.
+"""
 
 import json
 import os
@@ -19,15 +21,21 @@ from ._command import run
 FEELER = [sys.executable, "-c", "from feeler.cli import main; main()"]
 SET = ["touch", "--store", "set.zarr", "--duration", "30", "--workers", "2"]
 SET += [word for place in range(20) for word in ("--location", f"{0.4 + 0.02 * place:g}")]
-N_SLOW = 200  # far more than the groups of eight that two workers have at hand when they are interrupted
+N_SLOW = (
+    200  # far more than the groups of eight that two workers have at hand when they are interrupted
+)
 SLOW = ["touch", "--store", "set.zarr", "--duration", "4", "--workers", "2", "--engine", "mujoco"]
 SLOW += [word for place in range(N_SLOW) for word in ("--location", f"{0.4 + 0.002 * place:g}")]
 
 
 def start(*arguments, cwd):
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    hear = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # also where these tests were started with it ignored
-    return subprocess.Popen([*FEELER, *arguments], cwd=cwd, start_new_session=True, preexec_fn=hear, **pipes)
+    hear = partial(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # also where these tests were started with it ignored
+    return subprocess.Popen(
+        [*FEELER, *arguments], cwd=cwd, start_new_session=True, preexec_fn=hear, **pipes
+    )
 
 
 def find_finished(folder):
@@ -66,7 +74,10 @@ def test_the_same_command_resumes_and_tells_machines(tmp_path):
     assert again.returncode == 0, again.stderr
     events = [json.loads(line) for line in again.stderr.splitlines() if line.startswith("{")]
     assert [event["done"] for event in events] == [20]
-    assert all(event["total"] == 20 and event["seconds_left"] >= 0 and event["per_second"] > 0 for event in events)
+    assert all(
+        event["total"] == 20 and event["seconds_left"] >= 0 and event["per_second"] > 0
+        for event in events
+    )
     xr.testing.assert_identical(load(tmp_path / "set.zarr"), whole)
     other = run(*SET, "--speed", "0.3", cwd=tmp_path)
     assert other.returncode == 2
@@ -77,11 +88,15 @@ def test_many_touches_need_a_store(tmp_path):
     result = run("touch", "--location", "0.3", "--location", "0.5", cwd=tmp_path)
     assert result.returncode == 2
     assert "2 touches need a --store" in result.stderr
-    assert "goes on where it stopped" in " ".join(run("touch", "--help", cwd=tmp_path).stdout.split())
+    assert "goes on where it stopped" in " ".join(
+        run("touch", "--help", cwd=tmp_path).stdout.split()
+    )
 
 
 @pytest.mark.parametrize(
-    "workers", [[], pytest.param(["--processes"], marks=pytest.mark.slow)], ids=["threads", "processes"]
+    "workers",
+    [[], pytest.param(["--processes"], marks=pytest.mark.slow)],
+    ids=["threads", "processes"],
 )
 def test_one_interrupt_keeps_what_runs_and_ends(tmp_path, workers):
     process = start(*SLOW, *workers, cwd=tmp_path)
@@ -90,14 +105,19 @@ def test_one_interrupt_keeps_what_runs_and_ends(tmp_path, workers):
     _, err = process.communicate(timeout=300)
     assert process.returncode == 130, err
     assert "stopping after the trials that are running" in err
-    assert "finished touches are in set.zarr, and the same command goes on" in err and "Traceback" not in err
+    assert (
+        "finished touches are in set.zarr, and the same command goes on" in err
+        and "Traceback" not in err
+    )
     assert 0 < len(find_finished(tmp_path)) < N_SLOW
     assert load(tmp_path / "set.zarr").sizes["trial"] == len(find_finished(tmp_path))
     assert list_session(process.pid) == []
 
 
 @pytest.mark.parametrize(
-    "workers", [["--processes"], pytest.param([], marks=pytest.mark.slow)], ids=["processes", "threads"]
+    "workers",
+    [["--processes"], pytest.param([], marks=pytest.mark.slow)],
+    ids=["processes", "threads"],
 )
 def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     process = start(*SLOW, *workers, cwd=tmp_path)
@@ -105,7 +125,9 @@ def test_two_interrupts_end_at_once_and_leave_no_orphans(tmp_path, workers):
     session = list_session(process.pid)
     assert len(session) >= (3 if workers else 1)
     process.send_signal(signal.SIGINT)
-    said = next(line for line in process.stderr if line.strip())  # after the newline that leaves the ^C behind
+    said = next(
+        line for line in process.stderr if line.strip()
+    )  # after the newline that leaves the ^C behind
     assert "stopping after the trials that are running" in said
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)

@@ -20,15 +20,21 @@ from feeler.stimulus.ninety import trials
 @pytest.fixture(scope="module")
 def sets():
     effort = SCALES["smoke"]
-    touches = [t for t in trials(locations=effort.locations) if t.speed == 0.6 and t.name in effort.shapes]
+    touches = [
+        t for t in trials(locations=effort.locations) if t.speed == 0.6 and t.name in effort.shapes
+    ]
     antennas = {"robot": feeler.presets.robot(), "constant": feeler.presets.cockroach("constant")}
-    return {name: feeler.touch(antenna, touches, duration=40.0) for name, antenna in antennas.items()}
+    return {
+        name: feeler.touch(antenna, touches, duration=40.0) for name, antenna in antennas.items()
+    }
 
 
 @pytest.fixture(scope="module")
 def compared(sets):
     effort = SCALES["smoke"]
-    return compare_antennas(sets, effort.make_encoder(random_state=0), plan=effort.plan, random_state=3)
+    return compare_antennas(
+        sets, effort.make_encoder(random_state=0), plan=effort.plan, random_state=3
+    )
 
 
 def test_measures_are_those_of_the_library(sets, compared):
@@ -42,7 +48,11 @@ def test_measures_are_those_of_the_library(sets, compared):
         assert compared.sparseness[name] == pytest.approx(hoyer.mean())
         for index, average in dispersion.average.items():
             assert compared.dispersion["raw"].average[index][name] == average[name]
-        fitted = SCALES["smoke"].make_encoder(random_state=0).set_params(n_restarts=SCALES["smoke"].plan.n_restarts)
+        fitted = (
+            SCALES["smoke"]
+            .make_encoder(random_state=0)
+            .set_params(n_restarts=SCALES["smoke"].plan.n_restarts)
+        )
         fitted.fit(array)
         entropy = np.mean([compute_histogram_entropy(basis) for basis in fitted.components_])
         assert compared.entropy[name] == pytest.approx(entropy)
@@ -54,16 +64,27 @@ def test_measures_are_those_of_the_library(sets, compared):
             assert found == bootstrap_difference(robot.area, other.area, rng)
 
 
-def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(compared, tmp_path, monkeypatch):
+def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(
+    compared, tmp_path, monkeypatch
+):
     rows = {title: cells for title, *cells in compared.list_rows()}
-    numbers = {title: [float(re.match(r"-?[\d.]+", cell)[0]) for cell in cells] for title, cells in rows.items()}
+    numbers = {
+        title: [float(re.match(r"-?[\d.]+", cell)[0]) for cell in cells]
+        for title, cells in rows.items()
+    }
     names = compared.names
-    assert numbers["greatest angle (°)"] == pytest.approx([180 / np.pi * compared.peak[n] for n in names], abs=6e-3)
-    assert numbers["entropy of the bases (bits)"] == pytest.approx([compared.entropy[n] for n in names], abs=6e-3)
+    assert numbers["greatest angle (°)"] == pytest.approx(
+        [180 / np.pi * compared.peak[n] for n in names], abs=6e-3
+    )
+    assert numbers["entropy of the bases (bits)"] == pytest.approx(
+        [compared.entropy[n] for n in names], abs=6e-3
+    )
     hoyer = numbers["Hoyer sparseness of the tensors"]
     assert hoyer == pytest.approx([compared.sparseness[n] for n in names], abs=6e-3)
     shares = {title: cells for title, cells in numbers.items() if title.startswith("accuracy")}
-    assert len(shares) == 2 * len(compared.curves.noises) and all(title.endswith("noise (%)") for title in shares)
+    assert len(shares) == 2 * len(compared.curves.noises) and all(
+        title.endswith("noise (%)") for title in shares
+    )
     kinds = [(kind, noise) for kind in ("sparse", "raw") for noise in compared.curves.noises]
     for cells, (kind, noise) in zip(shares.values(), kinds, strict=True):
         found = compared.curves.find(kind, noise)
@@ -80,7 +101,9 @@ def test_the_table_and_the_page_say_them_in_degrees_bits_and_per_cent(compared, 
 def test_the_picture_is_in_per_cent(compared):
     plot(compared, figure := Figure(figsize=(10.0, 6.5)))
     panels = figure.axes[4:]
-    assert {ax.get_xlabel() for ax in panels} == {"noise [%]"} and panels[0].get_ylabel() == "accuracy [%]"
+    assert {ax.get_xlabel() for ax in panels} == {"noise [%]"} and panels[
+        0
+    ].get_ylabel() == "accuracy [%]"
     assert [ax.get_title() for ax in figure.axes[:4]] == [
         f"{name}, tensors" for name in ("Pearson r", "SSIM", "MSE", "NMI")
     ]

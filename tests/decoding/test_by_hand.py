@@ -1,4 +1,6 @@
-"""Small cases worked out by hand: contact noticed, answers in time, what a null explains, accuracy by class."""
+"""Small cases worked out by hand: contact noticed, answers in time, what a null explains, accuracy
+by class.
+"""
 
 from types import SimpleNamespace
 
@@ -19,14 +21,35 @@ from feeler.errors import InvalidInput
 def make_sweep(noisy, ratios=(0.1, 0.2), n_classes=4, confusion=None):
     noisy = np.asarray(noisy, dtype=float)
     rest = dict.fromkeys(("clean", "kept_noisy", "kept_clean"), noisy)
-    confusion = np.zeros((len(ratios), n_classes, n_classes)) if confusion is None else np.asarray(confusion)
-    return Sweep(ratios=np.array(ratios), classes=np.arange(n_classes), noisy=noisy, confusion=confusion, **rest)
+    confusion = (
+        np.zeros((len(ratios), n_classes, n_classes))
+        if confusion is None
+        else np.asarray(confusion)
+    )
+    return Sweep(
+        ratios=np.array(ratios),
+        classes=np.arange(n_classes),
+        noisy=noisy,
+        confusion=confusion,
+        **rest,
+    )
 
 
 def test_contact_is_noticed_at_the_last_of_so_many_samples_beyond_the_level():
-    """The level is the mean of what was seen at rest; a sample at the threshold itself is still rest."""
+    """The level is the mean of what was seen at rest; a sample at the threshold itself is still
+    rest.
+    """
     finder = OnsetFinder(onset=1.0, confirm=3, n_sensors=2)
-    seen = [[5.0, 2.0], [5.5, 2.0], [6.0, 2.0], [8.0, 2.0], [5.5, 2.0], [5.5, 4.0], [5.5, 0.0], [5.5, 0.0]]
+    seen = [
+        [5.0, 2.0],
+        [5.5, 2.0],
+        [6.0, 2.0],
+        [8.0, 2.0],
+        [5.5, 2.0],
+        [5.5, 4.0],
+        [5.5, 0.0],
+        [5.5, 0.0],
+    ]
     noticed = [finder.see(np.array(sample)) for sample in seen]
     assert noticed == [False] * 7 + [True]
     assert finder.level == pytest.approx([(5.0 + 5.5 + 6.0 + 5.5) / 4, 2.0])  # 8.0 was beyond it
@@ -59,7 +82,9 @@ def test_accuracy_by_class_counts_rows_and_leaves_out_ratio_0():
     only = make_sweep(np.zeros((1, 1)), ratios=(0.0,), n_classes=2, confusion=confusion[:1])
     np.testing.assert_allclose(only.area, [1, 1])
     confusion[1, 1] = 0
-    np.testing.assert_array_equal(np.isnan(sweep.recall), [[False, False], [False, True], [False, False]])
+    np.testing.assert_array_equal(
+        np.isnan(sweep.recall), [[False, False], [False, True], [False, False]]
+    )
 
 
 def test_what_a_null_explains_is_a_share_above_chance_over_common_ratios():
@@ -70,10 +95,14 @@ def test_what_a_null_explains_is_a_share_above_chance_over_common_ratios():
     assert np.isnan(compute_explained(make_sweep([[0.2], [0.25]]), null))
 
 
-@pytest.mark.parametrize(("explained", "evidence"), [(0.49, True), (0.5, False), (0.8, False), (float("nan"), True)])
+@pytest.mark.parametrize(
+    ("explained", "evidence"), [(0.49, True), (0.5, False), (0.8, False), (float("nan"), True)]
+)
 def test_half_explained_is_no_evidence(explained, evidence):
     rising = np.arange(30.0)
-    verdict = judge_order({"a": rising + 1, "b": rising}, claim="c", measure="m", explained=explained)
+    verdict = judge_order(
+        {"a": rising + 1, "b": rising}, claim="c", measure="m", explained=explained
+    )
     assert verdict.is_evidence is evidence
     assert verdict.means == (("a", 15.5), ("b", 14.5)) and verdict.difference.estimate == 1.0
 
@@ -87,7 +116,9 @@ def test_kept_variance_is_a_share_about_the_set_s_own_mean():
     assert compute_kept_variance(found, other) == pytest.approx(
         np.sum((centred @ axes[:2].T) ** 2) / np.sum(centred**2)
     )
-    np.testing.assert_allclose(np.abs(found.transform(other)), np.abs((other - train.mean(axis=0)) @ axes[:2].T))
+    np.testing.assert_allclose(
+        np.abs(found.transform(other)), np.abs((other - train.mean(axis=0)) @ axes[:2].T)
+    )
     np.testing.assert_allclose(
         found.explained_variance_, np.var((train - train.mean(axis=0)) @ axes[:2].T, axis=0, ddof=1)
     )
@@ -95,7 +126,9 @@ def test_kept_variance_is_a_share_about_the_set_s_own_mean():
 
 
 def test_answers_in_time_are_counted_by_hand():
-    """Two touches that are noticed, one of them decided wrongly at the second moment, and one that is not noticed."""
+    """Two touches that are noticed, one of them decided wrongly at the second moment, and one that
+    is not noticed.
+    """
 
     def state(since, label, probability):
         return SimpleNamespace(since_contact=since, label=label, probability=probability)
@@ -122,7 +155,9 @@ def make_touches(spread=0.0, seed=0, n_each=1):
 
 
 def test_evidence_is_summed_over_lags_by_bayes():
-    """Every lag is as likely: p(class) ∝ Σ_lag p(seen | class, lag), with σ² = floor² + (5 % of the peak)²."""
+    """Every lag is as likely: p(class) ∝ Σ_lag p(seen | class, lag), with σ² = floor² + (5 % of the
+    peak)².
+    """
     decoder = StreamDecoder(window=60, correlation=20.0, max_lag=2, lag_step=2).fit(*make_touches())
     touch = make_touches(spread=0.05, seed=4)[0][1]
     stream = decoder.start()
@@ -155,7 +190,9 @@ def test_a_touch_is_decided_from_its_first_sample_of_contact_on(monkeypatch, sin
     decoder.classes_ = ["a", "b"]
     state = SimpleNamespace(since_contact=since, posterior=np.array([0.25, 0.75]))
     monkeypatch.setattr(StreamDecoder, "replay", lambda *_: [state])
-    np.testing.assert_array_equal(decoder.decide([np.zeros((2, 9))]), [[0.25, 0.75] if known else [np.nan, np.nan]])
+    np.testing.assert_array_equal(
+        decoder.decide([np.zeros((2, 9))]), [[0.25, 0.75] if known else [np.nan, np.nan]]
+    )
 
 
 def test_tensors_of_nothing_but_zeros_are_not_divided_by_zero():
@@ -177,7 +214,14 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
         return log_softmax(votes / t, axis=1)[np.arange(12), number].mean()
 
     assert score(found) == max(score(t) for t in TEMPERATURES)
-    silent, strange = np.full((1, 2, 30), np.nan), ("c", 0.5, 0.1)  # of no contact, and of no class: left out
+    silent, strange = (
+        np.full((1, 2, 30), np.nan),
+        (
+            "c",
+            0.5,
+            0.1,
+        ),
+    )  # of no contact, and of no class: left out
     more = classifier.temper(np.concatenate([test, silent, test[:1]]), [*true, labels[0], strange])
     assert more.temperature_ == found
     for wrong in (true[:-1], [strange] * len(true)):
@@ -187,7 +231,11 @@ def test_a_tempered_classifier_has_the_temperature_of_the_greatest_likelihood():
     np.testing.assert_allclose(classifier.predict_proba(test), expected)
     scored = score_transfer(classifier, test, true)
     best = np.argsort(-votes, axis=1)
-    assert scored.correct["all"] == (best[:, 0] == number).sum() == round(12 * classifier.score(test, true))
+    assert (
+        scored.correct["all"]
+        == (best[:, 0] == number).sum()
+        == round(12 * classifier.score(test, true))
+    )
     assert scored.correct["top2"] == (best[:, :2] == number[:, None]).any(axis=1).sum()
     assert scored.share("top2")[0] == pytest.approx(scored.correct["top2"] / 12)
 
@@ -196,7 +244,11 @@ def test_groups_that_are_equal_decide_nothing():
     """An interval that only touches 0 lies neither above nor below it."""
     same = np.arange(30.0)
     verdict = judge_order({"a": same, "b": same}, claim="c", measure="m")
-    assert (verdict.difference.low, verdict.difference.high, verdict.word) == (0.0, 0.0, "undecided")
+    assert (verdict.difference.low, verdict.difference.high, verdict.word) == (
+        0.0,
+        0.0,
+        "undecided",
+    )
 
 
 @pytest.mark.parametrize("touch", [np.ones((3, 9)), np.ones(9), np.ones((2, 8))])

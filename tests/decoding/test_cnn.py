@@ -16,8 +16,12 @@ def make_touches(n_each=12, seed=0):
     """Three classes: a blob in another place each."""
     rng = np.random.default_rng(seed)
     sensor, time = np.mgrid[: SHAPE[0], : SHAPE[1]]
-    blobs = [np.exp(-((sensor - s) ** 2 + (time - t) ** 2) / 8) for s, t in ((3, 4), (7, 10), (11, 16))]
-    return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(size=(3 * n_each, *SHAPE)), np.tile(list("abc"), n_each)
+    blobs = [
+        np.exp(-((sensor - s) ** 2 + (time - t) ** 2) / 8) for s, t in ((3, 4), (7, 10), (11, 16))
+    ]
+    return np.tile(blobs, (n_each, 1, 1)) + 0.1 * rng.normal(size=(3 * n_each, *SHAPE)), np.tile(
+        list("abc"), n_each
+    )
 
 
 def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
@@ -37,9 +41,27 @@ def test_layers_are_the_papers():
     torch = pytest.importorskip("torch")
     network = make_network(torch, TouchNetwork().shape, 30)
     shapes = [tuple(p.shape) for p in network.parameters()]
-    assert shapes == [(32, 1, 15, 15), (32,), (32,), (32,), (50, 32 * 23 * 185), (50,), (30, 50), (30,)]
+    assert shapes == [
+        (32, 1, 15, 15),
+        (32,),
+        (32,),
+        (32,),
+        (50, 32 * 23 * 185),
+        (50,),
+        (30, 50),
+        (30,),
+    ]
     kinds = [type(layer).__name__ for layer in network]
-    assert kinds == ["Conv2d", "BatchNorm2d", "MaxPool2d", "ReLU", "Flatten", "Linear", "Dropout", "Linear"]
+    assert kinds == [
+        "Conv2d",
+        "BatchNorm2d",
+        "MaxPool2d",
+        "ReLU",
+        "Flatten",
+        "Linear",
+        "Dropout",
+        "Linear",
+    ]
     assert network(torch.zeros(2, 1, 56, 380)).shape == (2, 30)
 
 
@@ -47,7 +69,9 @@ def test_pooling_before_the_relu_changes_no_answer_and_no_gradient():
     torch = pytest.importorskip("torch")
     torch.manual_seed(3)
     ours = make_network(torch, SHAPE, 3).eval()
-    papers = torch.nn.Sequential(*(ours[k] for k in (0, 1, 3, 2, 4, 5, 6, 7)))  # the ReLU before the pooling
+    papers = torch.nn.Sequential(
+        *(ours[k] for k in (0, 1, 3, 2, 4, 5, 6, 7))
+    )  # the ReLU before the pooling
     images, answers = torch.randn(5, 1, *SHAPE), []
     for network in (ours, papers):
         network.zero_grad()
@@ -76,8 +100,13 @@ def test_the_unit_of_angles_changes_no_weight():
     """64 times as large is the same number with another exponent."""
     pytest.importorskip("torch")
     X, y = make_touches()
-    plain, large = (TouchNetwork(**QUICK | {"max_epochs": 1}, random_state=1).fit(factor * X, y) for factor in (1, 64))
-    np.testing.assert_array_equal(*(m.network_[0].weight.detach().cpu().numpy() for m in (plain, large)))
+    plain, large = (
+        TouchNetwork(**QUICK | {"max_epochs": 1}, random_state=1).fit(factor * X, y)
+        for factor in (1, 64)
+    )
+    np.testing.assert_array_equal(
+        *(m.network_[0].weight.detach().cpu().numpy() for m in (plain, large))
+    )
 
 
 def test_training_stops_on_the_validation_part_and_keeps_its_best():
@@ -134,11 +163,20 @@ def test_another_version_or_a_damaged_file_says_so(tmp_path):
     X, y = make_touches()
     TouchNetwork(**QUICK).fit(X, y).save(tmp_path / "good")
     good = read_model(tmp_path / "good")
-    later = Model(kind=good.kind, version=good.version + 1, arrays=good.arrays, settings=good.settings)
+    later = Model(
+        kind=good.kind, version=good.version + 1, arrays=good.arrays, settings=good.settings
+    )
     arrays = {name: values for name, values in good.arrays.items() if "bias" not in name}
     save_model(later, tmp_path / "later")
-    save_model(Model(kind=good.kind, version=good.version, arrays=arrays, settings=good.settings), tmp_path / "part")
+    save_model(
+        Model(kind=good.kind, version=good.version, arrays=arrays, settings=good.settings),
+        tmp_path / "part",
+    )
     save_model(Model(kind="lda", version=1), tmp_path / "lda")
-    for name, words in {"later": "holds version 2", "part": "no complete TouchNetwork", "lda": "of kind 'lda'"}.items():
+    for name, words in {
+        "later": "holds version 2",
+        "part": "no complete TouchNetwork",
+        "lda": "of kind 'lda'",
+    }.items():
         with pytest.raises(InvalidInput, match=words):
             TouchNetwork.load(tmp_path / name, device="cpu")

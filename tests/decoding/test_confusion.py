@@ -14,9 +14,14 @@ def test_planted_confusions_are_named():
     counts[0, 0], counts[0, 1], counts[1, 3], counts[2, 1] = 4, 3, 2, 1
     confused = explain_confusion(counts, ATTRIBUTES)
     assert confused.correct == pytest.approx(0.4)
-    assert confused.wrong == pytest.approx({("feature",): 0.2, ("size",): 0.3, ("feature", "size"): 0.1})
+    assert confused.wrong == pytest.approx(
+        {("feature",): 0.2, ("size",): 0.3, ("feature", "size"): 0.1}
+    )
     assert confused.accuracy == pytest.approx({"feature": 0.7, "size": 0.6})
-    assert confused.describe() == "right 40.0 %; wrong in size 30.0 %, feature 20.0 %, feature and size 10.0 %"
+    assert (
+        confused.describe()
+        == "right 40.0 %; wrong in size 30.0 %, feature 20.0 %, feature and size 10.0 %"
+    )
 
 
 def test_what_is_never_wrong_is_not_listed():
@@ -40,7 +45,9 @@ def test_labels_are_readable():
 
 
 class MeanEncoder:
-    """Stands in for the convolutive NMF: the joint activations are means, the codes of fixed bases maxima."""
+    """Stands in for the convolutive NMF: the joint activations are means, the codes of fixed bases
+    maxima.
+    """
 
     def fit(self, X):
         self.activations_ = X.mean(axis=1, keepdims=True)

@@ -15,11 +15,21 @@ from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import compute_explained, judge_order
 from feeler.errors import InvalidInput
 
-PLAN = Plan(ratios=(0.05, 0.4), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=4, probe=0.4, before_all=True)
+PLAN = Plan(
+    ratios=(0.05, 0.4),
+    n_repeats=2,
+    n_copies=4,
+    other_copies=(3,),
+    before_copies=4,
+    probe=0.4,
+    before_all=True,
+)
 
 
 class SumEncoder(BaseEstimator):
-    """Codes are sums over the antenna; joint ones also carry a mark of the trial's place in the set, as a trap."""
+    """Codes are sums over the antenna; joint ones also carry a mark of the trial's place in the
+    set, as a trap.
+    """
 
     def fit(self, X):
         mark = np.eye(len(X), X.shape[2])[:, None, :]
@@ -35,7 +45,9 @@ def make_group(height):
     places = np.linspace(15, 45, 8)[:, None]
     tensors = np.exp(-0.5 * ((time - places) / 2) ** 2)[:, None, :] * np.full((1, 4, 1), height)
     encoder = SumEncoder()
-    return Group(tensors=tensors, labels=np.arange(8), encoder=encoder, codes=make_codes(tensors, encoder))
+    return Group(
+        tensors=tensors, labels=np.arange(8), encoder=encoder, codes=make_codes(tensors, encoder)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +64,12 @@ def test_every_group_has_every_curve(curves):
     assert set(curves.baselines) == {"strong", "weak"}
 
 
-def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strongest_group(monkeypatch):
-    """A tensor is noisy as a whole, a code vector by vector; common noise is a share of the greatest peak of all groups."""
+def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strongest_group(
+    monkeypatch,
+):
+    """A tensor is noisy as a whole, a code vector by vector; common noise is a share of the
+    greatest peak of all groups.
+    """
     groups, seen = {"weak": make_group(0.1), "strong": make_group(1.0)}, []
 
     def record(codes, labels, *, noise, **_):
@@ -70,7 +86,9 @@ def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strong
         assert {noise.reference for _, noise in seen if hasattr(noise, "reference")} == {peak}
     given = []
     monkeypatch.setattr(
-        curves_module, "_sweep_kind", lambda codes, _, kind, __, peak, *___: given.append((kind, peak)) or {}
+        curves_module,
+        "_sweep_kind",
+        lambda codes, _, kind, __, peak, *___: given.append((kind, peak)) or {},
     )
     monkeypatch.setattr(curves_module, "compute_baseline", lambda *_: None)
     compute_curves(groups, replace(PLAN, before_repeats=0), kinds=("raw", "sparse"))
@@ -79,9 +97,15 @@ def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strong
 
 
 def test_no_curve_is_made_that_nobody_asked_for(curves):
-    """Other numbers of copies for relative noise alone; noise before encoding for codes of fixed bases alone."""
+    """Other numbers of copies for relative noise alone; noise before encoding for codes of fixed
+    bases alone.
+    """
     after = [curve for curve in curves.sweeps if curve.when == "after"]
-    assert {(c.noise, c.n_copies) for c in after} == {("relative", 4), ("relative", 3), ("common", 4)}
+    assert {(c.noise, c.n_copies) for c in after} == {
+        ("relative", 4),
+        ("relative", 3),
+        ("common", 4),
+    }
     assert {c.kind for c in after if c.n_copies == 3} <= set(PLAN.other_kinds)
     assert len(set(curves.sweeps)) == len(curves.sweeps)
 
@@ -116,7 +140,9 @@ RISING = np.arange(30.0)
     ],
 )
 def test_verdicts_on_planted_orders(values, greater, word):
-    verdict = judge_order(dict(zip("abc", values, strict=True)), claim="c", measure="m", greater=greater)
+    verdict = judge_order(
+        dict(zip("abc", values, strict=True)), claim="c", measure="m", greater=greater
+    )
     assert verdict.word == word and word in verdict.describe()
 
 

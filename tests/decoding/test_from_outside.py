@@ -35,7 +35,9 @@ class Dropout(Noise):
 
 @pytest.fixture
 def added():
-    INDICES.register("cosine", Index(label="cosine distance", make=make_cosine, is_similarity=False))
+    INDICES.register(
+        "cosine", Index(label="cosine distance", make=make_cosine, is_similarity=False)
+    )
     NOISES.register("dropout", Dropout)
     yield
     INDICES.unregister("cosine")
@@ -66,9 +68,14 @@ def test_an_index_goes_from_dispersion_to_a_figure(added, tensors):
 
 
 def test_a_noise_model_goes_through_every_curve_to_a_figure(added, tensors):
-    encoder = ConvolutiveNMF(n_components=2, n_lags=5, n_restarts=1, max_iter=5, warn=False, random_state=0)
+    encoder = ConvolutiveNMF(
+        n_components=2, n_lags=5, n_restarts=1, max_iter=5, warn=False, random_state=0
+    )
     group = Group(
-        tensors=tensors, labels=np.arange(6), encoder=encoder, codes=make_codes(tensors, encoder, ("sparse", "raw"))
+        tensors=tensors,
+        labels=np.arange(6),
+        encoder=encoder,
+        codes=make_codes(tensors, encoder, ("sparse", "raw")),
     )
     curves = compute_curves({"a": group}, PLAN, kinds=("sparse", "raw"))
     assert curves.noises == ("relative", "common", "dropout")

@@ -1,4 +1,6 @@
-"""Both comparisons by hand: what is put beside what, on which scale, in which order, and fitted how often."""
+"""Both comparisons by hand: what is put beside what, on which scale, in which order, and fitted how
+often.
+"""
 
 from typing import ClassVar
 
@@ -17,10 +19,17 @@ SLOW, FAST = 0.06, 0.6
 
 
 def make_set(seed, speeds=(FAST, SLOW)):
-    """Two places at each speed, the farther one first; the negative half is what rectification takes away."""
+    """Two places at each speed, the farther one first; the negative half is what rectification
+    takes away.
+    """
     rng = np.random.default_rng(seed)
     speed, place = np.repeat(speeds, 2), np.tile([0.9, 0.5], len(speeds))
-    labels = {"feature": ["ball"] * len(speed), "size": np.full(len(speed), 1.5), "location": place, "speed": speed}
+    labels = {
+        "feature": ["ball"] * len(speed),
+        "size": np.full(len(speed), 1.5),
+        "location": place,
+        "speed": speed,
+    }
     return xr.Dataset(
         {"angle": (("trial", "sensor", "time"), rng.normal(size=(len(speed), 3, 8)))},
         coords={name: ("trial", values) for name, values in labels.items()},
@@ -32,7 +41,9 @@ PEAK = max(float(data.angle.max()) for data in SETS.values())
 
 
 class Noting(BaseEstimator):
-    """Joint codes are sums over the antenna, as many times as there were trials in the fit; every fit is noted."""
+    """Joint codes are sums over the antenna, as many times as there were trials in the fit; every
+    fit is noted.
+    """
 
     fits: ClassVar[list[tuple[int, int, int]]] = []
 
@@ -70,10 +81,12 @@ def test_groups_are_rectified_on_one_scale_slowest_first_and_sorted_by_what_was_
 
 def test_a_comparison_of_one_is_left_out_and_a_reference_must_be_there():
     assert list(list_groups({"exponential": SETS["exponential"]})) == ["speed"]
-    assert list(list_groups({"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear")) == [
-        "profile"
-    ]
-    with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"):
+    assert list(
+        list_groups({"linear": SETS["linear"], "constant": SETS["constant"]}, reference="linear")
+    ) == ["profile"]
+    with pytest.raises(
+        InvalidInput, match="no tensors of the reference antenna 'linear'; given: constant"
+    ):
         list_groups({"constant": SETS["constant"]}, reference="linear")
 
 
@@ -81,7 +94,12 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
     Noting.fits = []
     groups = group_tensors(SETS, Noting(), PLAN)
     nulls = [fit for fit in Noting.fits if fit[2] == PLAN.null_iter]
-    assert sorted(fit[0] for fit in Noting.fits if fit[2] == 100) == [2, 2, 2, 4]  # both speeds together: 4 touches
+    assert sorted(fit[0] for fit in Noting.fits if fit[2] == 100) == [
+        2,
+        2,
+        2,
+        4,
+    ]  # both speeds together: 4 touches
     assert len(nulls) == 4  # slow, fast, constant, linear: the slow ones stand in both comparisons
     assert {fit[1] for fit in Noting.fits} == {PLAN.n_restarts}
     for kind, found in groups.items():
@@ -89,8 +107,12 @@ def test_speeds_share_one_fit_profiles_have_their_own_and_each_null_is_fitted_on
         for group in found.values():
             sums = group.tensors.sum(axis=1, keepdims=True)
             np.testing.assert_allclose(group.codes["joint"], size * sums)
-            np.testing.assert_allclose(group.codes["ridge"], group.tensors.max(axis=1, keepdims=True))
-            np.testing.assert_allclose(group.null.codes, 2 * make_null(group.tensors).sum(axis=1, keepdims=True))
+            np.testing.assert_allclose(
+                group.codes["ridge"], group.tensors.max(axis=1, keepdims=True)
+            )
+            np.testing.assert_allclose(
+                group.null.codes, 2 * make_null(group.tensors).sum(axis=1, keepdims=True)
+            )
     slow, same = groups["speed"]["0.06 m/s"], groups["profile"]["exponential"]
     assert slow.null is same.null and slow.null is not groups["speed"]["0.6 m/s"].null
     assert groups["speed"]["0.6 m/s"].encoder is slow.encoder is not same.encoder

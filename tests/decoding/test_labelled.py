@@ -1,4 +1,6 @@
-"""Decoders answer labelled tensors with labelled arrays that hold the same numbers, and their tags are true."""
+"""Decoders answer labelled tensors with labelled arrays that hold the same numbers, and their tags
+are true.
+"""
 
 import numpy as np
 import pytest
@@ -29,12 +31,16 @@ PARTS = ("feature", "location", "speed")
 
 
 def name(estimator):
-    return "-".join(type(step).__name__ for _, step in getattr(estimator, "steps", [("", estimator)]))
+    return "-".join(
+        type(step).__name__ for _, step in getattr(estimator, "steps", [("", estimator)])
+    )
 
 
 @pytest.fixture(scope="module")
 def touches():
-    """Twelve bumps that wander along sixteen sensors, four of each class, with the labels of touches."""
+    """Twelve bumps that wander along sixteen sensors, four of each class, with the labels of
+    touches.
+    """
     rng, time = np.random.default_rng(0), np.arange(40.0)
     place = np.repeat([3.0, 8.0, 13.0], 4)
     bump = np.exp(-0.5 * (np.arange(16)[None, :, None] - place[:, None, None]) ** 2 / 4)
@@ -76,7 +82,9 @@ def test_what_did_not_touch_has_no_class(touches):
 
 
 def test_codes_closest_matches_and_coordinates_are_labelled(touches):
-    encoder = ConvolutiveNMF(n_components=2, n_lags=5, n_restarts=1, max_iter=5, random_state=0, warn=False)
+    encoder = ConvolutiveNMF(
+        n_components=2, n_lags=5, n_restarts=1, max_iter=5, random_state=0, warn=False
+    )
     codes, plain = (make_codes(x, encoder) for x in (touches, touches.values))
     for kind, code in codes.items():
         assert code.dims == ("trial", "sensor" if kind == "raw" else "component", "time")
@@ -90,7 +98,10 @@ def test_codes_closest_matches_and_coordinates_are_labelled(touches):
 
 
 def test_a_groups_closest_matches_know_their_touches(touches):
-    found, plain = (compute_dispersion(x, touches["feature"], indices=["pearson"]) for x in (touches, touches.values))
+    found, plain = (
+        compute_dispersion(x, touches["feature"], indices=["pearson"])
+        for x in (touches, touches.values)
+    )
     value = found.values("pearson", "box")
     assert value["location"].values.tolist() == [8 / 16] * 4
     np.testing.assert_array_equal(value, plain.values("pearson", "box"))
@@ -122,4 +133,8 @@ def test_whoever_takes_tensors_says_so(estimator):
 @pytest.mark.parametrize("estimator", FLAT[1:], ids=name)
 def test_a_pipeline_takes_both(estimator):
     tags = get_tags(estimator)
-    assert tags.input_tags.three_d_array and tags.input_tags.two_d_array and tags.estimator_type == "classifier"
+    assert (
+        tags.input_tags.three_d_array
+        and tags.input_tags.two_d_array
+        and tags.estimator_type == "classifier"
+    )

@@ -1,4 +1,6 @@
-"""A board's lines: whatever happens on the way, samples come in order, and what went wrong is counted."""
+"""A board's lines: whatever happens on the way, samples come in order, and what went wrong is
+counted.
+"""
 
 import os
 import pty
@@ -25,7 +27,12 @@ def test_a_line_is_its_layout_and_the_sum_that_of_nmea():
     assert int(line[-2:], 16) == int(np.bitwise_xor.reduce(np.frombuffer(body.encode(), np.uint8)))
 
 
-@given(st.lists(st.sampled_from(["lose", "double", "break", "swap", "pass"]), min_size=40, max_size=40), st.booleans())
+@given(
+    st.lists(
+        st.sampled_from(["lose", "double", "break", "swap", "pass"]), min_size=40, max_size=40
+    ),
+    st.booleans(),
+)
 def test_lost_late_doubled_and_broken_lines_leave_an_even_row_of_samples(fates, wrap):
     first = WRAP - 20 if wrap else 0
     lines, arriving = send(41, first), []
@@ -33,11 +40,15 @@ def test_lost_late_doubled_and_broken_lines_leave_an_even_row_of_samples(fates, 
         if fate == "swap" and arriving:
             arriving.insert(-1, line)
         elif fate != "lose":
-            arriving += {"double": [line, line], "break": [line.replace(",", ";", 1)]}.get(fate, [line])
+            arriving += {"double": [line, line], "break": [line.replace(",", ";", 1)]}.get(
+                fate, [line]
+            )
     link = Link(3)
     samples = list(read_samples([lines[0], *arriving], 3, link))
     times = [at for at, _ in samples]
-    assert times == pytest.approx([2.0 * k for k in range(len(times))])  # every sample has its place, seen or not
+    assert times == pytest.approx(
+        [2.0 * k for k in range(len(times))]
+    )  # every sample has its place, seen or not
     seen = [k for k, (_, values) in enumerate(samples) if not np.isnan(values[0])]
     assert all(samples[k][1][0] == k for k in seen) and len(samples) - len(seen) == link.lost
     assert link.broken == fates.count("break")

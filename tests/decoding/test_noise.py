@@ -1,4 +1,6 @@
-"""Noise has the size asked for, relative to what is said, and the rotated form has the same statistics."""
+"""Noise has the size asked for, relative to what is said, and the rotated form has the same
+statistics.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from feeler.errors import InvalidInput
 @pytest.fixture
 def codes():
     codes = np.random.default_rng(0).random((4, 3, 500))
-    return codes * np.array([1.0, 2.0, 5.0, 10.0])[:, None, None] * np.array([1.0, 0.5, 0.1])[:, None]
+    return (
+        codes * np.array([1.0, 2.0, 5.0, 10.0])[:, None, None] * np.array([1.0, 0.5, 0.1])[:, None]
+    )
 
 
 @pytest.mark.parametrize(
@@ -52,7 +56,14 @@ def test_copies_are_fresh_and_in_turn(codes):
     copies = draw_copies(codes, np.zeros((1, 1, 1)), 3, np.random.default_rng(1))
     np.testing.assert_array_equal(copies, np.tile(codes, (3, 1, 1)))
     noisy = draw_copies(codes, np.ones((1, 1, 1)), 2, np.random.default_rng(1))
-    assert np.abs(np.corrcoef(noisy[0].ravel() - codes[0].ravel(), noisy[4].ravel() - codes[0].ravel())[0, 1]) < 0.2
+    assert (
+        np.abs(
+            np.corrcoef(noisy[0].ravel() - codes[0].ravel(), noisy[4].ravel() - codes[0].ravel())[
+                0, 1
+            ]
+        )
+        < 0.2
+    )
 
 
 def test_rotated_copies_have_the_clean_inner_products_and_the_moments_of_noise():
@@ -76,13 +87,24 @@ def test_rotated_sweep_agrees_with_the_plain_one():
     rng = np.random.default_rng(0)
     tensors = 0.3 * rng.random((6, 10, 60)) + 2 * rng.random((10, 60))
     labels = np.arange(6)
-    options = {"ratios": (0.1, 0.3), "n_copies": 10, "n_repeats": 10, "noise": Relative(each="tensor")}
+    options = {
+        "ratios": (0.1, 0.3),
+        "n_copies": 10,
+        "n_repeats": 10,
+        "noise": Relative(each="tensor"),
+    }
     plain = compute_sweep(tensors, labels, **options)
     turned = compute_sweep(tensors, labels, rotate=True, **options)
-    assert 0.3 < plain.noisy[1].mean() < 0.97  # neither floor nor ceiling, so that agreement means something
+    assert (
+        0.3 < plain.noisy[1].mean() < 0.97
+    )  # neither floor nor ceiling, so that agreement means something
     np.testing.assert_allclose(turned.noisy.mean(axis=1), plain.noisy.mean(axis=1), atol=0.06)
-    np.testing.assert_allclose(turned.kept_noisy.mean(axis=1), plain.kept_noisy.mean(axis=1), atol=0.01)
-    np.testing.assert_allclose(turned.kept_clean.mean(axis=1), plain.kept_clean.mean(axis=1), atol=0.06)
+    np.testing.assert_allclose(
+        turned.kept_noisy.mean(axis=1), plain.kept_noisy.mean(axis=1), atol=0.01
+    )
+    np.testing.assert_allclose(
+        turned.kept_clean.mean(axis=1), plain.kept_clean.mean(axis=1), atol=0.06
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ from feeler.decoding.plan import Plan
 
 PLAN = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)
 TIME = np.arange(60)
-TENSORS = np.exp(-0.5 * ((TIME - np.linspace(10, 50, 8)[:, None]) / 2) ** 2)[:, None, :].repeat(4, axis=1)
+TENSORS = np.exp(-0.5 * ((TIME - np.linspace(10, 50, 8)[:, None]) / 2) ** 2)[:, None, :].repeat(
+    4, axis=1
+)
 
 
 class MarkEncoder(BaseEstimator):
@@ -22,7 +24,9 @@ class MarkEncoder(BaseEstimator):
 
     def fit(self, X):
         self.n_iter_ = self.max_iter
-        self.activations_ = X.sum(axis=1, keepdims=True) + self.mark * np.eye(len(X), X.shape[2])[:, None, :]
+        self.activations_ = (
+            X.sum(axis=1, keepdims=True) + self.mark * np.eye(len(X), X.shape[2])[:, None, :]
+        )
         return self
 
 
@@ -40,7 +44,9 @@ def test_the_null_is_fitted_with_its_own_iterations_and_says_how_it_ended():
 
 
 def test_the_null_is_the_tensor_of_the_median_energy():
-    """Neither the first nor the strongest: energies 9, 1, 25, 4, 16 (of five), and its code by fixed bases with it."""
+    """Neither the first nor the strongest: energies 9, 1, 25, 4, 16 (of five), and its code by
+    fixed bases with it.
+    """
     tensors = np.array([3.0, 1.0, 5.0, 2.0, 4.0])[:, None, None] * np.eye(2)
     np.testing.assert_array_equal(make_null(tensors), np.tile(3 * np.eye(2), (5, 1, 1)))
     turned = np.roll(tensors, 1, axis=0)

@@ -1,4 +1,6 @@
-"""Streaming decoder: right posterior, honest states, tolerant of lost samples, intolerant of nonsense."""
+"""Streaming decoder: right posterior, honest states, tolerant of lost samples, intolerant of
+nonsense.
+"""
 
 import builtins
 import sys
@@ -25,7 +27,13 @@ def _touch(k, rest=REST, n=300):
     """Class k: all start alike, then part ways after 40 samples."""
     time = np.maximum(np.arange(n) - rest, 0.0)
     late = np.maximum(time - 40, 0.0)
-    return np.stack([0.01 * time, 0.004 * time + (-1) ** k * 0.004 * late, 0.002 * time - 0.003 * (k == 2) * late])
+    return np.stack(
+        [
+            0.01 * time,
+            0.004 * time + (-1) ** k * 0.004 * late,
+            0.002 * time - 0.003 * (k == 2) * late,
+        ]
+    )
 
 
 TOUCHES = [_touch(k) for k in range(3)]
@@ -100,7 +108,9 @@ def test_a_decoder_with_one_number_that_is_none_is_refused(tmp_path, name):
 
 def test_what_no_file_can_hold_is_not_saved(tmp_path):
     with pytest.raises(InvalidInput, match="holds a function, which no file can"):
-        StreamDecoder(window=5, model=lambda tensor: [1.0, 0.0]).adopt(["a", "b"], 1).save(tmp_path / "d.safetensors")
+        StreamDecoder(window=5, model=lambda tensor: [1.0, 0.0]).adopt(["a", "b"], 1).save(
+            tmp_path / "d.safetensors"
+        )
 
 
 def test_posterior_equals_bayes_written_out():
@@ -121,7 +131,9 @@ def test_posterior_equals_bayes_written_out():
 
 
 def test_start_may_come_at_any_time_and_level_may_differ():
-    late = np.concatenate([np.tile(_touch(2)[:, :1], 500), _touch(2)], axis=1) + np.array([[0.3], [-0.2], [0.1]])
+    late = np.concatenate([np.tile(_touch(2)[:, :1], 500), _touch(2)], axis=1) + np.array(
+        [[0.3], [-0.2], [0.1]]
+    )
     state = _decoder().replay(late)[-1]
     assert state.label == LABELS[2] and state.probability > 0.99
 
@@ -150,7 +162,10 @@ def test_lost_samples_are_counted_and_do_no_harm():
     time = 5000.0 + np.arange(300.0) + rng.uniform(-0.3, 0.3, 300)
     for k in np.flatnonzero(kept):
         state = stream.update(TOUCHES[1][:, k], time[k])
-    assert state.label == LABELS[1] and state.sample == np.flatnonzero(kept)[-1] - np.flatnonzero(kept)[0]
+    assert (
+        state.label == LABELS[1]
+        and state.sample == np.flatnonzero(kept)[-1] - np.flatnonzero(kept)[0]
+    )
     assert stream.missed == state.sample + 1 - kept.sum()
 
 
@@ -176,7 +191,9 @@ def test_tempering_makes_it_as_sure_as_it_is_right():
     labels = LABELS[:2]
     decoder = StreamDecoder(window=250, correlation=1.0, noise=0.01).fit(alike, labels)
     picks = [0, 0, 1, 1] * 6
-    drawn = [alike[k] * (1 + 0.1 * rng.standard_normal()) for k in picks]  # scale says nothing about the class
+    drawn = [
+        alike[k] * (1 + 0.1 * rng.standard_normal()) for k in picks
+    ]  # scale says nothing about the class
     others = [labels[k] for k in [0, 1] * 12]  # each touch under both names: nothing can be known
     sure = [decoder.replay(touch)[-1].probability for touch in drawn]
     tempered = decoder.temper(drawn, others)
@@ -203,7 +220,12 @@ def _update(decoder, *samples):
 
 @pytest.mark.parametrize(
     "ends",
-    [{"threshold": 1.0}, {"noise": 0.0}, {"max_lag": 0}, {"window": 1, "confirm": 1, "correlation": 1, "lag_step": 1}],
+    [
+        {"threshold": 1.0},
+        {"noise": 0.0},
+        {"max_lag": 0},
+        {"window": 1, "confirm": 1, "correlation": 1, "lag_step": 1},
+    ],
 )
 def test_the_ends_of_a_range_belong_to_it(ends):
     assert StreamDecoder(**ends).fit(TOUCHES, LABELS).classes_
@@ -223,13 +245,25 @@ def test_fifty_samples_too_many_at_the_start_are_left_out_and_one_more_is_refuse
     [
         (lambda d: _update(d, (np.zeros(4),)), "a sample is 3 finite numbers"),
         (lambda d: _update(d, (np.full(3, np.inf),)), "a sample is 3 finite numbers"),
-        (lambda d: _update(d, (np.zeros(3), 100.0), (np.zeros(3), 150.0), (np.zeros(3), 100.0)), "time runs backwards"),
+        (
+            lambda d: _update(d, (np.zeros(3), 100.0), (np.zeros(3), 150.0), (np.zeros(3), 100.0)),
+            "time runs backwards",
+        ),
         (lambda d: _update(d, (np.zeros(3), float("nan"))), "time must be finite"),
-        (lambda d: _update(d, *((np.zeros(3), 0.25 * k) for k in range(400))), "samples come faster than every 1 ms"),
+        (
+            lambda d: _update(d, *((np.zeros(3), 0.25 * k) for k in range(400))),
+            "samples come faster than every 1 ms",
+        ),
         (lambda d: d.fit(TOUCHES, LABELS[:2]), "3 touches and 2 labels"),
-        (lambda d: d.fit([np.zeros((3, 9))] * 2, LABELS[:2]), "at least 2 classes with contact, got 0"),
+        (
+            lambda d: d.fit([np.zeros((3, 9))] * 2, LABELS[:2]),
+            "at least 2 classes with contact, got 0",
+        ),
         (lambda d: d.fit([np.full((3, 9), np.nan)], LABELS[:1]), "training touches are finite"),
-        (lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS), r"threshold in \(0, 1\], got 1.5"),
+        (
+            lambda d: StreamDecoder(threshold=1.5).fit(TOUCHES, LABELS),
+            r"threshold in \(0, 1\], got 1.5",
+        ),
         (lambda d: StreamDecoder(window=0).fit(TOUCHES, LABELS), "window ≥ 1, got 0"),
     ],
 )
@@ -272,7 +306,13 @@ def test_header_notes_and_blank_lines_are_passed_over():
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.one_of(st.text(max_size=60), st.binary(max_size=60), st.text(alphabet="0123456789.,e-n a\t", max_size=40)))
+@given(
+    st.one_of(
+        st.text(max_size=60),
+        st.binary(max_size=60),
+        st.text(alphabet="0123456789.,e-n a\t", max_size=40),
+    )
+)
 def test_any_line_gives_a_sample_or_our_error(line):
     try:
         _, values = parse_sample(line, 3)
@@ -295,7 +335,9 @@ def test_missing_pyserial_names_the_install_command(monkeypatch):
 
 
 def test_any_model_may_say_what_is_felt():
-    """A model that has seen nothing but the sign of the last sample; before contact it is not asked."""
+    """A model that has seen nothing but the sign of the last sample; before contact it is not
+    asked.
+    """
     asked = []
 
     def model(tensor):
@@ -309,14 +351,18 @@ def test_any_model_may_say_what_is_felt():
     samples[:, 20:] = -0.2
     states = decoder.replay(samples)
     assert [state.label for state in states[:12]] == [None] * 12  # three samples confirm contact
-    assert {state.label for state in states[12:20]} == {"up"} and {state.label for state in states[20:]} == {"down"}
+    assert {state.label for state in states[12:20]} == {"up"} and {
+        state.label for state in states[20:]
+    } == {"down"}
     assert states[15].state == "decided" and states[15].probability == 0.95
     assert asked == [*range(1, 19)]
 
 
 @pytest.mark.parametrize(("sure", "said"), [(0.75, "decided"), (0.74, "unsure")])
 def test_who_just_reaches_the_threshold_is_decided(sure, said):
-    decoder = StreamDecoder(window=9, threshold=0.75, model=lambda tensor: [sure, 1 - sure]).adopt(["a", "b"], 1)
+    decoder = StreamDecoder(window=9, threshold=0.75, model=lambda tensor: [sure, 1 - sure]).adopt(
+        ["a", "b"], 1
+    )
     states = decoder.replay(np.r_[np.zeros(5), np.ones(5)][None])
     assert {state.state for state in states if state.since_contact >= 0} == {said}
 
@@ -332,7 +378,9 @@ def test_who_just_reaches_the_threshold_is_decided(sure, said):
 )
 def test_a_model_that_gives_no_probabilities_is_refused(model, words):
     with pytest.raises(InvalidInput, match=words):
-        StreamDecoder(window=5, model=model).adopt(["a", "b"], 1).replay(np.r_[np.zeros(5), np.ones(5)][None])
+        StreamDecoder(window=5, model=model).adopt(["a", "b"], 1).replay(
+            np.r_[np.zeros(5), np.ones(5)][None]
+        )
 
 
 def test_a_decoder_with_a_model_is_not_fitted():
@@ -358,6 +406,8 @@ def test_a_serial_port_is_read_line_by_line_until_it_is_silent(monkeypatch):
         def readline(self, most):
             return self.lines.pop(0)
 
-    monkeypatch.setitem(sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError))
+    monkeypatch.setitem(
+        sys.modules, "serial", SimpleNamespace(Serial=Port, SerialException=OSError)
+    )
     assert list(open_serial("/dev/robot")) == [b"1,2\n", b"3,4\n"]
     assert asked == {"port": "/dev/robot", "baudrate": 115_200, "timeout": 2.0, "closed": True}  # s

@@ -41,7 +41,9 @@ def test_distinct_codes_are_told_apart_without_noise(estimator):
 
 
 def test_accuracy_falls_to_chance_as_noise_grows():
-    sweep = compute_sweep(make_bumps(), np.arange(6), ratios=(0.1, 2.0, 1000.0), estimator=make_lda(12), n_repeats=10)
+    sweep = compute_sweep(
+        make_bumps(), np.arange(6), ratios=(0.1, 2.0, 1000.0), estimator=make_lda(12), n_repeats=10
+    )
     noisy = sweep.noisy.mean(axis=1)
     assert noisy[0] > noisy[1] > noisy[2]
     assert noisy[2] == pytest.approx(sweep.chance, abs=0.05)
@@ -50,7 +52,14 @@ def test_accuracy_falls_to_chance_as_noise_grows():
 @pytest.mark.parametrize("rotate", [False, True])
 def test_the_null_of_identical_codes_stays_at_chance(rotate):
     null = make_null(make_bumps())
-    sweep = compute_sweep(null, np.arange(6), ratios=(0.2,), noise=Relative(each="tensor"), rotate=rotate, n_repeats=25)
+    sweep = compute_sweep(
+        null,
+        np.arange(6),
+        ratios=(0.2,),
+        noise=Relative(each="tensor"),
+        rotate=rotate,
+        n_repeats=25,
+    )
     np.testing.assert_allclose(sweep.noisy.mean(axis=1), 1 / 6, atol=0.04)
     np.testing.assert_allclose(sweep.clean, 1 / 6)
 
@@ -64,13 +73,17 @@ def test_threads_do_not_change_the_numbers():
 
 def test_equal_seeds_give_equal_sweeps_and_others_do_not():
     options = {"ratios": (1.5,), "estimator": make_lda(12), **FEW}
-    a, b, c = (compute_sweep(make_bumps(), np.arange(6), random_state=s, **options) for s in (1, 1, 2))
+    a, b, c = (
+        compute_sweep(make_bumps(), np.arange(6), random_state=s, **options) for s in (1, 1, 2)
+    )
     np.testing.assert_array_equal(a.confusion, b.confusion)
     assert (a.confusion != c.confusion).any()
 
 
 class Memory(ClassifierMixin, BaseEstimator):
-    """Remembers what it was fitted on and notes how much of what it is asked was in it: a leak from train to test."""
+    """Remembers what it was fitted on and notes how much of what it is asked was in it: a leak from
+    train to test.
+    """
 
     leaks: ClassVar[list[bool]] = []
 
@@ -91,7 +104,9 @@ def test_no_test_copy_was_seen_in_training():
 
 
 def test_confusion_counts_every_test_copy_and_gives_the_accuracy():
-    sweep = compute_sweep(make_bumps(), np.arange(6), ratios=(0.5, 3.0), estimator=make_lda(12), **FEW)
+    sweep = compute_sweep(
+        make_bumps(), np.arange(6), ratios=(0.5, 3.0), estimator=make_lda(12), **FEW
+    )
     np.testing.assert_array_equal(sweep.confusion.sum(axis=(1, 2)), 6 * 4 * 3)
     np.testing.assert_allclose(np.nanmean(sweep.recall, axis=1), sweep.noisy.mean(axis=1))
     assert "variance kept" in sweep.table() and "chance 16.7 %" in sweep.table()
@@ -105,7 +120,9 @@ def test_noise_before_encoding_reaches_the_encoder():
         seen.append(len(noisy))
         return noisy.sum(axis=1, keepdims=True)
 
-    sweep = compute_sweep(tensors, np.arange(6), ratios=(0.1,), encode=total, estimator=make_lda(12), **FEW)
+    sweep = compute_sweep(
+        tensors, np.arange(6), ratios=(0.1,), encode=total, estimator=make_lda(12), **FEW
+    )
     assert seen == [24, 24, 6] * 3 and sweep.noisy.mean() == 1
 
 
@@ -113,8 +130,12 @@ def test_variance_kept_agrees_with_scikit_learn():
     X = np.random.default_rng(0).normal(size=(40, 90))
     for rows in (X, X.T):
         ours, theirs = PrincipalComponents(7).fit(rows), PCA(7, svd_solver="full").fit(rows)
-        np.testing.assert_allclose(ours.explained_variance_ratio_, theirs.explained_variance_ratio_, rtol=1e-9)
-        np.testing.assert_allclose(np.abs(ours.transform(rows)), np.abs(theirs.transform(rows)), atol=1e-9)
+        np.testing.assert_allclose(
+            ours.explained_variance_ratio_, theirs.explained_variance_ratio_, rtol=1e-9
+        )
+        np.testing.assert_allclose(
+            np.abs(ours.transform(rows)), np.abs(theirs.transform(rows)), atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("rotate", [False, True])
@@ -139,13 +160,21 @@ def test_leaving_out_a_size_tests_on_that_size_only():
     labels, sizes = np.tile(np.arange(6), 2), np.repeat([1.5, 3.0], 6)
     sweeps = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
     assert list(sweeps) == [1.5, 3.0]
-    codes[6:] = codes[:6][::-1]  # the large ones now look like other small ones: unseen sizes are all wrong
+    codes[6:] = codes[:6][
+        ::-1
+    ]  # the large ones now look like other small ones: unseen sizes are all wrong
     wrong = compute_left_out(codes, labels, sizes, ratios=(0.05,), estimator=make_lda(12), **FEW)
-    assert sweeps[3.0].clean.mean() > 0.9 and wrong[3.0].clean.mean() == 0 and wrong[1.5].clean.mean() == 0
+    assert (
+        sweeps[3.0].clean.mean() > 0.9
+        and wrong[3.0].clean.mean() == 0
+        and wrong[1.5].clean.mean() == 0
+    )
 
 
 def make_trials():
-    return [Trial(feature=Ball(radius=1.5), location=place, speed=0.06) for place in (0.2, 0.5, 0.8)]
+    return [
+        Trial(feature=Ball(radius=1.5), location=place, speed=0.06) for place in (0.2, 0.5, 0.8)
+    ]
 
 
 def simulate_bumps(trials):
@@ -164,9 +193,16 @@ def test_jittered_trials_stay_near_and_keep_the_rest():
 
 def test_what_is_not_asked_for_does_not_jitter():
     trials, rng = make_trials(), np.random.default_rng(0)
-    moved, hurried = jitter_trials(trials, rng, location=0.02), jitter_trials(trials, rng, speed=0.1)
-    assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [t.location for t in trials]
-    assert [t.location for t in hurried] == [t.location for t in trials] and 0.06 not in {t.speed for t in hurried}
+    moved, hurried = (
+        jitter_trials(trials, rng, location=0.02),
+        jitter_trials(trials, rng, speed=0.1),
+    )
+    assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [
+        t.location for t in trials
+    ]
+    assert [t.location for t in hurried] == [t.location for t in trials] and 0.06 not in {
+        t.speed for t in hurried
+    }
 
 
 @pytest.mark.parametrize(("jitter", "right"), [(0.01, True), (0.9, False)])
@@ -196,13 +232,22 @@ BUMPS = make_bumps()
         (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
         (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
         (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "ratio ≥ 0"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3), "18 training trials cannot give 30 .* at most 18"),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3),
+            "18 training trials cannot give 30 .* at most 18",
+        ),
         (lambda: compute_sweep(BUMPS[0], np.arange(6)), r"\(trial, vector, time\), got shape"),
         (lambda: compute_sweep([BUMPS[0], BUMPS[0, :, :9]], [0, 1]), "do not form one array"),
         (lambda: compute_sweep(BUMPS * np.nan, np.arange(6)), "NaN"),
         (lambda: compute_sweep(BUMPS, np.arange(6), rotate=True), "rotate needs"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS, np.arange(1, 7))), "held-out classes 6"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS[:, :1], np.arange(6))), "held-out trials have"),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS, np.arange(1, 7))),
+            "held-out classes 6",
+        ),
+        (
+            lambda: compute_sweep(BUMPS, np.arange(6), held_out=(BUMPS[:, :1], np.arange(6))),
+            "held-out trials have",
+        ),
         (lambda: compute_left_out(BUMPS, np.arange(6), [1] * 6), "belong to one group"),
         (lambda: jitter_trials([], np.random.default_rng(0), location=-1), "jitter must lie"),
         (lambda: jitter_trials([], np.random.default_rng(0), location=1.0), "jitter must lie"),

@@ -77,7 +77,10 @@ def test_classes_learned_are_told_apart():
     tensors, labels = _set()
     classifier = TransferClassifier().fit(tensors, labels)
     assert classifier.predict(tensors) == labels
-    assert all(label in best for label, best in zip(labels, classifier.predict_top(tensors, 2), strict=True))
+    assert all(
+        label in best
+        for label, best in zip(labels, classifier.predict_top(tensors, 2), strict=True)
+    )
 
 
 @pytest.mark.parametrize("n_classes", [2, 5])
@@ -85,7 +88,9 @@ def test_votes_equal_scikit_learn_on_the_flat_copies(n_classes):
     tensors, labels = _set(n_classes)
     classifier = TransferClassifier(random_state=3).fit(tensors, labels)
     number = np.array([classifier.classes_.index(label) for label in labels]).repeat(10)
-    reference = SVC(kernel="linear", decision_function_shape="ovr", break_ties=True).fit(classifier.copies_, number)
+    reference = SVC(kernel="linear", decision_function_shape="ovr", break_ties=True).fit(
+        classifier.copies_, number
+    )
     test = _set(n_classes, noise=2.0, seed=0)[0]
     expected = reference.predict(test.reshape(n_classes, -1) / classifier.scale_)
     assert classifier.predict(test) == [classifier.classes_[k] for k in expected]
@@ -95,7 +100,9 @@ def test_votes_equal_scikit_learn_on_the_flat_copies(n_classes):
 def test_same_seed_same_votes_and_another_seed_others():
     tensors, labels = _set(noise=1.0)
     test = _set(noise=3.0, seed=1)[0]
-    votes = [TransferClassifier(random_state=s).fit(tensors, labels).decide(test) for s in (0, 0, 1)]
+    votes = [
+        TransferClassifier(random_state=s).fit(tensors, labels).decide(test) for s in (0, 0, 1)
+    ]
     np.testing.assert_array_equal(votes[0], votes[1])
     assert np.abs(votes[0] - votes[2]).max() > 0
 
@@ -116,7 +123,9 @@ def test_no_contact_is_an_answer():
 def test_parts_are_scored_separately():
     tensors, labels = _set()
     classifier = TransferClassifier().fit(tensors, labels)
-    claimed = [("ball" if label[0] == "box" else "box", *label[1:]) for label in labels]  # wrong in feature only
+    claimed = [
+        ("ball" if label[0] == "box" else "box", *label[1:]) for label in labels
+    ]  # wrong in feature only
     score = score_transfer(classifier, tensors, claimed)
     assert score.correct["all"] == 0 and score.correct["feature"] == 0
     assert score.correct["location"] == score.correct["speed"] == score.total == 4
@@ -124,7 +133,12 @@ def test_parts_are_scored_separately():
 
 @pytest.mark.parametrize(
     ("successes", "total", "low", "high"),
-    [(5, 6, 0.4365, 0.9699), (0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (50, 100, 0.4038, 0.5962)],
+    [
+        (5, 6, 0.4365, 0.9699),
+        (0, 10, 0.0, 0.2775),
+        (10, 10, 0.7225, 1.0),
+        (50, 100, 0.4038, 0.5962),
+    ],
 )
 def test_wilson_interval_known_values(successes, total, low, high):
     assert compute_wilson(successes, total) == pytest.approx((low, high), abs=1e-4)
@@ -137,7 +151,9 @@ def test_a_share_of_none_or_all_has_its_end_exactly(total):
 
 def _fit(X, y=None, **options):
     tensors, labels = _set()
-    return TransferClassifier(**options).fit(tensors if X is None else X, labels if y is None else y)
+    return TransferClassifier(**options).fit(
+        tensors if X is None else X, labels if y is None else y
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
-"""Design: the score is a bound on known information, spaces hold what they say, and a search finds what is planted."""
+"""Design: the score is a bound on known information, spaces hold what they say, and a search finds
+what is planted.
+"""
 
 import numpy as np
 import pytest
@@ -13,8 +15,18 @@ from feeler.design.space import make_basis, place_sensors
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.information import compute_information
 
-ANTENNA = feeler.Antenna(segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0)
-TASK = Task(objects=("ball", "box"), locations=(0.6, 0.9), speeds=(0.6,), deadline=15.0, train=2, test=2, level=0.5)
+ANTENNA = feeler.Antenna(
+    segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
+)
+TASK = Task(
+    objects=("ball", "box"),
+    locations=(0.6, 0.9),
+    speeds=(0.6,),
+    deadline=15.0,
+    train=2,
+    test=2,
+    level=0.5,
+)
 SPACE = Space(reference=ANTENNA, stiffness=1, damping=0, span=10.0)
 
 
@@ -34,7 +46,9 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(found):
 
 
 def test_purposes_meet_different_touches_and_antennas_the_same():
-    first, second = ([t.location for t in TASK.draw(ANTENNA, name, 0.6)] for name in ("test", "final"))
+    first, second = (
+        [t.location for t in TASK.draw(ANTENNA, name, 0.6)] for name in ("test", "final")
+    )
     softer = TASK.draw(ANTENNA.replace(stiffness=0.1), "test", 0.3)
     assert not set(first) & set(second)
     assert [t.location for t in softer] == first
@@ -42,7 +56,9 @@ def test_purposes_meet_different_touches_and_antennas_the_same():
 
 @pytest.mark.parametrize("sd", [0.3, 1.0, 3.0])
 def test_without_nuisances_the_decoder_is_the_ideal_one(sd, monkeypatch):
-    """Then bits are the mutual information itself, which the information room computes in another way."""
+    """Then bits are the mutual information itself, which the information room computes in another
+    way.
+    """
     monkeypatch.setattr("feeler.design.scoring.N_DRAWS", 2000)
     rng = np.random.default_rng(0)
     means = rng.standard_normal((4, 1, 30)) * 0.5
@@ -54,7 +70,10 @@ def test_without_nuisances_the_decoder_is_the_ideal_one(sd, monkeypatch):
 def test_nuisances_cost_bits_and_the_score_stays_below_what_is_known():
     rng = np.random.default_rng(1)
     means = rng.standard_normal((4, 1, 20))
-    clean, moved = (decode(means + size * rng.standard_normal((4, 9, 20)), 5, 0.5)[0].mean() for size in (0.0, 0.5))
+    clean, moved = (
+        decode(means + size * rng.standard_normal((4, 9, 20)), 5, 0.5)[0].mean()
+        for size in (0.0, 0.5)
+    )
     assert moved < clean <= 2.0
 
 
@@ -72,11 +91,15 @@ def test_knots_make_the_family_that_they_say(knots):
     n = np.arange(140.0)
     assert basis.sum(axis=1) == pytest.approx(1.0)
     fit = np.polyfit(n, basis @ np.linspace(0, 1, knots), 1)
-    assert np.allclose(basis @ np.linspace(0, 1, knots), np.polyval(fit, n))  # straight lines belong to every family
+    assert np.allclose(
+        basis @ np.linspace(0, 1, knots), np.polyval(fit, n)
+    )  # straight lines belong to every family
 
 
 def test_a_space_has_its_reference_in_the_middle_and_its_bounds_at_one():
-    space = Space(reference=ANTENNA, stiffness=2, damping=1, span=10.0, length=(0.5, 2.0), speed=(0.1, 0.4))
+    space = Space(
+        reference=ANTENNA, stiffness=2, damping=1, span=10.0, length=(0.5, 2.0), speed=(0.1, 0.4)
+    )
     middle, far = (space.build(np.full(len(space.names), x)) for x in (0.0, 1.0))
     assert middle.antenna == ANTENNA.replace(name="design")
     assert middle.speed == pytest.approx(0.2)
@@ -101,19 +124,27 @@ def test_warped_sensors_are_as_many_and_differ(warp):
 def test_constraints_say_what_is_broken_and_by_how_much():
     floppy = ANTENNA.replace(damping=ANTENNA.damping / 4)
     ratio = compute_modes(ANTENNA, 6).damping_ratio.min()
-    assert Constraints(damping_share=1.0).check(floppy, ANTENNA)["damping_share"] == pytest.approx(np.log(4))
-    assert Constraints(damping_ratio=ratio / 2).check(floppy, ANTENNA)["damping_ratio"] == pytest.approx(np.log(2))
+    assert Constraints(damping_share=1.0).check(floppy, ANTENNA)["damping_share"] == pytest.approx(
+        np.log(4)
+    )
+    assert Constraints(damping_ratio=ratio / 2).check(floppy, ANTENNA)[
+        "damping_ratio"
+    ] == pytest.approx(np.log(2))
     assert Constraints(mass=0.6).check(ANTENNA, ANTENNA)["mass"] == pytest.approx(np.log(2))
     assert Constraints(compliance=(0.5, 2.0)).check(ANTENNA, ANTENNA) == {"compliance": 0.0}
     soft = ANTENNA.replace(stiffness=ANTENNA.stiffness / 3)
-    assert Constraints(compliance=(0.5, 2.0)).check(soft, ANTENNA)["compliance"] == pytest.approx(np.log(1.5))
+    assert Constraints(compliance=(0.5, 2.0)).check(soft, ANTENNA)["compliance"] == pytest.approx(
+        np.log(1.5)
+    )
     assert Constraints(softest=1.0).check(soft, ANTENNA)["softest"] == pytest.approx(np.log(3))
     assert Constraints(thickness=0.5).check(soft, ANTENNA)["thickness"] > 0
     assert Constraints(peak_angle=0.1).check_peak(0.2) == pytest.approx(np.log(2))
 
 
 def test_a_hinge_of_the_diameter_that_is_asked_for_is_as_stiff():
-    rod = feeler.Antenna.from_beam(length=24.0, modulus=2500.0, density=1e-3, radius=0.07, n_segments=6)
+    rod = feeler.Antenna.from_beam(
+        length=24.0, modulus=2500.0, density=1e-3, radius=0.07, n_segments=6
+    )
     assert compute_diameter(rod, 2500.0)[1:] == pytest.approx(0.14)
 
 
@@ -132,7 +163,9 @@ def test_a_search_beats_its_reference_on_its_own_draws(searched):
     result, _ = searched
     assert result.best.bits > score(ANTENNA, TASK, "optimiser").bits
     assert result.counts["simulated"] >= 12
-    assert [cost for _, cost in result.history] == sorted((cost for _, cost in result.history), reverse=True)
+    assert [cost for _, cost in result.history] == sorted(
+        (cost for _, cost in result.history), reverse=True
+    )
 
 
 def test_an_interrupted_search_goes_on_with_the_same_numbers(searched, tmp_path, monkeypatch):
@@ -141,10 +174,12 @@ def test_an_interrupted_search_goes_on_with_the_same_numbers(searched, tmp_path,
     part.write_bytes(b"\n".join(path.read_bytes().split(b"\n")[:7]) + b"\n" + b'{"x": [0.1')
     again = search(part)
     assert np.array_equal(again.best.x, whole.best.x) and again.history == whole.history
-    assert len(part.read_bytes()) == len(path.read_bytes()) or part.read_text().count("\n") == path.read_text().count(
+    assert len(part.read_bytes()) == len(path.read_bytes()) or part.read_text().count(
         "\n"
-    )
-    monkeypatch.setattr("feeler.design.problem.score", None)  # all is known now: nothing more is simulated
+    ) == path.read_text().count("\n")
+    monkeypatch.setattr(
+        "feeler.design.problem.score", None
+    )  # all is known now: nothing more is simulated
     assert np.array_equal(search(part).best.x, whole.best.x)
 
 
@@ -169,7 +204,9 @@ def test_a_candidate_that_diverges_is_counted_and_never_wins(monkeypatch):
 
 def test_far_starts_keep_the_constraints():
     problem = DesignProblem(
-        task=TASK, space=Space(reference=ANTENNA, span=30.0), constraints=Constraints(damping_share=1.0, softest=0.5)
+        task=TASK,
+        space=Space(reference=ANTENNA, span=30.0),
+        constraints=Constraints(damping_share=1.0, softest=0.5),
     )
     starts = [find_start(problem, np.random.default_rng(k), near=False) for k in range(3)]
     assert [problem.measure_violation(problem.space.build(x)) for x in starts] == [0.0] * 3
@@ -177,7 +214,8 @@ def test_far_starts_keep_the_constraints():
 
 
 @pytest.mark.parametrize(
-    ("level", "words"), [(300.0, "nothing can be told in this noise"), (1e-4, "nothing is left to gain")]
+    ("level", "words"),
+    [(300.0, "nothing can be told in this noise"), (1e-4, "nothing is left to gain")],
 )
 def test_a_hopeless_task_is_refused_before_minutes_are_spent(level, words, monkeypatch):
     monkeypatch.setattr("feeler.design.search.find_start", None)
@@ -186,7 +224,9 @@ def test_a_hopeless_task_is_refused_before_minutes_are_spent(level, words, monke
 
 
 def test_constraints_that_exclude_all_are_named():
-    with pytest.raises(InvalidInput, match=r"exclude every antenna .* mass is missed by a factor of at least 2"):
+    with pytest.raises(
+        InvalidInput, match=r"exclude every antenna .* mass is missed by a factor of at least 2"
+    ):
         optimise(TASK, SPACE, Constraints(mass=0.6))
 
 

@@ -1,4 +1,6 @@
-"""Plans: files say what is wrong with them; a plan carried out leaves an antenna, numbers and a page, and goes on."""
+"""Plans: files say what is wrong with them; a plan carried out leaves an antenna, numbers and a
+page, and goes on.
+"""
 
 import json
 import re
@@ -64,7 +66,10 @@ def test_the_template_is_a_plan(tmp_path):
     path.write_text(TEMPLATE.format(file="task.toml"))
     plan = load_plan(path)
     assert plan.task.n_classes == 12 and plan.task.seeds == (1, 2, 3)
-    assert plan.space.names[:2] == ["stiffness 1", "stiffness 2"] and plan.constraints.damping_share == 1.0
+    assert (
+        plan.space.names[:2] == ["stiffness 1", "stiffness 2"]
+        and plan.constraints.damping_share == 1.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -93,7 +98,9 @@ def test_what_is_left_is_whole(made):
     assert np.array_equal(kept.stiffness, found.best.stiffness)
     numbers = json.loads((folder / "out" / "design.json").read_text())
     assert numbers["final"]["errors"] == found.final.errors
-    assert [test.bits for test in found.tests] == sorted((test.bits for test in found.tests), reverse=True)
+    assert [test.bits for test in found.tests] == sorted(
+        (test.bits for test in found.tests), reverse=True
+    )
     fewer = found.compare()[0]
     assert fewer == pytest.approx(1 - found.final.errors / found.reference_final.errors)
 
@@ -111,15 +118,27 @@ def test_the_verb_writes_a_page_and_goes_on(made, monkeypatch):
     folder, _ = made
     found = carry_out(load_plan(folder / "task.toml"), folder / "out", workers=1)
     monkeypatch.setattr("feeler.cli.design._Watcher._draw", lambda *_: None)
-    asked = ["design", str(folder / "task.toml"), "--out", str(folder / "out"), "--no-movie", "--workers", "1"]
+    asked = [
+        "design",
+        str(folder / "task.toml"),
+        "--out",
+        str(folder / "out"),
+        "--no-movie",
+        "--workers",
+        "1",
+    ]
     before = (folder / "out" / "journal.jsonl").stat().st_size
     answer = CliRunner().invoke(app, asked, catch_exceptions=False)
     assert answer.exit_code == 0 and "errors avoided" in answer.output
-    assert (folder / "out" / "journal.jsonl").stat().st_size == before  # nothing was simulated again
+    assert (
+        folder / "out" / "journal.jsonl"
+    ).stat().st_size == before  # nothing was simulated again
     page = (folder / "out" / "design.html").read_text()
     assert "Which antenna should I build?" in page and "data:image/png" in page
     said = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).stdout)
-    assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(found.compare())
+    assert said["final"]["bits"] == found.final.bits and said["fewer_errors"] == list(
+        found.compare()
+    )
 
 
 def read_numbers(pattern, text):
@@ -127,13 +146,18 @@ def read_numbers(pattern, text):
 
 
 def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, capsys):
-    """Of eight touches the reference names all, half … wrong, the best antenna fewer: errors avoided, with their SE."""
+    """Of eight touches the reference names all, half … wrong, the best antenna fewer: errors
+    avoided, with their SE.
+    """
     _, found = made
     other = np.array([[[1.0, 0.5, 0.5, 1.0], [0.75, 0.25, 0.5, 0.5]]])  # (speed, class, touch)
     mine = other * np.array([0.5, 1.0, 0.25, 0.75])
     final, reference = (
         replace(score, wrong=wrong, errors=float(wrong.mean()), errors_error=error)
-        for score, wrong, error in ((found.final, mine, 0.031), (found.reference_final, other, 0.042))
+        for score, wrong, error in (
+            (found.final, mine, 0.031),
+            (found.reference_final, other, 0.042),
+        )
     )
     told = replace(found, final=final, reference_final=reference, looks=1)
     touches = (other - mine).mean(axis=(0, 1))
@@ -143,15 +167,23 @@ def test_what_is_said_of_the_final_draws_is_what_was_counted(made, tmp_path, cap
         (np.nan,) * 2, nan_ok=True
     )
     _report(told, tmp_path, robot=False, movie=False, executor=None, as_json=False)
-    said = read_numbers(r"final draws: # % wrong, the reference # %: errors avoided # ± # %\n", capsys.readouterr().out)
-    assert said == pytest.approx([100 * mine.mean(), 100 * other.mean(), 100 * fewer, 100 * error], abs=0.5)
+    said = read_numbers(
+        r"final draws: # % wrong, the reference # %: errors avoided # ± # %\n",
+        capsys.readouterr().out,
+    )
+    assert said == pytest.approx(
+        [100 * mine.mean(), 100 * other.mean(), 100 * fewer, 100 * error], abs=0.5
+    )
     page = re.sub("<[^>]+>", " ", (tmp_path / "design.html").read_text(encoding="utf-8"))
     told_page = (
-        r"names # ± # % of noisy touches wrong, the reference # ± # %: errors avoided # ± # % \(standard error\)"
+        r"names # ± # % of noisy touches wrong, the reference # ± # %: errors avoided # ± # %"
+        r" \(standard error\)"
     )
     expected = [mine.mean(), 0.031, other.mean(), 0.042, fewer, error]
     assert read_numbers(told_page, page) == pytest.approx([100 * x for x in expected], abs=0.5)
-    _report(replace(told, looks=3), tmp_path, robot=False, movie=False, executor=None, as_json=False)
+    _report(
+        replace(told, looks=3), tmp_path, robot=False, movie=False, executor=None, as_json=False
+    )
     assert "(look number 3)" in capsys.readouterr().out
 
 
@@ -162,19 +194,40 @@ def test_the_page_lists_each_design_with_its_scores(made, tmp_path):
     _say_making(found, section, [found.tests[0], found.reference_test])
     scores, strips = [block for block in section.blocks if block["kind"] == "table"]
     assert f"At most {np.log2(4):.2f} bits" in scores["caption"]
-    assert scores["header"][1:6] == ["bits", "± SE", "wrong [%]", "peak [rad]", "least damping ratio"]
+    assert scores["header"][1:6] == [
+        "bits",
+        "± SE",
+        "wrong [%]",
+        "peak [rad]",
+        "least damping ratio",
+    ]
     antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
-    for row, score, antenna in zip(scores["rows"], (found.reference_test, *found.tests), antennas, strict=True):
+    for row, score, antenna in zip(
+        scores["rows"], (found.reference_test, *found.tests), antennas, strict=True
+    ):
         least = feeler.antenna.compute_modes(antenna, 6).damping_ratio.min()
         expected = [score.bits, score.bits_error, 100 * score.errors, score.peak, least]
         assert [float(cell) for cell in row[1:6]] == pytest.approx(expected, rel=1e-3)
     made_of = make_strips(found.best)
     expected = np.stack([found.best.stiffness, made_of.width, made_of.thickness], axis=1)
-    np.testing.assert_allclose([[float(cell) for cell in row[1:]] for row in strips["rows"]], expected, rtol=1e-3)
-    errors, bits = zip(*((one.errors, one.bits) for one in (found.tests[0], found.reference_test)), strict=True)
+    np.testing.assert_allclose(
+        [[float(cell) for cell in row[1:]] for row in strips["rows"]], expected, rtol=1e-3
+    )
+    errors, bits = zip(
+        *((one.errors, one.bits) for one in (found.tests[0], found.reference_test)), strict=True
+    )
     pattern = r"test draws\): # % wrong \(# to #\) in place of # %, # bits in place of #\."
-    told = read_numbers(pattern, next(b["text"] for b in section.blocks if "Made 5 %" in str(b.get("text"))))
-    expected = [100 * np.mean(errors), 100 * min(errors), 100 * max(errors), 100 * errors[0], np.mean(bits), bits[0]]
+    told = read_numbers(
+        pattern, next(b["text"] for b in section.blocks if "Made 5 %" in str(b.get("text")))
+    )
+    expected = [
+        100 * np.mean(errors),
+        100 * min(errors),
+        100 * max(errors),
+        100 * errors[0],
+        np.mean(bits),
+        bits[0],
+    ]
     assert told == pytest.approx(expected, abs=0.06)
 
 
@@ -190,12 +243,17 @@ def test_the_pictures_of_a_design_are_in_their_units(made):
     ]
     antennas = [found.plan.reference, *(end.design.antenna for end in found.ends)]
     whole = [line for line in axes[0].lines if line.get_linestyle() == "-"]
-    for stiff, damp, ratio, antenna in zip(whole, axes[1].lines, axes[2].lines, antennas, strict=True):
+    for stiff, damp, ratio, antenna in zip(
+        whole, axes[1].lines, axes[2].lines, antennas, strict=True
+    ):
         place = antenna.hinge_position / antenna.length
         np.testing.assert_allclose(
-            [*stiff.get_data(), *damp.get_data()], [place, antenna.stiffness, place, antenna.damping]
+            [*stiff.get_data(), *damp.get_data()],
+            [place, antenna.stiffness, place, antenna.damping],
         )
-        np.testing.assert_allclose(ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio)
+        np.testing.assert_allclose(
+            ratio.get_ydata(), feeler.antenna.compute_modes(antenna, 6).damping_ratio
+        )
     plot_confusion(found, figure := Figure())
     for ax, one, name in zip(
         figure.axes, (found.reference_final, found.final), ("reference", "design 1"), strict=False

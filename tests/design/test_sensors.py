@@ -50,7 +50,12 @@ def test_the_front_holds_what_nothing_beats():
 @pytest.mark.parametrize("damping", [0.2, 30.0])
 def test_one_hinge_settles_as_the_closed_form_says(damping):
     one = feeler.Antenna(
-        segment_length=[10.0], segment_mass=1e-3, radius=0.2, stiffness=0.5, damping=damping, sensors=[1]
+        segment_length=[10.0],
+        segment_mass=1e-3,
+        radius=0.2,
+        stiffness=0.5,
+        damping=damping,
+        sensors=[1],
     )
     inertia = 1e-3 * 10.0**2 / 3
     roots = np.roots([inertia, damping, 0.5])

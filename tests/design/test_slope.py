@@ -26,7 +26,9 @@ def test_the_slope_of_the_bits_is_that_of_their_differences(sd):
 def test_dividing_by_peaks_has_its_slope_too():
     rng = np.random.default_rng(1)
     angles, direction, weights = rng.standard_normal((3, 2, 3, 4, 5))
-    known = differ(lambda x: np.sum(scale(x, "relative") * weights.reshape(2, 3, -1)), angles, direction, 1e-6)
+    known = differ(
+        lambda x: np.sum(scale(x, "relative") * weights.reshape(2, 3, -1)), angles, direction, 1e-6
+    )
     assert np.sum(unscale(weights, angles) * direction) == pytest.approx(known, rel=1e-6)
 
 
@@ -41,7 +43,9 @@ def test_the_slope_of_the_score_is_that_of_its_differences(noise):
         own = getattr(ANTENNA, name)
 
         def bits_at(t, name=name, own=own):
-            return score(ANTENNA.replace(**{name: own * np.exp(t * direction)}), task, "optimiser", workers=1).bits
+            return score(
+                ANTENNA.replace(**{name: own * np.exp(t * direction)}), task, "optimiser", workers=1
+            ).bits
 
         known = (bits_at(1e-5) - bits_at(-1e-5)) / 2e-5
         slope = slopes[name] * own

@@ -65,7 +65,9 @@ def test_two_tensors_are_each_others_closest():
 def test_first_of_equals_is_taken_in_any_block_size():
     tensors = np.repeat(np.random.default_rng(0).random((1, 12, 12)), 5, axis=0)
     for block in (1, 2, 3, 5):
-        np.testing.assert_array_equal(search_closest(tensors, "mse", block=block).trial, [1, 0, 0, 0, 0])
+        np.testing.assert_array_equal(
+            search_closest(tensors, "mse", block=block).trial, [1, 0, 0, 0, 0]
+        )
 
 
 def test_groups_do_not_see_each_other():
@@ -74,8 +76,12 @@ def test_groups_do_not_see_each_other():
     dispersion = compute_dispersion(tensors, groups)
     assert dispersion.groups == (0, 1)
     for group in (0, 1):
-        alone = compute_dispersion(tensors[groups == group], options={"nmi": {"data_range": (0.0, 1.0)}})
-        assert dispersion.average["pearson"][group].estimate == pytest.approx(alone.average["pearson"][""].estimate)
+        alone = compute_dispersion(
+            tensors[groups == group], options={"nmi": {"data_range": (0.0, 1.0)}}
+        )
+        assert dispersion.average["pearson"][group].estimate == pytest.approx(
+            alone.average["pearson"][""].estimate
+        )
         assert dispersion.values("pearson", group).max() < 0.9
 
 
@@ -84,7 +90,9 @@ def test_tighter_group_is_less_dispersed_by_every_index():
     base = rng.random((12, 30))
     tight = base + 0.05 * rng.random((6, 12, 30))
     loose = 0.5 * base + 0.5 * rng.random((6, 12, 30))
-    average = compute_dispersion(np.concatenate([tight, loose]), ["tight"] * 6 + ["loose"] * 6).average
+    average = compute_dispersion(
+        np.concatenate([tight, loose]), ["tight"] * 6 + ["loose"] * 6
+    ).average
     for index in ("pearson", "ssim", "nmi"):
         assert average[index]["tight"].low > average[index]["loose"].high
     assert average["mse"]["tight"].high < average["mse"]["loose"].low
@@ -92,8 +100,8 @@ def test_tighter_group_is_less_dispersed_by_every_index():
 
 @pytest.mark.parametrize("scale", [True, False])
 def test_every_average_is_that_of_the_libraries_written_out(scale):
-    """NumPy, SciPy and scikit-learn on the whole set divided by its greatest magnitude, which here is negative; bins of NMI
-    span the whole set, not each group."""
+    """NumPy, SciPy and scikit-learn on the whole set divided by its greatest magnitude, which here
+    is negative; bins of NMI span the whole set, not each group."""
     rng = np.random.default_rng(8)
     tensors, groups = rng.normal(size=(7, 12, 13)), ["a", "b", "a", "b", "b", "a", "b"]
     tensors[3, 2, 2] = -9.0
@@ -120,7 +128,9 @@ def test_an_interval_of_many_values_is_the_normal_one(level, z):
     values = np.random.default_rng(9).normal(3.0, 2.0, 2000)
     found = bootstrap_mean(values, np.random.default_rng(1), level=level, n_resamples=4000)
     half = z * values.std() / np.sqrt(values.size)
-    assert (found.low - values.mean(), found.high - values.mean()) == pytest.approx((-half, half), rel=0.06)
+    assert (found.low - values.mean(), found.high - values.mean()) == pytest.approx(
+        (-half, half), rel=0.06
+    )
     assert found.estimate == values.mean() and np.isnan(found.effect)
 
 
@@ -139,7 +149,9 @@ def test_indices_may_be_chosen_and_groups_be_of_different_shapes():
 
 def test_dataarray_in_any_order_of_dims_is_read_by_name():
     tensors = np.random.default_rng(0).random((5, 12, 14))
-    array = xr.DataArray(tensors, dims=("trial", "sensor", "time")).transpose("time", "sensor", "trial")
+    array = xr.DataArray(tensors, dims=("trial", "sensor", "time")).transpose(
+        "time", "sensor", "trial"
+    )
     np.testing.assert_allclose(compute_ssim(array), compute_ssim(tensors), atol=1e-14)
 
 
@@ -165,18 +177,24 @@ def test_bad_input_is_refused(call, message):
 
 def test_bootstrap_interval_covers_the_mean_as_often_as_it_says():
     rng = np.random.default_rng(2)
-    intervals = [bootstrap_mean(rng.normal(size=40), rng, n_resamples=400, level=0.8) for _ in range(300)]
+    intervals = [
+        bootstrap_mean(rng.normal(size=40), rng, n_resamples=400, level=0.8) for _ in range(300)
+    ]
     hits = [interval.low <= 0 <= interval.high for interval in intervals]
     assert 0.7 < np.mean(hits) < 0.88
 
 
 def test_an_interval_is_that_of_two_thousand_means_of_drawn_values():
-    """Efron's percentile interval (https://doi.org/10.1214/aos/1176344552), written out with the same draws."""
+    """Efron's percentile interval (https://doi.org/10.1214/aos/1176344552), written out with the
+    same draws.
+    """
     values = np.random.default_rng(6).normal(size=30)
     rng = np.random.default_rng(7)
     means = [np.mean(draw) for draw in rng.choice(values, size=(2000, 30))]
     found = bootstrap_mean(values, np.random.default_rng(7))
-    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(means, [2.5, 97.5])), rel=1e-12)
+    assert (found.low, found.high) == pytest.approx(
+        tuple(np.percentile(means, [2.5, 97.5])), rel=1e-12
+    )
 
 
 def test_paired_difference_knows_its_sign_and_size():
@@ -191,12 +209,16 @@ def test_paired_difference_knows_its_sign_and_size():
 
 
 def test_effect_is_the_mean_over_the_sample_sd():
-    """Cohen's d_z (Lakens 2013, https://doi.org/10.3389/fpsyg.2013.00863): differences 1, 1, 1 and 5 have the sd 2."""
+    """Cohen's d_z (Lakens 2013, https://doi.org/10.3389/fpsyg.2013.00863): differences 1, 1, 1 and
+    5 have the sd 2.
+    """
     a, b = np.array([1.0, 2.0, 4.0, 7.0]), np.array([0.0, 1.0, 3.0, 2.0])
     difference = bootstrap_difference(a, b, np.random.default_rng(0))
     assert difference.estimate == 2.0
     assert difference.effect == pytest.approx(1.0, rel=1e-12)
-    assert bootstrap_difference(b, a, np.random.default_rng(0)).effect == pytest.approx(-1.0, rel=1e-12)
+    assert bootstrap_difference(b, a, np.random.default_rng(0)).effect == pytest.approx(
+        -1.0, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,9 @@ from feeler.paper import fig5, figS6
 from feeler.paper.claims import SPREADS_MORE
 
 matplotlib.use("Agg")
-PLAN = Plan(ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True)
+PLAN = Plan(
+    ratios=(0.2,), n_repeats=2, n_copies=4, other_copies=(3,), before_copies=3, before_all=True
+)
 
 
 class SumEncoder(BaseEstimator):
@@ -39,7 +41,13 @@ class SumEncoder(BaseEstimator):
 
 def make_tensors(spread, speeds=(0.6, 0.06)):
     """Slow touches and large ``spread`` set the stimuli apart in time."""
-    grid = [(f, s, x, v) for v in speeds for x in (0.5, 0.7, 0.9) for s in (1.5, 3.0) for f in ("ball", "box")]
+    grid = [
+        (f, s, x, v)
+        for v in speeds
+        for x in (0.5, 0.7, 0.9)
+        for s in (1.5, 3.0)
+        for f in ("ball", "box")
+    ]
     feature, size, location, speed = (np.array(column) for column in zip(*grid, strict=True))
     shift = 8 + spread * np.where(speed < 0.1, 1.0, 0.2) * (np.arange(len(grid)) % 12)
     time, sensor = np.arange(40), np.arange(12)
@@ -47,18 +55,25 @@ def make_tensors(spread, speeds=(0.6, 0.06)):
     angle = rows[:, :, None] * np.exp(-0.5 * ((time - shift[:, None]) / 2) ** 2)[:, None, :]
     coordinates = {"feature": feature, "size": size, "location": location, "speed": speed}
     return xr.Dataset(
-        {"angle": (("trial", "sensor", "time"), angle)}, {k: ("trial", v) for k, v in coordinates.items()}
+        {"angle": (("trial", "sensor", "time"), angle)},
+        {k: ("trial", v) for k, v in coordinates.items()},
     )
 
 
 @pytest.fixture(scope="module")
 def tensors():
-    return {"exponential": make_tensors(2.0), "linear": make_tensors(0.8), "constant": make_tensors(0.1)}
+    return {
+        "exponential": make_tensors(2.0),
+        "linear": make_tensors(0.8),
+        "constant": make_tensors(0.1),
+    }
 
 
 @pytest.fixture(scope="module")
 def data(tensors):
-    return fig5.compute(tensors, SumEncoder(), plan=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name]))
+    return fig5.compute(
+        tensors, SumEncoder(), plan=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name])
+    )
 
 
 def pick_slow(tensors):
@@ -88,11 +103,17 @@ def test_jittered_touches_that_did_not_move_are_recognised(data):
     assert shifted["exponential"] > 0.9
 
 
-@pytest.mark.parametrize("plot", [lambda d, f: fig5.plot(d, f), lambda d, f: figS6.plot(d.dispersion, f)])
+@pytest.mark.parametrize(
+    "plot", [lambda d, f: fig5.plot(d, f), lambda d, f: figS6.plot(d.dispersion, f)]
+)
 def test_figures_draw_every_group(data, plot):
     figure = Figure(figsize=(9, 9))
     plot(data, figure)
-    written = {t.get_text() for ax in figure.findobj(matplotlib.axes.Axes) for t in ax.findobj(matplotlib.text.Text)}
+    written = {
+        t.get_text()
+        for ax in figure.findobj(matplotlib.axes.Axes)
+        for t in ax.findobj(matplotlib.text.Text)
+    }
     assert {"exponential", "linear", "constant", "0.06 m/s", "0.6 m/s"} <= written
 
 
@@ -103,28 +124,36 @@ def test_one_antenna_alone_still_has_its_speeds(tensors):
 
 
 def test_comparison_page_is_whole(tensors, tmp_path):
-    found = compare_antennas({"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN)
+    found = compare_antennas(
+        {"<a>": tensors["exponential"], "b": tensors["constant"]}, SumEncoder(), plan=PLAN
+    )
     page = write_comparison(found, tmp_path / "sub" / "page.html").read_text()
     assert "&lt;a&gt; against b" in page and "data:image/png;base64," in page
     assert not re.search(FOREIGN, page)  # nothing comes from elsewhere
     assert all(title.split(" (")[0].split(",")[0] in page for title, *_ in found.list_rows())
     row = {title: cells for title, *cells in found.list_rows()}
-    assert float(row["accuracy, tensors, common noise (%)"][0]) > float(row["accuracy, tensors, common noise (%)"][1])
+    assert float(row["accuracy, tensors, common noise (%)"][0]) > float(
+        row["accuracy, tensors, common noise (%)"][1]
+    )
 
 
 def test_antennas_may_have_different_numbers_of_sensors(tensors):
     fewer = tensors["constant"].isel(sensor=slice(None, None, 2))
     found = compare_antennas({"a": tensors["exponential"], "b": fewer}, SumEncoder(), plan=PLAN)
     alone = compare_antennas({"b": fewer, "c": fewer}, SumEncoder(), plan=PLAN)
-    np.testing.assert_allclose(  # each antenna's own tensors, however many sensors its neighbour has
-        found.dispersion["raw"].values("pearson", "b"), alone.dispersion["raw"].values("pearson", "b")
+    # each antenna's own tensors, however many sensors its neighbour has
+    np.testing.assert_allclose(
+        found.dispersion["raw"].values("pearson", "b"),
+        alone.dispersion["raw"].values("pearson", "b"),
     )
 
 
 def test_bad_input_is_refused(tensors):
     with pytest.raises(InvalidInput, match="at least two antennas"):
         compare_antennas({"a": tensors["linear"]}, SumEncoder(), plan=PLAN)
-    with pytest.raises(InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"):
+    with pytest.raises(
+        InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"
+    ):
         fig5.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):
         list_groups({"exponential": 0 * tensors["linear"]})

@@ -44,7 +44,9 @@ def test_pearson_equals_numpy(tensors):
 
 
 def test_mse_equals_numpy(tensors):
-    np.testing.assert_allclose(compute_mse(tensors), loop(tensors, lambda a, b: ((a - b) ** 2).mean()), atol=1e-14)
+    np.testing.assert_allclose(
+        compute_mse(tensors), loop(tensors, lambda a, b: ((a - b) ** 2).mean()), atol=1e-14
+    )
 
 
 def test_mse_of_nearly_equal_tensors_keeps_its_digits():
@@ -60,7 +62,9 @@ def test_ssim_interior_equals_scikit_image(tensors):
 
 
 def test_ssim_reflect_equals_the_mean_of_scikit_images_full_map(tensors):
-    expected = loop(tensors, lambda a, b: structural_similarity(a, b, full=True, **MATLAB)[1].mean())
+    expected = loop(
+        tensors, lambda a, b: structural_similarity(a, b, full=True, **MATLAB)[1].mean()
+    )
     np.testing.assert_allclose(compute_ssim(tensors, border="reflect"), expected, atol=1e-10)
 
 
@@ -68,12 +72,18 @@ def test_ssim_reflect_equals_the_mean_of_scikit_images_full_map(tensors):
 def test_ssim_of_any_range_equals_scikit_image(data_range):
     """C1 = (0.01 L)², C2 = (0.03 L)² (Wang et al. 2004, https://doi.org/10.1109/TIP.2003.819861)."""
     tensors = data_range * make_noise(3)
-    expected = loop(tensors, lambda a, b: structural_similarity(a, b, **(MATLAB | {"data_range": data_range})))
-    np.testing.assert_allclose(compute_ssim(tensors, border="interior", data_range=data_range), expected, atol=1e-10)
+    expected = loop(
+        tensors, lambda a, b: structural_similarity(a, b, **(MATLAB | {"data_range": data_range}))
+    )
+    np.testing.assert_allclose(
+        compute_ssim(tensors, border="interior", data_range=data_range), expected, atol=1e-10
+    )
 
 
 def ssim_slowly(a, b, mode):
-    """SSIM written out with SciPy's filter; ``mode`` nearest repeats the edges, as MATLAB's ssim does."""
+    """SSIM written out with SciPy's filter; ``mode`` nearest repeats the edges, as MATLAB's ssim
+    does.
+    """
 
     def blur(x):
         return gaussian_filter(x, 1.5, mode=mode, radius=5)
@@ -113,7 +123,9 @@ def test_nmi_without_common_zeros_equals_scikit_learn_on_the_rest():
 
 @pytest.mark.parametrize("data_range", [(0.0, 1.0), (-0.5, 2.0), (0.2, 0.8)])
 def test_nmi_counts_in_equal_bins_over_the_range_given(data_range):
-    """What lies outside goes into the outer bins, as ``numpy.histogram`` of what is clipped would have it."""
+    """What lies outside goes into the outer bins, as ``numpy.histogram`` of what is clipped would
+    have it.
+    """
     tensors, (low, high) = make_noise(3), data_range
     inner = np.linspace(low, high, 17)[1:-1]
     levels = np.searchsorted(inner, tensors.reshape(3, -1), side="right")
@@ -146,7 +158,9 @@ def test_matrix_is_symmetric_with_its_own_diagonal(compute, tensors):
 @pytest.mark.parametrize("scale", [1e-180, 1e-3, 1e150])
 def test_pearson_ignores_scale(scale):
     tensors = make_noise()
-    np.testing.assert_allclose(compute_pearson(scale * tensors), compute_pearson(tensors), atol=1e-12)
+    np.testing.assert_allclose(
+        compute_pearson(scale * tensors), compute_pearson(tensors), atol=1e-12
+    )
 
 
 def test_pearson_of_a_constant_tensor_is_refused_and_named():
@@ -158,7 +172,9 @@ def test_pearson_of_a_constant_tensor_is_refused_and_named():
 
 def test_many_bad_trials_are_counted_after_the_first_eight():
     tensors = np.ones((10, 12, 12))
-    with pytest.raises(InvalidInput, match=r"trial\(s\) 0, 1, 2, 3, 4, 5, 6, 7 and 2 more are constant"):
+    with pytest.raises(
+        InvalidInput, match=r"trial\(s\) 0, 1, 2, 3, 4, 5, 6, 7 and 2 more are constant"
+    ):
         compute_pearson(tensors)
     with pytest.raises(InvalidInput, match=r"trial\(s\) 0, 1, 2, 3, 4, 5, 6, 7 are constant"):
         compute_pearson(tensors[:8])

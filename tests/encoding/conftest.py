@@ -27,9 +27,13 @@ def touches():
 
 @pytest.fixture(scope="session")
 def planted():
-    """Tensors made of three bases, played at few moments that keep apart: (tensors, bases, activations)."""
+    """Tensors made of three bases, played at few moments that keep apart: (tensors, bases,
+    activations).
+    """
     rng = np.random.default_rng(5)
-    bases = rng.random((3, 12, 8)) * (rng.random((3, 12, 8)) < 0.3)  # smooth ones could trade width with activations
+    bases = rng.random((3, 12, 8)) * (
+        rng.random((3, 12, 8)) < 0.3
+    )  # smooth ones could trade width with activations
     activations = np.zeros((15, 3, 80))
     for trial in activations:
         for row in trial:

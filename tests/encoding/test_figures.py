@@ -23,7 +23,9 @@ def make_dataset(width=1.5, n_sensors=16, n_times=120):
         for feature, wide in (("ball", 1.0), ("box", 1.4)):
             for speed, lasting in ((0.6, 20), (0.06, 60)):
                 phase = np.clip((time - 10) / lasting, 0, 1)
-                bump = np.exp(-0.5 * ((sensor - n_sensors * location - phase) / (width * wide)) ** 2)
+                bump = np.exp(
+                    -0.5 * ((sensor - n_sensors * location - phase) / (width * wide)) ** 2
+                )
                 tensors.append(0.05 * bump * np.sin(np.pi * phase) - 1e-4)
                 locations.append(location), features.append(feature), speeds.append(speed)
     coords = {

@@ -20,7 +20,11 @@ def test_round_trip(touches, saved):
     model, path = saved
     loaded = load_encoder(path)
     assert loaded.get_params() == model.get_params()
-    assert (loaded.n_iter_, loaded.stability_, loaded.n_sensors_in_) == (model.n_iter_, model.stability_, 14)
+    assert (loaded.n_iter_, loaded.stability_, loaded.n_sensors_in_) == (
+        model.n_iter_,
+        model.stability_,
+        14,
+    )
     np.testing.assert_array_equal(loaded.transform(touches), model.transform(touches))
     assert [p.name for p in path.parent.iterdir()] == ["encoder.safetensors"]
 
@@ -28,7 +32,10 @@ def test_round_trip(touches, saved):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"version": 99}, "holds version 99 of 'ConvolutiveNMF'; this feeler reads 1. Update feeler"),
+        (
+            {"version": 99},
+            "holds version 99 of 'ConvolutiveNMF'; this feeler reads 1. Update feeler",
+        ),
         ({"kind": "Other"}, "holds a model of kind 'Other'"),
         ({"settings": {"parameters": {"colour": "red"}}}, "lacks parts"),
         ({"arrays": {"n_sensors_in_": np.array(3)}}, "should be"),
@@ -37,7 +44,8 @@ def test_round_trip(touches, saved):
 def test_a_file_that_does_not_fit_says_why(saved, changes, message):
     model = read_model(saved[1], trusted=True)
     changes = {
-        name: getattr(model, name) | value if isinstance(value, dict) else value for name, value in changes.items()
+        name: getattr(model, name) | value if isinstance(value, dict) else value
+        for name, value in changes.items()
     }
     save_model(replace(model, **changes), saved[1])
     with pytest.raises(StoreError, match=message):

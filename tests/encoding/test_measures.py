@@ -19,13 +19,20 @@ from feeler.errors import InvalidInput
 
 @pytest.mark.parametrize(
     ("values", "bits"),
-    [(np.full((4, 4), 3.0), 0), (np.arange(256.0), 8), (np.repeat([0.0, 1.0], 8), 1), (np.zeros(5), 0)],
+    [
+        (np.full((4, 4), 3.0), 0),
+        (np.arange(256.0), 8),
+        (np.repeat([0.0, 1.0], 8), 1),
+        (np.zeros(5), 0),
+    ],
 )
 def test_histogram_entropy_counts_grey_levels(values, bits):
     assert compute_histogram_entropy(values) == pytest.approx(bits)
 
 
-@pytest.mark.parametrize(("values", "bits"), [(np.ones(64), 6), (np.eye(1, 9), 0), ([0.5, 0.25, 0.25], 1.5)])
+@pytest.mark.parametrize(
+    ("values", "bits"), [(np.ones(64), 6), (np.eye(1, 9), 0), ([0.5, 0.25, 0.25], 1.5)]
+)
 def test_mass_entropy_counts_sharing_entries(values, bits):
     assert compute_mass_entropy(7 * np.asarray(values)) == pytest.approx(bits)
 
@@ -33,7 +40,10 @@ def test_mass_entropy_counts_sharing_entries(values, bits):
 def test_histogram_entropy_depends_on_scale_only_where_told():
     values = np.random.default_rng(0).random(1000)
     assert compute_histogram_entropy(0.1 * values) == compute_histogram_entropy(values)
-    assert compute_histogram_entropy(0.1 * values, scale="none") < compute_histogram_entropy(values, scale="none") - 2
+    assert (
+        compute_histogram_entropy(0.1 * values, scale="none")
+        < compute_histogram_entropy(values, scale="none") - 2
+    )
 
 
 @pytest.mark.parametrize(
@@ -47,14 +57,18 @@ def test_histogram_entropy_depends_on_scale_only_where_told():
 )
 def test_values_between_grey_levels_go_to_the_nearest(values, levels, bits):
     """As MATLAB's ``im2uint8`` rounds: level round(x (levels − 1)); values above 1 are white."""
-    assert compute_histogram_entropy(np.array(values), levels=levels, scale="none") == pytest.approx(bits)
+    assert compute_histogram_entropy(
+        np.array(values), levels=levels, scale="none"
+    ) == pytest.approx(bits)
 
 
 def test_histogram_entropy_is_that_of_a_picture_with_256_levels():
     from skimage.measure import shannon_entropy
 
     picture = np.random.default_rng(0).integers(0, 256, (30, 40))
-    assert compute_histogram_entropy(picture / 255, scale="none") == pytest.approx(shannon_entropy(picture))
+    assert compute_histogram_entropy(picture / 255, scale="none") == pytest.approx(
+        shannon_entropy(picture)
+    )
 
 
 def test_entropies_of_a_stack():
@@ -104,11 +118,14 @@ def test_canonical_bases_have_unit_length_and_give_the_same_product():
     found, turned = canonicalise(bases, activations)
     np.testing.assert_allclose(np.sqrt((found**2).sum(axis=(1, 2))), [1, 1, 1, 0])
     np.testing.assert_allclose(
-        np.einsum("nct,csl->ntsl", turned, found), np.einsum("nct,csl->ntsl", activations, bases), rtol=1e-12
+        np.einsum("nct,csl->ntsl", turned, found),
+        np.einsum("nct,csl->ntsl", activations, bases),
+        rtol=1e-12,
     )
     np.testing.assert_array_equal(turned[:, 3], activations[:, 1])
     np.testing.assert_allclose(
-        found[:3] * np.sqrt((bases[order[:3]] ** 2).sum(axis=(1, 2)))[:, None, None], bases[order[:3]]
+        found[:3] * np.sqrt((bases[order[:3]] ** 2).sum(axis=(1, 2)))[:, None, None],
+        bases[order[:3]],
     )
 
 
@@ -133,7 +150,10 @@ def test_no_map_looks_like_chance():
     rng = np.random.default_rng(1)
     passed = [
         map_locations(
-            make_codes(rng.integers(0, 3, 30), rng), np.repeat([0, 1, 2], 10), np.arange(3), n_shuffles=99
+            make_codes(rng.integers(0, 3, 30), rng),
+            np.repeat([0, 1, 2], 10),
+            np.arange(3),
+            n_shuffles=99,
         ).p_information
         for _ in range(40)
     ]

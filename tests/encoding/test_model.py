@@ -22,9 +22,9 @@ CODES = ["sparse", "ridge", "nonnegative"]
 @pytest.mark.parametrize("constraint", ["trial", "all"])
 @pytest.mark.parametrize("sparseness", [0.5, 0.8, 0.9])
 def test_sparseness_reached_is_the_one_asked(touches, constraint, sparseness):
-    model = ConvolutiveNMF(2, 10, sparseness, constraint=constraint, n_restarts=1, random_state=1, tol=1e-2).fit(
-        touches
-    )
+    model = ConvolutiveNMF(
+        2, 10, sparseness, constraint=constraint, n_restarts=1, random_state=1, tol=1e-2
+    ).fit(touches)
     found = model.activations_
     if constraint == "all":
         found = found.transpose(1, 0, 2).reshape(2, -1)
@@ -43,7 +43,9 @@ def test_what_is_learned_fits_together(touches, fitted):
     assert len(fitted.loss_curve_) == fitted.n_iter_
     rest = touches - reconstruct(fitted.components_, fitted.activations_)
     assert fitted.reconstruction_err_ == pytest.approx(np.linalg.norm(rest))
-    assert fitted.relative_residual_ == pytest.approx(np.linalg.norm(rest) / np.linalg.norm(touches))
+    assert fitted.relative_residual_ == pytest.approx(
+        np.linalg.norm(rest) / np.linalg.norm(touches)
+    )
     assert fitted.restarts_[0] == fitted.relative_residual_ <= fitted.restarts_[1]
 
 
@@ -70,23 +72,35 @@ def test_planted_sparse_bases_come_back(planted):
 
 def test_one_lag_without_sparseness_is_scikit_learns_nmf():
     rng = np.random.default_rng(4)
-    tensors, bases, activations = rng.random((3, 6, 20)), rng.random((2, 6, 1)), rng.random((3, 2, 20))
+    tensors, bases, activations = (
+        rng.random((3, 6, 20)),
+        rng.random((2, 6, 1)),
+        rng.random((3, 2, 20)),
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
-        ours = ConvolutiveNMF(2, 1, None, max_iter=50, tol=0).fit(tensors, components=bases, activations=activations)
+        ours = ConvolutiveNMF(2, 1, None, max_iter=50, tol=0).fit(
+            tensors, components=bases, activations=activations
+        )
         theirs = NMF(2, solver="mu", init="custom", max_iter=50, tol=0)
         flat = np.ascontiguousarray(tensors.transpose(0, 2, 1).reshape(60, 6))
         codes = np.ascontiguousarray(activations.transpose(0, 2, 1).reshape(60, 2))
         codes = theirs.fit_transform(flat, W=codes, H=np.ascontiguousarray(bases[:, :, 0]))
     expected = (codes @ theirs.components_).reshape(3, 20, 6).transpose(0, 2, 1)
-    np.testing.assert_allclose(reconstruct(ours.components_, ours.activations_), expected, rtol=1e-8)
+    np.testing.assert_allclose(
+        reconstruct(ours.components_, ours.activations_), expected, rtol=1e-8
+    )
     assert ours.reconstruction_err_ == pytest.approx(theirs.reconstruction_err_, rel=1e-8)
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_the_same_tensor_has_the_same_code_whatever_its_neighbours_and_threads(touches, fitted, code):
+def test_the_same_tensor_has_the_same_code_whatever_its_neighbours_and_threads(
+    touches, fitted, code
+):
     alone = fitted.transform(touches[4:5], code=code)[0]
-    crowd = np.concatenate([touches[:7], 3 * touches[4:5], np.zeros((1, 14, 90)), touches[4:5], touches])
+    crowd = np.concatenate(
+        [touches[:7], 3 * touches[4:5], np.zeros((1, 14, 90)), touches[4:5], touches]
+    )
     for n_jobs in (1, 3):
         codes = clone(fitted).set_params(n_jobs=n_jobs)
         codes.components_, codes.n_sensors_in_ = fitted.components_, 14
@@ -96,9 +110,13 @@ def test_the_same_tensor_has_the_same_code_whatever_its_neighbours_and_threads(t
 
 
 def test_jointly_found_activations_of_identical_tensors_need_not_agree(touches):
-    """The reason why transform exists: in one fit, two copies of a tensor may end at different activations."""
+    """The reason why transform exists: in one fit, two copies of a tensor may end at different
+    activations.
+    """
     start = np.random.default_rng(0).random((24, 3, 90))
-    model = ConvolutiveNMF(3, 12, tol=1e-3).fit(np.concatenate([touches, touches]), activations=start)
+    model = ConvolutiveNMF(3, 12, tol=1e-3).fit(
+        np.concatenate([touches, touches]), activations=start
+    )
     joint = np.abs(model.activations_[:12] - model.activations_[12:]).max()
     fixed = model.transform(np.concatenate([touches, touches]))
     assert joint > 1e-3 * model.activations_.max()
@@ -106,14 +124,19 @@ def test_jointly_found_activations_of_identical_tensors_need_not_agree(touches):
 
 
 def test_thread_count_does_not_change_the_fit(touches):
-    first, second = (ConvolutiveNMF(2, 9, n_jobs=n, max_iter=30, tol=1e-2, random_state=3).fit(touches) for n in (1, 2))
+    first, second = (
+        ConvolutiveNMF(2, 9, n_jobs=n, max_iter=30, tol=1e-2, random_state=3).fit(touches)
+        for n in (1, 2)
+    )
     np.testing.assert_array_equal(first.components_, second.components_)
 
 
 @pytest.mark.parametrize("code", CODES)
 @pytest.mark.parametrize("shift", [1, 5])
 def test_a_shifted_tensor_has_a_shifted_code(fitted, code, shift):
-    """The touch lasts long: a code that is sparser than asked by itself gets filled up, best near the window's ends."""
+    """The touch lasts long: a code that is sparser than asked by itself gets filled up, best near
+    the window's ends.
+    """
     activations = np.zeros((1, 3, 90))
     activations[0, :, 10:65] = np.random.default_rng(0).uniform(0.5, 1, (3, 55))
     tensor = reconstruct(fitted.components_, activations)
@@ -121,25 +144,36 @@ def test_a_shifted_tensor_has_a_shifted_code(fitted, code, shift):
     moved[..., shift:] = tensor[..., :-shift]
     codes = fitted.transform(np.concatenate([tensor, moved]), code=code)
     tolerance = 1e-6 if code == "ridge" else 1e-3  # without the ridge, rounding grows
-    np.testing.assert_allclose(codes[1, :, shift:], codes[0, :, :-shift], atol=tolerance * codes.max())
+    np.testing.assert_allclose(
+        codes[1, :, shift:], codes[0, :, :-shift], atol=tolerance * codes.max()
+    )
 
 
 @pytest.mark.parametrize("code", CODES)
 def test_a_scaled_tensor_has_a_scaled_code(touches, fitted, code):
     np.testing.assert_allclose(
-        fitted.transform(64 * touches, code=code), 64 * fitted.transform(touches, code=code), rtol=1e-9, atol=1e-9
+        fitted.transform(64 * touches, code=code),
+        64 * fitted.transform(touches, code=code),
+        rtol=1e-9,
+        atol=1e-9,
     )
 
 
 def test_code_of_a_scaled_data_set_after_a_new_fit(touches):
-    first, second = (ConvolutiveNMF(2, 9, random_state=3, tol=1e-2).fit(k * touches) for k in (1.0, 1e-4))
+    first, second = (
+        ConvolutiveNMF(2, 9, random_state=3, tol=1e-2).fit(k * touches) for k in (1.0, 1e-4)
+    )
     np.testing.assert_allclose(
-        1e-4 * first.inverse_transform(first.activations_), second.inverse_transform(second.activations_), atol=1e-9
+        1e-4 * first.inverse_transform(first.activations_),
+        second.inverse_transform(second.activations_),
+        atol=1e-9,
     )
 
 
 def test_ridge_code_does_not_depend_on_where_it_starts_and_moves_little(touches, fitted):
-    """Strict convexity: half the tensor's change bounds the code's; and the optimality conditions hold."""
+    """Strict convexity: half the tensor's change bounds the code's; and the optimality conditions
+    hold.
+    """
     bump = 1e-6 * np.random.default_rng(0).random(touches.shape)
     codes = [encode(t, fitted.components_, "ridge")[0] for t in (touches, touches + bump)]
     bound = np.linalg.norm(bump) * np.sqrt(3 * 12) / 0.1
@@ -227,7 +261,9 @@ def test_pipeline_and_grid_search_with_groups(touches):
     assert search.best_params_ == {"convolutivenmf__n_components": 3}
     assert search.best_score_ > 0.8
     alone = GridSearchCV(
-        ConvolutiveNMF(n_lags=8, n_restarts=1, tol=1e-2, random_state=0), {"n_components": [1, 3]}, cv=GroupKFold(2)
+        ConvolutiveNMF(n_lags=8, n_restarts=1, tol=1e-2, random_state=0),
+        {"n_components": [1, 3]},
+        cv=GroupKFold(2),
     ).fit(touches, groups=groups)
     assert alone.best_params_ == {"n_components": 3}
 
@@ -242,10 +278,14 @@ def test_learning_in_batches_approaches_the_full_fit(touches):
 def test_stream_reads_zarr_a_batch_at_a_time(touches, tmp_path):
     import zarr
 
-    stored = zarr.create_array(tmp_path / "t.zarr", shape=touches.shape, chunks=(1, 14, 90), dtype="f8")
+    stored = zarr.create_array(
+        tmp_path / "t.zarr", shape=touches.shape, chunks=(1, 14, 90), dtype="f8"
+    )
     stored[:] = touches
     from_disk = ConvolutiveNMF(2, 10, random_state=0).fit_stream(stored, batch_size=5, n_epochs=2)
-    from_memory = ConvolutiveNMF(2, 10, random_state=0).fit_stream(touches, batch_size=5, n_epochs=2)
+    from_memory = ConvolutiveNMF(2, 10, random_state=0).fit_stream(
+        touches, batch_size=5, n_epochs=2
+    )
     np.testing.assert_array_equal(from_disk.components_, from_memory.components_)
 
 
@@ -259,7 +299,9 @@ BAD_TENSORS = [
 ]
 
 
-@pytest.mark.parametrize(("tensors", "message"), BAD_TENSORS, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("tensors", "message"), BAD_TENSORS, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_bad_tensors_are_refused_with_what_to_do(tensors, message):
     with pytest.raises(InvalidInput, match=message):
         ConvolutiveNMF().fit(tensors)

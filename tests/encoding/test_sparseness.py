@@ -11,7 +11,8 @@ from feeler.errors import InvalidInput
 
 
 @pytest.mark.parametrize(
-    ("vector", "expected"), [([0, 3, 0, 0], 1), ([2, 2, 2], 0), ([3, 4], (2**0.5 - 1.4) / (2**0.5 - 1))]
+    ("vector", "expected"),
+    [([0, 3, 0, 0], 1), ([2, 2, 2], 0), ([3, 4], (2**0.5 - 1.4) / (2**0.5 - 1))],
 )
 def test_sparseness_of_known_vectors(vector, expected):
     assert hoyer_sparseness(np.array(vector)) == pytest.approx(expected)
@@ -19,12 +20,16 @@ def test_sparseness_of_known_vectors(vector, expected):
 
 def test_sparseness_ignores_scale_and_takes_any_axis():
     values = np.random.default_rng(0).random((4, 30))
-    np.testing.assert_allclose(hoyer_sparseness(1e-200 * values.T, axis=0), hoyer_sparseness(values))
+    np.testing.assert_allclose(
+        hoyer_sparseness(1e-200 * values.T, axis=0), hoyer_sparseness(values)
+    )
 
 
 def test_sparseness_of_entries_whose_squares_underflow_is_that_of_their_ratios():
     for vector in ([1.0, 0.0, 2.0], [1.0, 3.0, 2.0]):
-        assert hoyer_sparseness(1e-200 * np.array(vector)) == pytest.approx(hoyer_sparseness(vector), rel=1e-12)
+        assert hoyer_sparseness(1e-200 * np.array(vector)) == pytest.approx(
+            hoyer_sparseness(vector), rel=1e-12
+        )
 
 
 def test_sparseness_of_zeros_is_undefined():
@@ -45,12 +50,16 @@ def test_projection_reaches_the_sparseness_asked(vector, sparseness):
 
 @pytest.mark.parametrize("sparseness", [0.1, 0.5, 0.8, 0.95])
 def test_projection_is_the_nearest_point(sparseness):
-    """No other vector of this sparseness lies nearer: not those made from random vectors, not those near by."""
+    """No other vector of this sparseness lies nearer: not those made from random vectors, not those
+    near by.
+    """
     rng = np.random.default_rng(3)
     vector = rng.normal(size=40)
     projected = project_to_sparseness(vector, sparseness)
     distance = np.linalg.norm(vector - projected)
-    others = [rng.normal(size=40) for _ in range(200)] + [projected + 1e-3 * rng.normal(size=40) for _ in range(200)]
+    others = [rng.normal(size=40) for _ in range(200)] + [
+        projected + 1e-3 * rng.normal(size=40) for _ in range(200)
+    ]
     rivals = [project_to_sparseness(other, sparseness) for other in others]
     rivals = [rival * max(0, rival @ vector) / (rival @ rival) for rival in rivals if rival.any()]
     assert len(rivals) > 300
@@ -81,7 +90,9 @@ def test_of_too_many_equal_peaks_the_earliest_are_kept():
 def test_the_nearest_point_grows_with_the_vector_ties_or_not(size):
     for vector in (np.r_[np.full(40, 1.0), np.full(10, -3.0)], np.random.default_rng(1).random(50)):
         np.testing.assert_allclose(
-            project_to_sparseness(size * vector, 0.8), size * project_to_sparseness(vector, 0.8), rtol=1e-5
+            project_to_sparseness(size * vector, 0.8),
+            size * project_to_sparseness(vector, 0.8),
+            rtol=1e-5,
         )
 
 
@@ -104,7 +115,9 @@ def test_one_entry_has_no_sparseness():
 
 @pytest.mark.parametrize("ties", [2, 6, 8])
 def test_equal_peaks_stay_equal_where_the_nearest_point_is_unique(ties):
-    """12 entries at sparseness 0.2 allow ‖u‖₁² up to 8.8: fewer equal peaks leave one nearest point, symmetric in them."""
+    """12 entries at sparseness 0.2 allow ‖u‖₁² up to 8.8: fewer equal peaks leave one nearest
+    point, symmetric in them.
+    """
     vector = np.array([2.0] * ties + [1.0] * (12 - ties))
     projected = project_to_sparseness(vector, 0.2)
     assert hoyer_sparseness(projected) == pytest.approx(0.2, abs=1e-12)

@@ -20,8 +20,14 @@ def case(request):
     """(tensors, bases, activations) of trials, components, sensors, lags, times."""
     n_trials, n_components, n_sensors, n_lags, n_times = request.param
     rng = np.random.default_rng(7)
-    activations = rng.random((n_trials, n_components, n_times)) * (rng.random((n_trials, n_components, n_times)) < 0.6)
-    return rng.random((n_trials, n_sensors, n_times)), rng.random((n_components, n_sensors, n_lags)), activations
+    activations = rng.random((n_trials, n_components, n_times)) * (
+        rng.random((n_trials, n_components, n_times)) < 0.6
+    )
+    return (
+        rng.random((n_trials, n_sensors, n_times)),
+        rng.random((n_components, n_sensors, n_lags)),
+        activations,
+    )
 
 
 def loop_reconstruct(bases, activations):
@@ -53,7 +59,9 @@ def loop_gather(activations, tensors, n_lags):
 
 def test_reconstruction(case):
     _, bases, activations = case
-    np.testing.assert_allclose(reconstruct(bases, activations), loop_reconstruct(bases, activations))
+    np.testing.assert_allclose(
+        reconstruct(bases, activations), loop_reconstruct(bases, activations)
+    )
 
 
 def test_correlations_with_the_data(case):
@@ -62,7 +70,9 @@ def test_correlations_with_the_data(case):
     everything = slice(None)
     np.testing.assert_allclose(data.see(bases, everything), loop_see(bases, tensors), atol=1e-12)
     gathered = invert_spectra(data.gather(activations, everything), data.length, bases.shape[2])
-    np.testing.assert_allclose(gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12)
+    np.testing.assert_allclose(
+        gathered, loop_gather(activations, tensors, bases.shape[2]), atol=1e-12
+    )
 
 
 def test_gram_of_bases_replaces_the_reconstruction(case):
@@ -91,7 +101,9 @@ def test_multiplicative_updates_equal_the_textbook(case):
     multiply_activations(loop_see(bases, tensors), *compute_basis_gram(bases), updated, 1)
     np.testing.assert_allclose(updated, expected)
     n_lags = bases.shape[2]
-    expected = bases * loop_gather(activations, tensors, n_lags) / loop_gather(activations, model, n_lags)
+    expected = (
+        bases * loop_gather(activations, tensors, n_lags) / loop_gather(activations, model, n_lags)
+    )
     gram = compute_activation_gram(activations, n_lags)
     new, shared, square = multiply_bases(bases, loop_gather(activations, tensors, n_lags), gram, 1)
     np.testing.assert_allclose(new, expected, atol=1e-12)
@@ -110,7 +122,9 @@ def test_projected_step_equals_the_obvious_one(joint):
     seen, activations = loop_see(bases, tensors), np.zeros((3, 2, 25))
     size = 75 if joint else 25
     l1 = l1_of_unit_vector(size, 0.6)
-    descend_activations(seen, kernel, edge, activations, np.ones((1 if joint else 3, 2)), l1, joint, 1, 0.0)
+    descend_activations(
+        seen, kernel, edge, activations, np.ones((1 if joint else 3, 2)), l1, joint, 1, 0.0
+    )
     expected = np.zeros_like(activations)
     for m in range(2):
         slope = loop_see(bases, loop_reconstruct(bases, expected) - tensors)[:, m]
@@ -125,9 +139,14 @@ def test_pivoting_finds_the_nonnegative_least_squares():
 
     rng = np.random.default_rng(2)
     tensors, bases = rng.random((2, 6, 20)), rng.random((2, 6, 4))
-    design = np.stack([loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1)
+    design = np.stack(
+        [loop_reconstruct(bases, unit.reshape(1, 2, 20)).ravel() for unit in np.eye(40)], axis=1
+    )
     activations = np.zeros((2, 2, 20))
-    assert solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations) < MOST_PIVOTS
+    assert (
+        solve_nonnegative(loop_see(bases, tensors), *compute_basis_gram(bases), activations)
+        < MOST_PIVOTS
+    )
     for code, tensor in zip(activations, tensors, strict=True):
         np.testing.assert_allclose(code.ravel(), nnls(design, tensor.ravel())[0], atol=1e-8)
 
@@ -136,9 +155,17 @@ def test_pivoting_finds_the_nonnegative_least_squares():
 def test_loss_never_rises_and_is_the_true_one(touches, sparseness, joint):
     rng = np.random.default_rng(0)
     settings = Settings(
-        n_components=3, n_lags=10, sparseness=sparseness, joint=joint, max_iter=40, tol=0, inner_steps=2
+        n_components=3,
+        n_lags=10,
+        sparseness=sparseness,
+        joint=joint,
+        max_iter=40,
+        tol=0,
+        inner_steps=2,
     )
-    factors = factorise(Data(touches, 10), rng.random((3, 14, 10)), rng.random((12, 3, 90)), settings)
+    factors = factorise(
+        Data(touches, 10), rng.random((3, 14, 10)), rng.random((12, 3, 90)), settings
+    )
     assert (np.diff(factors.losses) <= 1e-12 * (touches**2).sum()).all()
     rest = touches - reconstruct(factors.components, factors.activations)
     assert factors.losses[-1] == pytest.approx(0.5 * (rest**2).sum(), rel=1e-8)

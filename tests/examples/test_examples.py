@@ -9,7 +9,9 @@ from matplotlib.image import imread
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
 
 
-LEAST = {"train_a_network": 0.5}  # right answers of 120; chance is a third, with a standard error of 0.04
+LEAST = {
+    "train_a_network": 0.5
+}  # right answers of 120; chance is a third, with a standard error of 0.04
 
 
 def test_there_are_examples():

@@ -28,7 +28,9 @@ def processes():
         yield executor
 
 
-@pytest.mark.parametrize("make", [lambda: ThreadExecutor(2), lambda: ThreadPoolExecutor(2), lambda: None])
+@pytest.mark.parametrize(
+    "make", [lambda: ThreadExecutor(2), lambda: ThreadPoolExecutor(2), lambda: None]
+)
 def test_each_item_is_answered_once(make):
     executor = make()
     outcomes = collect(_tasks.double, range(57), executor=executor)
@@ -83,7 +85,9 @@ def test_results_do_not_pile_up():
             handed_out.append(i)
             yield i, i
 
-    for n, _ in enumerate(run_batch(_tasks.double, items(), executor=ThreadExecutor(2), window=3), 1):
+    for n, _ in enumerate(
+        run_batch(_tasks.double, items(), executor=ThreadExecutor(2), window=3), 1
+    ):
         assert len(handed_out) <= n + 3
 
 
@@ -160,7 +164,9 @@ def test_workers_that_are_starting_leave_ctrl_c_to_their_parent():
 
 @pytest.mark.parametrize("end", ["two interrupts", "kill"])
 def test_no_orphans_whatever_ends_the_parent(tmp_path, end):
-    process = start(function="_tasks.sleep_long", item=repr(str(tmp_path)), executor="ProcessExecutor(2)")
+    process = start(
+        function="_tasks.sleep_long", item=repr(str(tmp_path)), executor="ProcessExecutor(2)"
+    )
     wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
     workers = [int(path.name) for path in tmp_path.iterdir()]
     if end == "kill":
@@ -191,7 +197,9 @@ def alive(pid):
 @pytest.mark.parametrize("workers", [1, 3])
 def test_map_keeps_the_order_and_the_first_error_ends_it(workers):
     with ThreadExecutor(workers) as executor:
-        assert list(executor.map(lambda a, b: a - b, range(9), range(0, 18, 2))) == [-i for i in range(9)]
+        assert list(executor.map(lambda a, b: a - b, range(9), range(0, 18, 2))) == [
+            -i for i in range(9)
+        ]
         with pytest.raises(ZeroDivisionError):
             list(executor.map(lambda x: 1 / x, [1, 0, 2]))
 
@@ -206,6 +214,8 @@ def test_one_way_to_run_side_by_side():
     source = Path(feeler.__file__).parent
     pools = ("ThreadPool", "ProcessPool", "import joblib", "multiprocessing.Pool")
     opened = {
-        p.relative_to(source).parts[0] for p in source.rglob("*.py") if any(word in p.read_text() for word in pools)
+        p.relative_to(source).parts[0]
+        for p in source.rglob("*.py")
+        if any(word in p.read_text() for word in pools)
     }
     assert opened == {"execute"}

@@ -14,12 +14,11 @@ from . import _tasks
 
 def test_a_worker_has_what_was_imported_for_it_and_its_caller_has_not():
     code = (
-        "import sys\n"
-        "from feeler.execute.processes import USUAL, ProcessExecutor, prepare_workers\n"
-        "from tests.execute import _tasks\n"
-        "prepare_workers([*USUAL, 'colorsys'])\n"
-        "with ProcessExecutor(1) as executor:\n"
-        "    print(executor.submit(_tasks.has_loaded, 'colorsys').result(), 'colorsys' in sys.modules)\n"
+        "import sys\nfrom feeler.execute.processes import USUAL, ProcessExecutor,"
+        " prepare_workers\nfrom tests.execute import _tasks\nprepare_workers([*USUAL,"
+        " 'colorsys'])\nwith ProcessExecutor(1) as executor:\n   "
+        " print(executor.submit(_tasks.has_loaded, 'colorsys').result(), 'colorsys' in"
+        " sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.stdout.split(), done.stderr) == (["True", "False"], "")

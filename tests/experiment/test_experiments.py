@@ -25,7 +25,8 @@ def make_beam(n, length=40.0, bending=5.0, density=1e-4):
         segment_mass=density * length / n,
         radius=0.1,
         stiffness=k,
-        damping=0.02 * k,  # ζ = 0.5 % and 3 % in the first two modes; stills the lattice's own fast modes
+        damping=0.02
+        * k,  # ζ = 0.5 % and 3 % in the first two modes; stills the lattice's own fast modes
     )
 
 
@@ -42,13 +43,18 @@ def test_mirrored_touch_gives_mirrored_tensor(engine):
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_no_contact_gives_exact_zeros(engine):
-    tensors = feeler.touch(ANTENNA, Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0), engine=engine, **SHORT)
+    tensors = feeler.touch(
+        ANTENNA, Trial(feature=Wall(), location=0.5, speed=0.1, lead=50.0), engine=engine, **SHORT
+    )
     assert not tensors["angle"].values.any()
     assert not tensors["force"].values.any()
 
 
 def test_workers_do_not_change_a_bit():
-    trials = [TRIAL, Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.3)] * 6
+    trials = [
+        TRIAL,
+        Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.3),
+    ] * 6
     one, two = (feeler.touch(ANTENNA, trials, workers=w, **SHORT) for w in (1, 2))
     np.testing.assert_array_equal(one["angle"], two["angle"])
     np.testing.assert_array_equal(one["seed"], two["seed"])
@@ -65,7 +71,8 @@ def test_workers_do_not_change_a_bit():
     ids=lambda order: "".join(map(str, order)),
 )
 def test_each_touch_of_a_set_is_what_it_is_alone(order, stored, tmp_path):
-    # lanes are filled from base to tip: in the first order a full group begins with touch 0 and ends with 7, and holds 8
+    # lanes are filled from base to tip: in the first order a full group begins with touch 0 and
+    # ends with 7, and holds 8
     place = np.linspace(0.5, 0.9, 9)[np.argsort(order)]
     trials = [Trial(feature=Ball(radius=1.5), location=at, speed=0.6) for at in place]
     options = {"duration": 30.0, "timestep": 0.1, "sample_interval": 10.0}
@@ -74,7 +81,9 @@ def test_each_touch_of_a_set_is_what_it_is_alone(order, stored, tmp_path):
     np.testing.assert_array_equal(together["location"], place)
     assert np.abs(together["angle"]).max(("sensor", "time")).min() > 1e-3
     for trial, angle in zip(trials, together["angle"].values, strict=True):
-        np.testing.assert_allclose(angle, feeler.touch(ANTENNA, trial, **options)["angle"][0], atol=1e-12)
+        np.testing.assert_allclose(
+            angle, feeler.touch(ANTENNA, trial, **options)["angle"][0], atol=1e-12
+        )
 
 
 def test_contact_begins_when_the_trial_says():
@@ -89,7 +98,8 @@ def test_tensors_keep_the_contract():
     assert tensors["angle"].dims == ("trial", "sensor", "time")
     assert tensors["angle"].shape == (1, 56, 15)
     np.testing.assert_allclose(
-        tensors["curvature"], tensors["angle"] / ANTENNA.segment_length[ANTENNA.sensors - 1][:, None]
+        tensors["curvature"],
+        tensors["angle"] / ANTENNA.segment_length[ANTENNA.sensors - 1][:, None],
     )
     assert feeler.touch(ANTENNA, [TRIAL], all_hinges=True, **SHORT)["angle"].sizes["sensor"] == 140
 
@@ -112,9 +122,13 @@ def test_bad_calls_are_named(options, message):
 
 
 def test_a_diverging_trial_is_named_and_the_others_survive():
-    """Without damping, hinges this stiff for their mass make any explicit spring unstable at this step."""
+    """Without damping, hinges this stiff for their mass make any explicit spring unstable at this
+    step.
+    """
     wild = ANTENNA.replace(stiffness=ANTENNA.stiffness * 1e6, damping=0.0)
-    trials = [Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead) for lead in (5.0, 400.0)]
+    trials = [
+        Trial(feature=Ball(radius=1.0), location=0.5, speed=0.6, lead=lead) for lead in (5.0, 400.0)
+    ]
     with pytest.raises(SimulationDiverged, match=r"ball 1 mm at 0.5 L.* diverged at") as caught:
         feeler.touch(wild, trials, duration=60.0, timestep=0.05)
     assert caught.value.tensors.sizes["trial"] == 1
@@ -131,7 +145,9 @@ def test_small_force_bends_a_uniform_chain_as_a_cantilever():
 
 
 def test_large_force_follows_the_elastica():
-    """Against the boundary value problem EI φ″ = −F cos φ, φ(0) = 0, φ′(L) = 0 of the continuous beam."""
+    """Against the boundary value problem EI φ″ = −F cos φ, φ(0) = 0, φ′(L) = 0 of the continuous
+    beam.
+    """
     beam, force, bending, length = make_beam(200), 0.02, 5.0, 40.0
     s = np.linspace(0, length, 400)
     solution = solve_bvp(
@@ -157,7 +173,11 @@ def test_free_release_rings_at_euler_bernoulli_frequencies(mode):
     expected = root**2 * np.sqrt(5.0 / (1e-4 * 40.0**4)) / (2 * np.pi)
     shape = compute_modes(beam, 2).angle[mode]
     released = feeler.release(
-        beam, angle=1e-3 * shape / np.abs(shape).max(), duration=2.5 / expected, sample_interval=0.1, timestep=0.01
+        beam,
+        angle=1e-3 * shape / np.abs(shape).max(),
+        duration=2.5 / expected,
+        sample_interval=0.1,
+        timestep=0.01,
     )
     x = released["tip"].values[0, :, 0]
     crossing = np.flatnonzero(np.diff(np.sign(x)))

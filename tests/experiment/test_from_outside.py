@@ -1,4 +1,6 @@
-"""A shape and an engine from outside the package go all the way: touch, store, dispersion, decoding, export."""
+"""A shape and an engine from outside the package go all the way: touch, store, dispersion,
+decoding, export.
+"""
 
 import os
 import sys
@@ -15,7 +17,11 @@ from feeler.physics.engine import ENGINES
 from feeler.stimulus import SHAPES, Trial
 
 ANTENNA = feeler.Antenna(
-    segment_length=np.full(14, 3.0), segment_mass=2e-4, radius=0.1, stiffness=np.linspace(0.2, 0.02, 14), damping=0.5
+    segment_length=np.full(14, 3.0),
+    segment_mass=2e-4,
+    radius=0.1,
+    stiffness=np.linspace(0.2, 0.02, 14),
+    damping=0.5,
 )
 
 
@@ -23,7 +29,9 @@ ANTENNA = feeler.Antenna(
 def trials():
     SHAPES.register("capsule", Capsule)
     yield [
-        Trial(feature=Capsule(half_length=size, rounding=0.5), location=place, speed=0.3, approach=80)
+        Trial(
+            feature=Capsule(half_length=size, rounding=0.5), location=place, speed=0.3, approach=80
+        )
         for size in (0.5, 3.0)
         for place in (0.6, 0.9)
     ]
@@ -32,7 +40,9 @@ def trials():
 
 def test_every_engine_feels_a_new_shape_as_mujoco_does(trials):
     def touch(engine):
-        return feeler.touch(ANTENNA, trials[2], duration=30, engine=engine, timestep=0.02).angle.values
+        return feeler.touch(
+            ANTENNA, trials[2], duration=30, engine=engine, timestep=0.02
+        ).angle.values
 
     reference = touch("mujoco")
     peak = np.abs(reference).max()
@@ -51,7 +61,9 @@ def test_a_new_shape_goes_from_touch_to_export(trials, tmp_path):
     flat = angle.reshape(len(angle), -1)
     expected = np.corrcoef(flat)[~np.eye(len(flat), dtype=bool)].reshape(len(flat), -1).max(axis=1)
     np.testing.assert_allclose(found.values("pearson", "capsules"), expected, rtol=1e-9)
-    sweep = compute_sweep(angle, make_labels(tensors), ratios=(0.05,), n_repeats=1, n_copies=10, random_state=0)
+    sweep = compute_sweep(
+        angle, make_labels(tensors), ratios=(0.05,), n_repeats=1, n_copies=10, random_state=0
+    )
     assert sweep.noisy.mean() > 0.9  # four touches that differ, hardly any noise
     feeler.save(tensors, tmp_path / "touches.nc")
     np.testing.assert_array_equal(feeler.load(tmp_path / "touches.nc").angle.values, angle)
@@ -72,10 +84,14 @@ def test_a_store_knows_the_code_of_an_engine_from_outside(tmp_path, monkeypatch)
 
     def touch(parts, name):
         (tmp_path / f"{name}.py").write_text(MODULE.format(parts=parts))
-        os.utime(tmp_path / f"{name}.py", (0, 0))  # code that is younger than this process is refused
+        os.utime(
+            tmp_path / f"{name}.py", (0, 0)
+        )  # code that is younger than this process is refused
         ENGINES.register("mine", __import__(name).ENGINE)
         try:
-            return feeler.touch(ANTENNA, trial, duration=20, engine="mine", store=tmp_path / "store")
+            return feeler.touch(
+                ANTENNA, trial, duration=20, engine="mine", store=tmp_path / "store"
+            )
         finally:
             ENGINES.unregister("mine")
             sys.modules.pop(name)

@@ -28,25 +28,35 @@ time_ms,hinge1_deg,hinge2_deg,hinge3_deg
 3.1,0.1,0.2,0.3
 """
 CAPACITANCE = (
-    b"\xef\xbb\xbf# speed: 0.3\r\n# unit: pF\r\ntime (s);c2;c1\r\n0;1.1;1.2\r\n0.001;1.2;1.3\r\n0.003;-;1.4\r\n"
+    b"\xef\xbb\xbf# speed: 0.3\r\n# unit: pF\r\ntime"
+    b" (s);c2;c1\r\n0;1.1;1.2\r\n0.001;1.2;1.3\r\n0.003;-;1.4\r\n"
 )
 DLTDV = b"pt1_cam1_X,pt1_cam1_Y,pt2_cam1_X,pt2_cam1_Y\n1.5,2.5,NaN,NaN\n2.5,3.5,4.5,5.5\n3,4,5,6\n"
-FOUR = ",".join(f"pt{n}_cam{c}_{axis}" for n in range(1, 5) for c in (1, 2) for axis in "XY").encode()
+FOUR = ",".join(
+    f"pt{n}_cam{c}_{axis}" for n in range(1, 5) for c in (1, 2) for axis in "XY"
+).encode()
 FOUR += b"\n" + b",".join([b"1.25"] * 16) + b"\n" + b",".join([b"NaN", b"3"] * 8) + b"\n"
 NAMED = b"left_tip_x;left_tip_y;head_x;head_y\n1.5;2.5;3;4\n2.5;3.5;4.5;5.5\n"
-LANDMARKS = b"# source: synthetic\nframe\thead_x\thead_y\tabdomen_x\tabdomen_y\n1\t1\t2\t3\t4\n2\t1\t\t3\t4\n"
+LANDMARKS = (
+    b"# source:"
+    b" synthetic\nframe\thead_x\thead_y\tabdomen_x\tabdomen_y\n1\t1\t2\t3\t4\n2\t1\t\t3\t4\n"
+)
 TABLE = b"# robot: one\nhinge,angle_deg,capacitance_pF,time_ms\n1,0,1.0,0\n1,5,1.2,1\n1,9,1.5,2\n"
 TABLE += b"2,0,1,3\n2,5,1.2,4\n2,9,1.4,5\n"
 COUNTS = b"hinge,angle_rad,capacitance_counts\n1,0,100\n1,0,101\n1,0.1,110\n1,0.2,122\n"
-TARGETS = b'name = "x"\nstatus = "measured"\n[targets.frequency]\nvalue = 1.0\nspread = 0.1\nunit = "Hz"\ntag = "D"\n'
-TARGETS += b'[targets.ratio_71]\nvalue = 3\nspread = 0\nunit = "1"\ntag = "P+C"\nnote = """two\nlines"""\n'
+TARGETS = (
+    b'name = "x"\nstatus = "measured"\n[targets.frequency]\nvalue = 1.0\nspread = 0.1\nunit ='
+    b' "Hz"\ntag = "D"\n'
+)
+TARGETS += (
+    b'[targets.ratio_71]\nvalue = 3\nspread = 0\nunit = "1"\ntag = "P+C"\nnote = """two\nlines"""\n'
+)
 TRACES = b"# synthetic: no animal\ntime_ms,one,two\n" + b"".join(
-    b"%.1f,%.4f,%.4f\n" % (t, np.exp(-t / 20) * np.cos(t / 3), 2 * np.exp(-t / 9) * np.cos(t / 5)) for t in range(12)
+    b"%.1f,%.4f,%.4f\n" % (t, np.exp(-t / 20) * np.cos(t / 3), 2 * np.exp(-t / 9) * np.cos(t / 5))
+    for t in range(12)
 )
 SAMPLES = [b"0.5,1.0,2.0,3.0", b"1 2 3", b"nan;1e-3;\t4"]
-LINES = (
-    b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
-)
+LINES = b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
 JOURNAL = b'{"key": "k"}\n{"x": [1.0], "residuals": [0.5, 2], "seconds": 0.1}\n'
 JOURNAL += b'{"x": [2], "residuals": [0, 1], "seconds": 0}\n'
 SMALL = {
@@ -58,7 +68,12 @@ SMALL = {
 def make_set(n_trials: int = 2):
     """A small valid Dataset."""
     rng = np.random.default_rng(1)
-    labels = {"feature": ["ball", "wall"], "size": [1.5, np.inf], "location": [0.5, 0.7], "speed": [0.3, 0.06]}
+    labels = {
+        "feature": ["ball", "wall"],
+        "size": [1.5, np.inf],
+        "location": [0.5, 0.7],
+        "speed": [0.3, 0.06],
+    }
     labels |= {"antenna": ["small"] * 2, "source": ["simulation"] * 2, "seed": [1, 2]}
     return make_tensors(
         angle=rng.normal(size=(n_trials, 3, 8)),

@@ -1,4 +1,6 @@
-"""Readers that crash or hang, in a file of their own: the guard's process loads nothing else for them."""
+"""Readers that crash or hang, in a file of their own: the guard's process loads nothing else for
+them.
+"""
 
 import os
 

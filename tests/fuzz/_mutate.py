@@ -1,4 +1,6 @@
-"""Damaged and hostile inputs from good ones: bytes, tokens, lines, and the structures inside a file."""
+"""Damaged and hostile inputs from good ones: bytes, tokens, lines, and the structures inside a
+file.
+"""
 
 import io
 import json
@@ -6,12 +8,76 @@ import json
 import numpy as np
 
 TOKENS = [
-    *(b"nan", b"inf", b"-inf", b"1e999", b"1e-999", b"-1", b"0", b"9" * 400, b"9" * 5000, b"true", b"null", b"NaN"),
-    *(b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"\xc3\x28", "½".encode(), b"\n", b"\r", b"\t", b'"', b"'", b"\\", b"#"),
-    *(b"[" * 3000, b"{" * 3000, b'{"a":' * 2000, b"]", b"}", b",", b";", b"=", b":", b"..", b"../../etc/passwd", b"/"),
-    *(b"\xff" * 8, b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\x00" * 8, b"_", b"$(id)", b"!!python/object:os.system"),
-    *(b'"shape":[1,99999999999]', b"18446744073709551615", b"-9223372036854775808", b"1" + b"0" * 30, b"a" * 70_000),
-    *(b"1e308", b"-1e308", b"1e-308", b"0x10", b"1_000", "٣".encode(), "\u2028".encode(), b"\x1a", b"'''", b'"""'),
+    *(
+        b"nan",
+        b"inf",
+        b"-inf",
+        b"1e999",
+        b"1e-999",
+        b"-1",
+        b"0",
+        b"9" * 400,
+        b"9" * 5000,
+        b"true",
+        b"null",
+        b"NaN",
+    ),
+    *(
+        b"\x00",
+        b"\xff\xfe",
+        b"\xef\xbb\xbf",
+        b"\xc3\x28",
+        "½".encode(),
+        b"\n",
+        b"\r",
+        b"\t",
+        b'"',
+        b"'",
+        b"\\",
+        b"#",
+    ),
+    *(
+        b"[" * 3000,
+        b"{" * 3000,
+        b'{"a":' * 2000,
+        b"]",
+        b"}",
+        b",",
+        b";",
+        b"=",
+        b":",
+        b"..",
+        b"../../etc/passwd",
+        b"/",
+    ),
+    *(
+        b"\xff" * 8,
+        b"\x7f\xff\xff\xff",
+        b"\xff\xff\xff\x7f",
+        b"\x00" * 8,
+        b"_",
+        b"$(id)",
+        b"!!python/object:os.system",
+    ),
+    *(
+        b'"shape":[1,99999999999]',
+        b"18446744073709551615",
+        b"-9223372036854775808",
+        b"1" + b"0" * 30,
+        b"a" * 70_000,
+    ),
+    *(
+        b"1e308",
+        b"-1e308",
+        b"1e-308",
+        b"0x10",
+        b"1_000",
+        "٣".encode(),
+        "\u2028".encode(),
+        b"\x1a",
+        b"'''",
+        b'"""',
+    ),
 ]
 ODD = [
     *(
@@ -33,8 +99,37 @@ ODD = [
         2**63,
         2**64,
     ),
-    *(10**30, -(10**30), "", "a", "nan", "inf", "../x", "/", "a" * 300, "\0", "\ud800", "<f8", "O", "|V8", "U9999999"),
-    *([], [[]], [1, [2]], [0] * 50, {}, {"a": 1}, {"": {}}, [None], ["a", 1], [-1], [2**40], [[1, 2], [3]]),
+    *(
+        10**30,
+        -(10**30),
+        "",
+        "a",
+        "nan",
+        "inf",
+        "../x",
+        "/",
+        "a" * 300,
+        "\0",
+        "\ud800",
+        "<f8",
+        "O",
+        "|V8",
+        "U9999999",
+    ),
+    *(
+        [],
+        [[]],
+        [1, [2]],
+        [0] * 50,
+        {},
+        {"a": 1},
+        {"": {}},
+        [None],
+        ["a", 1],
+        [-1],
+        [2**40],
+        [[1, 2], [3]],
+    ),
 ]
 KINDS = 12
 
@@ -96,7 +191,10 @@ def _change_lines(rng: np.random.Generator, data: bytes) -> bytes:
         lines[place:place] = [lines[place]] * int(rng.integers(2, 200))
     else:
         column = int(rng.integers(4))
-        lines = [b",".join(cell for n, cell in enumerate(line.split(b",")) if n != column) for line in lines]
+        lines = [
+            b",".join(cell for n, cell in enumerate(line.split(b",")) if n != column)
+            for line in lines
+        ]
     return b"\n".join(lines)
 
 
@@ -140,7 +238,11 @@ def _walk(value: object):
     if isinstance(value, dict):
         keys = list(value)
     else:
-        keys = [n for n in range(len(value)) if n < 4 or n > len(value) - 3] if isinstance(value, list) else []
+        keys = (
+            [n for n in range(len(value)) if n < 4 or n > len(value) - 3]
+            if isinstance(value, list)
+            else []
+        )
     for key in keys:
         yield value, key
         yield from _walk(value[key])
@@ -182,14 +284,31 @@ def shape_mat(rng: np.random.Generator, seed: bytes) -> bytes:
     """A MATLAB file with changed variables or a changed description."""
     from scipy.io import loadmat, savemat
 
-    content = {name: value for name, value in loadmat(io.BytesIO(seed)).items() if not name.startswith("__")}
+    content = {
+        name: value
+        for name, value in loadmat(io.BytesIO(seed)).items()
+        if not name.startswith("__")
+    }
     if rng.random() < 0.6:
         text = str(content["feeler_description"][0])
         content["feeler_description"] = write_json(mutate_json(rng, json.loads(text))).decode()
     else:
         name = list(content)[rng.integers(len(content))]
-        odd = [np.zeros((0, 3)), np.zeros((2, 2, 2)), np.array(["a", "bc"]), 1j * np.ones(3), np.full((1, 1), np.nan)]
-        odd += [np.int64(2**62), {"a": 1}, np.array([[1, "x"]], dtype=object), np.uint8([1, 2, 3]), "", True]
+        odd = [
+            np.zeros((0, 3)),
+            np.zeros((2, 2, 2)),
+            np.array(["a", "bc"]),
+            1j * np.ones(3),
+            np.full((1, 1), np.nan),
+        ]
+        odd += [
+            np.int64(2**62),
+            {"a": 1},
+            np.array([[1, "x"]], dtype=object),
+            np.uint8([1, 2, 3]),
+            "",
+            True,
+        ]
         content[name] = odd[rng.integers(len(odd))]
     file = io.BytesIO()
     savemat(file, content, long_field_names=True, oned_as="row", do_compression=rng.random() < 0.5)
@@ -197,7 +316,9 @@ def shape_mat(rng: np.random.Generator, seed: bytes) -> bytes:
 
 
 def change_hdf5(rng: np.random.Generator, path: str) -> None:
-    """An HDF5 file whose objects have changed: removed, of another shape or type, linked, with odd attributes."""
+    """An HDF5 file whose objects have changed: removed, of another shape or type, linked, with odd
+    attributes.
+    """
     import h5py
 
     names: list[str] = []
@@ -212,10 +333,21 @@ def change_hdf5(rng: np.random.Generator, path: str) -> None:
                 del file[name]
             elif kind == 1:
                 del file[name]
-                file[name] = [np.zeros((0, 2)), np.float32([1]), 3, "text", np.array([b"a", b"b"]), 1j][rng.integers(6)]
+                file[name] = [
+                    np.zeros((0, 2)),
+                    np.float32([1]),
+                    3,
+                    "text",
+                    np.array([b"a", b"b"]),
+                    1j,
+                ][rng.integers(6)]
             elif kind == 2:
                 del file[name]
-                link = [h5py.SoftLink("/nowhere"), h5py.ExternalLink("/etc/passwd", "/"), h5py.SoftLink("/" + name)]
+                link = [
+                    h5py.SoftLink("/nowhere"),
+                    h5py.ExternalLink("/etc/passwd", "/"),
+                    h5py.SoftLink("/" + name),
+                ]
                 file[name] = link[rng.integers(3)]
             elif kind == 3:
                 del file[name]
@@ -226,7 +358,19 @@ def change_hdf5(rng: np.random.Generator, path: str) -> None:
 
 def _change_attribute(rng: np.random.Generator, item: object) -> None:
     names = [name for name in item.attrs if name not in ("DIMENSION_LIST", "REFERENCE_LIST")]
-    odd = [0, -1.5, np.nan, "", "a b", "[]", b"\xff", np.zeros((3, 0)), np.arange(5), np.array(["x", "y"], "S1"), "🐜"]
+    odd = [
+        0,
+        -1.5,
+        np.nan,
+        "",
+        "a b",
+        "[]",
+        b"\xff",
+        np.zeros((3, 0)),
+        np.arange(5),
+        np.array(["x", "y"], "S1"),
+        "🐜",
+    ]
     if names and rng.random() < 0.7:
         name = names[rng.integers(len(names))]
         old = item.attrs[name]

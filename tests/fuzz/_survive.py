@@ -1,4 +1,6 @@
-"""What counts as surviving an input: only feeler's own errors, in time, in bounded memory, without a RuntimeWarning."""
+"""What counts as surviving an input: only feeler's own errors, in time, in bounded memory, without
+a RuntimeWarning.
+"""
 
 import resource
 import signal
@@ -12,7 +14,9 @@ from pathlib import Path
 from feeler.errors import FeelerError
 
 SECONDS = 10  # of processor time: a reader that takes longer over a few kilobytes hangs
-PATIENCE = 600  # s until a reader that waits for something counts as hanging, however busy the machine is
+PATIENCE = (
+    600  # s until a reader that waits for something counts as hanging, however busy the machine is
+)
 MEMORY = 2**29  # bytes that reading may add to the process
 
 
@@ -26,7 +30,10 @@ class Log:
 
     def __str__(self) -> str:
         n = sum(self.ends.values())
-        return f"{n} inputs: {self.ends['read'] / max(n, 1):.1%} read, the others refused; slowest {self.slowest:.3f} s"
+        return (
+            f"{n} inputs: {self.ends['read'] / max(n, 1):.1%} read, the others refused; slowest"
+            f" {self.slowest:.3f} s"
+        )
 
 
 @contextmanager
@@ -39,7 +46,10 @@ def survives(data: object, log: Log, *, library: bool = False):
     def ring(*_):
         raise AssertionError(f"hangs over {data!r}")
 
-    timers = {signal.ITIMER_PROF: (signal.SIGPROF, SECONDS), signal.ITIMER_REAL: (signal.SIGALRM, PATIENCE)}
+    timers = {
+        signal.ITIMER_PROF: (signal.SIGPROF, SECONDS),
+        signal.ITIMER_REAL: (signal.SIGALRM, PATIENCE),
+    }
     before = {number: signal.signal(number, ring) for number, _ in timers.values()}
     for timer, (_, seconds) in timers.items():
         signal.setitimer(timer, seconds)
@@ -65,7 +75,9 @@ def survives(data: object, log: Log, *, library: bool = False):
 
 @contextmanager
 def watched():
-    """Inside, the process cannot take more than MEMORY beyond what it has, and a RuntimeWarning is an error."""
+    """Inside, the process cannot take more than MEMORY beyond what it has, and a RuntimeWarning is
+    an error.
+    """
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     before = _status("VmData")
     resource.setrlimit(resource.RLIMIT_DATA, (before + MEMORY, hard))

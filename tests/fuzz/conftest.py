@@ -1,4 +1,6 @@
-"""Here the guard works in the process of the test: a process for each of thousands of inputs would take hours."""
+"""Here the guard works in the process of the test: a process for each of thousands of inputs would
+take hours.
+"""
 
 import pytest
 
@@ -10,5 +12,7 @@ def in_process(monkeypatch):
     monkeypatch.setattr(
         guard,
         "_ask",
-        lambda function, path, limits, name, words: guard.answer(function, path, limits.max_bytes, *words),
+        lambda function, path, limits, name, words: guard.answer(
+            function, path, limits.max_bytes, *words
+        ),
     )

@@ -1,4 +1,6 @@
-"""Small files that ask for much: an answer in time, bounded memory, one clear error; and a large sound one is read."""
+"""Small files that ask for much: an answer in time, bounded memory, one clear error; and a large
+sound one is read.
+"""
 
 import struct
 import zlib
@@ -40,7 +42,9 @@ def refuse(path, words="", limits=LIMITS):
 @pytest.mark.parametrize("dtype", ["str", "float64"])
 def test_missing_chunks_by_the_million_are_refused(tmp_path, dtype):
     group = zarr.create_group(tmp_path / "x.zarr")
-    group.create_array("a", shape=(500_000_000,), chunks=(500,), dtype=str if dtype == "str" else dtype)
+    group.create_array(
+        "a", shape=(500_000_000,), chunks=(500,), dtype=str if dtype == "str" else dtype
+    )
     refuse(tmp_path / "x.zarr", "GiB|memory|took longer")
 
 
@@ -59,7 +63,9 @@ def test_one_long_key_does_not_hang(tmp_path, monkeypatch):
 
 
 def test_an_encoder_of_one_restart_is_saved_and_loaded(tmp_path):
-    encoder = ConvolutiveNMF(n_components=2, n_lags=3, max_iter=20, n_restarts=1, tol=1e-1, random_state=0)
+    encoder = ConvolutiveNMF(
+        n_components=2, n_lags=3, max_iter=20, n_restarts=1, tol=1e-1, random_state=0
+    )
     encoder.fit(np.random.default_rng(0).random((2, 4, 12)))
     got = load_encoder(save_encoder(encoder, tmp_path / "e.safetensors"))
     assert np.isnan(got.stability_)
@@ -75,7 +81,9 @@ def test_a_table_is_counted_before_it_takes_memory():
 def test_a_description_that_is_no_text_ends_in_a_word_about_the_file(tmp_path):
     save(make_set(), tmp_path / "x.nc")
     with h5py.File(tmp_path / "x.nc", "a") as file:
-        file.attrs["feeler_description"] = file.attrs["feeler_description"].encode().replace(b"rad", b"\xff\xfe\xff", 1)
+        file.attrs["feeler_description"] = (
+            file.attrs["feeler_description"].encode().replace(b"rad", b"\xff\xfe\xff", 1)
+        )
         file.attrs["history"] = np.bytes_(b"\xff\xfe")
     refuse(tmp_path / "x.nc", "'angle' must be in rad, says")
 
@@ -87,7 +95,11 @@ def add_narrow_variable(path, n):
         return struct.pack("<II", kind, len(raw)) + raw + bytes(-len(raw) % 8)
 
     flags, dims = struct.pack("<II", 6, 0), struct.pack("<ii", n, 1)
-    raw = zlib.compress(element(14, element(6, flags) + element(5, dims) + element(1, b"more") + element(2, bytes(n))))
+    raw = zlib.compress(
+        element(
+            14, element(6, flags) + element(5, dims) + element(1, b"more") + element(2, bytes(n))
+        )
+    )
     path.write_bytes(path.read_bytes() + struct.pack("<II", 15, len(raw)) + raw)
 
 
@@ -113,7 +125,10 @@ def test_texts_that_all_point_at_one_are_refused(tmp_path):
     refuse(tmp_path / "x.nc", "memory|MiB of text|took longer")
 
 
-HDF5 = "Can't synchronously write data (file write failed:\n errno = 28, error message = '', buf = 0x55)"
+HDF5 = (
+    "Can't synchronously write data (file write failed:\n errno = 28, error message = '', buf ="
+    " 0x55)"
+)
 
 
 @pytest.mark.parametrize("room", [0, 2**40])
@@ -137,7 +152,9 @@ def test_zarr_of_version_2_is_named(tmp_path):
     refuse(tmp_path / "x.zarr", "is Zarr v2, which may hold pickles")
 
 
-@pytest.mark.parametrize(("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")])
+@pytest.mark.parametrize(
+    ("function", "words"), [("crash", "broke down .code -11."), ("spin", "took longer than 1 s")]
+)
 def test_a_reader_that_crashes_or_hangs_is_contained(tmp_path, function, words):
     (tmp_path / "file").write_bytes(b"x")
     with pytest.raises(InvalidInput, match=f"file is damaged or hostile: its reader {words}"):

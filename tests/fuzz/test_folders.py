@@ -1,4 +1,6 @@
-"""Stores and Zarr groups against damaged files inside them: only feeler's own errors, reading and writing."""
+"""Stores and Zarr groups against damaged files inside them: only feeler's own errors, reading and
+writing.
+"""
 
 import os
 import shutil
@@ -26,7 +28,9 @@ FOLDERS = {
     "store": lambda path: read_store(path).load(),
     "zarr": lambda path: FORMATS["zarr"].load(path, LIMITS, False),
 }
-pytestmark = pytest.mark.filterwarnings("ignore:The data type", "ignore:trials .* will be computed again")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:The data type", "ignore:trials .* will be computed again"
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +50,11 @@ def files_of(kind: str) -> dict[str, bytes]:
         else:
             plain = make_set().drop_vars(["feature", "antenna", "source", "axis"])
             plain.to_zarr(path, zarr_format=3, consolidated=False)
-        return {str(file.relative_to(path)): file.read_bytes() for file in sorted(path.rglob("*")) if file.is_file()}
+        return {
+            str(file.relative_to(path)): file.read_bytes()
+            for file in sorted(path.rglob("*"))
+            if file.is_file()
+        }
 
 
 def write_files(path: Path, files: dict[str, bytes]) -> None:
@@ -67,11 +75,19 @@ def attack(kind: str, numbers: range, folder: Path) -> Log:
     write_files(path, files)
     read = [name for name in files if name.endswith(".json")]
     if kind == "store":  # the rest are copies for other readers
-        read = ["progress/000000.json", "progress/store.json", "angle/c.0.0.0", "curvature/c.0.0.0", "tip/c.0.0.0"]
+        read = [
+            "progress/000000.json",
+            "progress/store.json",
+            "angle/c.0.0.0",
+            "curvature/c.0.0.0",
+            "tip/c.0.0.0",
+        ]
     with watched():
         for number in numbers:
             rng = np.random.default_rng(number)
-            names = rng.choice(read if rng.random() < 0.7 else list(files), size=int(rng.integers(1, 3)))
+            names = rng.choice(
+                read if rng.random() < 0.7 else list(files), size=int(rng.integers(1, 3))
+            )
             for name in names:
                 (path / name).write_bytes(damage(rng, files[name]))
             if rng.random() < 0.1:
@@ -99,7 +115,12 @@ def test_folders_survive_a_thousands_of_inputs(kind, folder):
 
 def open_damaged(number: int, folder: Path) -> str:
     """Open a damaged store for writing: refused, or it ends with every number right."""
-    rng, files, path, whole = np.random.default_rng(number), files_of("store"), folder / f"writing{number}", make_set()
+    rng, files, path, whole = (
+        np.random.default_rng(number),
+        files_of("store"),
+        folder / f"writing{number}",
+        make_set(),
+    )
     write_files(path, files)
     name = rng.choice(list(files))
     (path / name).write_bytes(damage(rng, files[name]))

@@ -56,7 +56,9 @@ def test_a_store_passes_the_validator_before_its_numbers_are_read(tmp_path, monk
     good = make_set()
     save(good, tmp_path / "good.zarr")
     save(good.assign_coords(time=good.time.values[::-1]), tmp_path / "back.zarr")
-    monkeypatch.setattr("feeler.tensors.stored._Numbers._read", lambda *_: pytest.fail("read a number"))
+    monkeypatch.setattr(
+        "feeler.tensors.stored._Numbers._read", lambda *_: pytest.fail("read a number")
+    )
     assert load(tmp_path / "good.zarr").sizes == good.sizes
     with pytest.raises(InvalidInput, match="'time' must rise strictly"):
         load(tmp_path / "back.zarr")

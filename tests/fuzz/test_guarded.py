@@ -1,4 +1,6 @@
-"""What libraries in C read, against damage: without the guard's limits, in a child that may crash or hang."""
+"""What libraries in C read, against damage: without the guard's limits, in a child that may crash
+or hang.
+"""
 
 import os
 import resource
@@ -53,7 +55,9 @@ def attack(kind: str, numbers: range, folder: Path, out: int) -> Log:
 
 
 def _set_alarm() -> None:
-    """End this process if the next input hangs inside the C library, which lets no handler of Python's run."""
+    """End this process if the next input hangs inside the C library, which lets no handler of
+    Python's run.
+    """
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + 2 * SECONDS, hard))
 
@@ -94,4 +98,7 @@ def test_only_errors_of_ours_come_out_and_crashes_are_contained(kind, n):
             ended[last] = signal.Signals(os.WTERMSIG(status)).name
         number = last + 1
     shutil.rmtree(folder)
-    print(f"\n{n} damaged {kind} files; over these the library crashed or hung in its own process: {ended}")
+    print(
+        f"\n{n} damaged {kind} files; over these the library crashed or hung in its own process:"
+        f" {ended}"
+    )

@@ -1,6 +1,8 @@
-"""Every reader of one file against damaged and hostile input: no crash, no hang, only feeler's own errors.
+"""Every reader of one file against damaged and hostile input: no crash, no hang, only feeler's own
+errors.
 
-Input ``number`` of a reader is made from a generator seeded with that number, so that a failure can be repeated.
+Input ``number`` of a reader is made from a generator seeded with that number, so that a failure can
+be repeated.
 """
 
 import os
@@ -79,21 +81,37 @@ READERS = {
         seeds=(files.RECORDING, files.CAPACITANCE),
     ),
     "bag": Reader(read=lambda path: load_recording(path, n_channels=None), seeds=("run.mcap",)),
-    "tracks": Reader(read=lambda path: load_tracks(path, frame_rate=30.0), seeds=(files.DLTDV, files.FOUR)),
+    "tracks": Reader(
+        read=lambda path: load_tracks(path, frame_rate=30.0), seeds=(files.DLTDV, files.FOUR)
+    ),
     "landmarks": Reader(read=load_landmarks, seeds=(files.LANDMARKS, files.NAMED)),
     "traces": Reader(read=load_traces, seeds=(files.TRACES,)),
     "sensor table": Reader(read=load_calibration_table, seeds=(files.TABLE, files.COUNTS)),
     "sensor calibration": Reader(read=load_calibration, seeds=("c.json",), shape=shape_json),
     "targets": Reader(read=load_targets, seeds=(files.TARGETS,)),
     "journal": Reader(read=lambda path: read_journal(path, "k"), seeds=(files.JOURNAL,)),
-    "sample": Reader(read=lambda path: parse_sample(path.read_bytes(), 3), seeds=tuple(files.SAMPLES)),
+    "sample": Reader(
+        read=lambda path: parse_sample(path.read_bytes(), 3), seeds=tuple(files.SAMPLES)
+    ),
     "stream": Reader(read=read_stream, seeds=(files.LINES,)),
-    "csv": Reader(read=lambda path: find_breaches(load_csv(path, LIMITS)), seeds=("one.csv",), shape=shape_table),
-    "model": Reader(read=lambda path: read_model(path, LIMITS), seeds=("m.safetensors",), shape=shape_safetensors),
+    "csv": Reader(
+        read=lambda path: find_breaches(load_csv(path, LIMITS)),
+        seeds=("one.csv",),
+        shape=shape_table,
+    ),
+    "model": Reader(
+        read=lambda path: read_model(path, LIMITS),
+        seeds=("m.safetensors",),
+        shape=shape_safetensors,
+    ),
     "encoder": Reader(read=load_encoder, seeds=("encoder.safetensors",), shape=shape_safetensors),
-    "decoder": Reader(read=StreamDecoder.load, seeds=("decoder.safetensors",), shape=shape_safetensors),
+    "decoder": Reader(
+        read=StreamDecoder.load, seeds=("decoder.safetensors",), shape=shape_safetensors
+    ),
     "network": Reader(
-        read=lambda path: TouchNetwork.load(path, device="cpu"), seeds=("network.safetensors",), shape=shape_safetensors
+        read=lambda path: TouchNetwork.load(path, device="cpu"),
+        seeds=("network.safetensors",),
+        shape=shape_safetensors,
     ),
     "look": Reader(read=look, seeds=("one.csv", "m.safetensors", "small.toml")),
 }
@@ -134,7 +152,9 @@ def attack(reader: Reader, numbers: range, folder: Path) -> Log:
 
 
 def test_good_files_are_read(reader, folder):
-    good = [seed for seed in reader.make_seeds() if seed != files.NAMED]  # NAMED has no abdomen: a start for damage
+    good = [
+        seed for seed in reader.make_seeds() if seed != files.NAMED
+    ]  # NAMED has no abdomen: a start for damage
     assert good
     for seed in good:
         (folder / "input").write_bytes(seed)
@@ -148,7 +168,10 @@ def test_readers_survive(reader, folder):
 
 
 @settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(data=st.binary(max_size=300) | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace")))
+@given(
+    data=st.binary(max_size=300)
+    | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace"))
+)
 def test_readers_survive_anything(reader, folder, data):
     (folder / "input").write_bytes(data)
     with watched(), survives(data, Log()):

@@ -54,7 +54,10 @@ BAD = [
     ({"values": "x"}, "values must be an array"),
     ({"values": [[1], [1, 2]]}, "values must be an array"),
     ({"values": object()}, "values must be an array"),
-    ({"antenna": "cockroach"}, "antenna must be an object of feeler's Antenna, got str 'cockroach'"),
+    (
+        {"antenna": "cockroach"},
+        "antenna must be an object of feeler's Antenna, got str 'cockroach'",
+    ),
 ]
 
 
@@ -100,7 +103,9 @@ def test_checking_costs_microseconds():
     antenna, values = presets.cockroach(), np.zeros(3)
 
     def spend(function):
-        run = lambda: function(antenna, values, share=0.5, pair=(0.0, 1.0), names=("a", "b"), deep=True)  # noqa: E731
+        run = lambda: function(
+            antenna, values, share=0.5, pair=(0.0, 1.0), names=("a", "b"), deep=True
+        )  # noqa: E731
         return min(timeit.repeat(run, number=100, repeat=40, timer=time.thread_time)) / 100
 
     assert spend(measure) - spend(measure.__wrapped__) < 20e-6

@@ -14,14 +14,26 @@ from numba.core import caching
 from feeler import compiled as module
 from feeler.compiled import compiled
 
-INNER = "from feeler.compiled import compiled\nSTEP = {step}\n@compiled\ndef inner(x):\n    return x + STEP\n"
-OUTER = "from feeler.compiled import compiled\nfrom inner import inner\n@compiled\ndef outer(x): return 10 * inner(x)\n"
+INNER = (
+    "from feeler.compiled import compiled\nSTEP = {step}\n@compiled\ndef inner(x):\n    return x +"
+    " STEP\n"
+)
+OUTER = (
+    "from feeler.compiled import compiled\nfrom inner import inner\n@compiled\ndef outer(x): return"
+    " 10 * inner(x)\n"
+)
 
 
-def run(folder, code="from outer import outer; print(outer(1), sum(outer.stats.cache_hits.values()))", **more):
+def run(
+    folder,
+    code="from outer import outer; print(outer(1), sum(outer.stats.cache_hits.values()))",
+    **more,
+):
     path = os.pathsep.join([str(folder), *sys.path])
     environment = os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": f"{folder}/cache"} | more
-    process = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    process = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
     return process.stdout.split()
 
 
@@ -38,8 +50,9 @@ def test_a_change_in_what_is_called_is_compiled_in_and_a_comment_is_not(tmp_path
 
 def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tmp_path):
     kept = (
-        "from typing import NamedTuple\nfrom feeler.compiled import compiled\nclass {name}(NamedTuple):\n    x: float\n"
-        "@compiled\ndef get(pair): return pair.x\nprint(get({name}(2.0)), sum(get.stats.cache_hits.values()))\n"
+        "from typing import NamedTuple\nfrom feeler.compiled import compiled\nclass"
+        " {name}(NamedTuple):\n    x: float\n@compiled\ndef get(pair): return"
+        " pair.x\nprint(get({name}(2.0)), sum(get.stats.cache_hits.values()))\n"
     )
     for name, hits in (("Pair", "0"), ("Couple", "0"), ("Couple", "1")):
         (tmp_path / "kept.py").write_text(kept.format(name=name))
@@ -47,13 +60,18 @@ def test_what_was_kept_for_a_class_that_has_another_name_now_is_compiled_anew(tm
 
 
 def test_kernels_run_as_plain_python(tmp_path):
-    code = "from feeler.encoding.sparseness import *; from feeler.dispersion.nmi import *; import feeler.robot.sensing"
+    code = (
+        "from feeler.encoding.sparseness import *; from feeler.dispersion.nmi import *; import"
+        " feeler.robot.sensing"
+    )
     assert run(tmp_path, f"{code}; print('whole')", NUMBA_DISABLE_JIT="1") == ["whole"]
 
 
 @pytest.fixture
 def homeless(monkeypatch, tmp_path):
-    """Neither the package's folder nor home can be written to; the temporary folder is ``tmp_path``."""
+    """Neither the package's folder nor home can be written to; the temporary folder is
+    ``tmp_path``.
+    """
     for locator in (caching.InTreeCacheLocator, caching.UserWideCacheLocator):
         monkeypatch.setattr(locator, "from_function", classmethod(lambda *_: None))
     monkeypatch.setattr(module.config, "CACHE_DIR", "")
@@ -69,7 +87,9 @@ def double(x):
     return 2 * x
 
 
-def test_without_a_home_code_is_kept_in_a_folder_closed_to_others_and_that_is_said_once(homeless, caplog):
+def test_without_a_home_code_is_kept_in_a_folder_closed_to_others_and_that_is_said_once(
+    homeless, caplog
+):
     with caplog.at_level(logging.WARNING, "feeler"):
         assert [compiled(double)(2), compiled(double)(2.5)] == [4, 5.0]
     (folder,) = homeless.iterdir()
@@ -97,14 +117,22 @@ def test_without_any_folder_it_compiles_each_time_and_says_so(homeless, monkeypa
 
 def test_a_user_without_home_can_use_a_read_only_install():
     nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", sys.executable, "-c"]
-    environment = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": os.pathsep.join(sys.path)}
+    environment = {
+        "PATH": os.environ["PATH"],
+        "HOME": "/nonexistent",
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
 
     def run_as_nobody(code, **more):
-        return subprocess.run([*nobody, code], env=environment | more, capture_output=True, text=True, check=False)
+        return subprocess.run(
+            [*nobody, code], env=environment | more, capture_output=True, text=True, check=False
+        )
 
     if not shutil.which("setpriv") or run_as_nobody("import numba").returncode:
         pytest.skip("needs root, setpriv and a Python that others can read")
     with tempfile.TemporaryDirectory() as folder:
         shutil.chown(folder, 65534)
-        done = run_as_nobody("from feeler.encoding import hoyer_sparseness; print('good')", TMPDIR=folder)
+        done = run_as_nobody(
+            "from feeler.encoding import hoyer_sparseness; print('good')", TMPDIR=folder
+        )
         assert (done.stdout.strip(), done.stderr.count(folder)) == ("good", 1), done.stderr

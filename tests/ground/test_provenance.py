@@ -1,4 +1,6 @@
-"""What a result depends on is found in the code: a change reaches the keys that it must reach, and no others."""
+"""What a result depends on is found in the code: a change reaches the keys that it must reach, and
+no others.
+"""
 
 import ast
 import os
@@ -32,7 +34,9 @@ def copy(tmp_path_factory):
 def copied(copy, monkeypatch):
     """A copy of feeler's source, which a test may change; what is fingerprinted is the copy."""
     monkeypatch.setattr(sources, "SOURCE", copy)
-    monkeypatch.setattr(provenance, "_LOADED", time.time() + 3600)  # as if Python were started after each change
+    monkeypatch.setattr(
+        provenance, "_LOADED", time.time() + 3600
+    )  # as if Python were started after each change
     return copy
 
 
@@ -61,7 +65,9 @@ def test_a_constant_of_the_csv_reader_changes_the_stages_that_read_recordings(co
 
 
 def test_a_constant_of_a_drawing_changes_that_stage_alone(copied):
-    assert find_changed(copied / "paper" / "figS2.py", "def plot(", "COLOUR = 3\n\n\ndef plot(") == {"tracking"}
+    assert find_changed(
+        copied / "paper" / "figS2.py", "def plot(", "COLOUR = 3\n\n\ndef plot("
+    ) == {"tracking"}
 
 
 def test_a_constant_of_the_compiler_wrapper_changes_all_that_run_compiled_code(copied):
@@ -86,7 +92,9 @@ def test_a_word_changes_no_key(copied):
 def test_form_and_documentation_do_not_count(path, tmp_path):
     tree = ast.parse(path.read_text())
     for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ast.get_docstring(node):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ast.get_docstring(
+            node
+        ):
             node.body[0].value.value = "Other words."
     other = tmp_path / path.name
     other.write_text(ast.unparse(tree))  # without comments, in another layout
@@ -108,7 +116,10 @@ def test_form_and_documentation_do_not_count(path, tmp_path):
 def test_what_is_done_counts(tmp_path, old, new):
     (tmp_path / "old.py").write_text(old)
     (tmp_path / "new.py").write_text(new)
-    assert parse_module("m", tmp_path / "old.py").digest != parse_module("m", tmp_path / "new.py").digest
+    assert (
+        parse_module("m", tmp_path / "old.py").digest
+        != parse_module("m", tmp_path / "new.py").digest
+    )
 
 
 @pytest.mark.parametrize(
@@ -129,7 +140,11 @@ def test_a_name_leads_to_the_file_that_defines_it(module, name, home):
 
 def test_no_stage_depends_on_a_room_as_a_whole():
     for stage in STAGES:
-        rooms = [name for name, module in find_modules(*stage.modules).items() if module.path.endswith("__init__.py")]
+        rooms = [
+            name
+            for name, module in find_modules(*stage.modules).items()
+            if module.path.endswith("__init__.py")
+        ]
         assert rooms == [], stage.name
 
 
@@ -138,11 +153,16 @@ def test_a_room_only_hands_names_on():
     allowed = (ast.Import, ast.ImportFrom, ast.If, ast.Expr, ast.Assign)
     for path in sources.SOURCE.glob("*/**/__init__.py"):
         for line in ast.parse(path.read_text()).body:
-            assert isinstance(line, allowed) or getattr(line, "name", "") in ("__getattr__", "__dir__"), path
+            assert isinstance(line, allowed) or getattr(line, "name", "") in (
+                "__getattr__",
+                "__dir__",
+            ), path
 
 
 def test_an_open_set_is_filled_where_it_stands_or_by_homes():
-    """What another module of feeler added when imported would be in no key of what only reads the set."""
+    """What another module of feeler added when imported would be in no key of what only reads the
+    set.
+    """
     for path in sources.SOURCE.rglob("*.py"):
         tree = ast.parse(path.read_text())
         imported = {
@@ -154,7 +174,9 @@ def test_an_open_set_is_filled_where_it_stands_or_by_homes():
         filled = {
             node.value.id
             for node in ast.walk(tree)
-            if isinstance(node, ast.Attribute) and node.attr == "register" and isinstance(node.value, ast.Name)
+            if isinstance(node, ast.Attribute)
+            and node.attr == "register"
+            and isinstance(node.value, ast.Name)
         }
         assert not filled & imported, path
 
@@ -170,8 +192,9 @@ def test_every_way_to_import_is_followed_but_those_for_types(tmp_path, monkeypat
     write(
         tmp_path,
         start=(
-            "from typing import TYPE_CHECKING\nimport one\nENGINES = {'new': 'home.of:engine'}\n"
-            "if TYPE_CHECKING:\n    import never\n\ndef f():\n    from two import x\n    import scipy.special\n"
+            "from typing import TYPE_CHECKING\nimport one\nENGINES = {'new': 'home.of:engine'}\nif"
+            " TYPE_CHECKING:\n    import never\n\ndef f():\n    from two import x\n    import"
+            " scipy.special\n"
         ),
         one="import three",
         two="x = 1",
@@ -187,7 +210,9 @@ def test_every_way_to_import_is_followed_but_those_for_types(tmp_path, monkeypat
 
 
 def test_an_entry_of_an_open_set_is_followed():
-    assert {"feeler.physics.mujoco", "feeler.physics.chain.engine"} <= set(find_modules("feeler.physics.engine"))
+    assert {"feeler.physics.mujoco", "feeler.physics.chain.engine"} <= set(
+        find_modules("feeler.physics.engine")
+    )
 
 
 def test_code_from_outside_counts(tmp_path, monkeypatch):
@@ -210,7 +235,9 @@ def test_another_version_is_another_key(monkeypatch):
 def test_a_package_counts_where_it_is_used(monkeypatch):
     before = list_keys()
     real = provenance.find_version
-    monkeypatch.setattr(provenance, "find_version", lambda name: "0.0" if name == "torch" else real(name))
+    monkeypatch.setattr(
+        provenance, "find_version", lambda name: "0.0" if name == "torch" else real(name)
+    )
     assert {name for name, key in list_keys().items() if key != before[name]} == {"cnn"}
 
 
@@ -221,7 +248,10 @@ def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
         os.utime(file, (0, 0))
     describe_code(TRACKING)
     path.touch()
-    with pytest.raises(StoreError, match=rf"changed while it was running \(tensors/{path.name}\).*Start Python again"):
+    with pytest.raises(
+        StoreError,
+        match=rf"changed while it was running \(tensors/{path.name}\).*Start Python again",
+    ):
         describe_code(TRACKING)
 
 

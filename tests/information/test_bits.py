@@ -57,7 +57,9 @@ def test_a_linear_channel(ratio):
 
 
 def test_levels_of_noise_alone_tell():
-    """Equal tensors under two levels of noise: the energy of the noise is a χ² variable, and the rest is a threshold."""
+    """Equal tensors under two levels of noise: the energy of the noise is a χ² variable, and the
+    rest is a threshold.
+    """
     entries, low, high = 50, 1.0, 1.2
     found = compute_information(np.zeros((2, entries)), np.array([low, high]), n_draws=DRAWS)
     edge = entries * np.log((high / low) ** 2) / (1 / low**2 - 1 / high**2)
@@ -77,9 +79,15 @@ def test_the_short_way_equals_noise_drawn_whole(entries):
     posterior = np.exp(log - log.max(axis=1, keepdims=True))
     posterior /= posterior.sum(axis=1, keepdims=True)
     right = posterior.argmax(axis=1) == sent
-    assert agree(found.accuracy, np.hypot(found.accuracy_error, right.std() / np.sqrt(sent.size)), right.mean())
+    assert agree(
+        found.accuracy,
+        np.hypot(found.accuracy_error, right.std() / np.sqrt(sent.size)),
+        right.mean(),
+    )
     bits = np.log2(6 * posterior[np.arange(sent.size), sent])
-    assert agree(found.bits, np.hypot(found.bits_error, bits.std() / np.sqrt(sent.size)), bits.mean())
+    assert agree(
+        found.bits, np.hypot(found.bits_error, bits.std() / np.sqrt(sent.size)), bits.mean()
+    )
 
 
 def test_nothing_is_lost_by_turning_or_moving_the_set():
@@ -114,7 +122,9 @@ def test_noise_at_an_accuracy():
 
 @pytest.mark.parametrize("unit", [1e-9, 1e9])
 def test_a_noise_has_the_unit_of_the_tensors(unit):
-    one, other = (find_noise(factor * make_pair(2.0), 0.75, n_draws=200)[0] for factor in (1.0, unit))
+    one, other = (
+        find_noise(factor * make_pair(2.0), 0.75, n_draws=200)[0] for factor in (1.0, unit)
+    )
     assert other == pytest.approx(unit * one, rel=1e-3)
 
 
@@ -141,30 +151,42 @@ def test_peaks():
 
 def test_standard_errors_are_the_spread_over_repeated_draws():
     tensors = make_pair(1.0)
-    found = [compute_information(tensors, 0.7, n_draws=60, random_state=seed) for seed in range(150)]
+    found = [
+        compute_information(tensors, 0.7, n_draws=60, random_state=seed) for seed in range(150)
+    ]
     for value, error in (("bits", "bits_error"), ("accuracy", "accuracy_error")):
         spread = np.std([getattr(one, value) for one in found], ddof=1)
         assert np.mean([getattr(one, error) for one in found]) == pytest.approx(spread, rel=0.2)
-    noise = np.array([find_noise(tensors, 0.75, n_draws=60, random_state=seed) for seed in range(60)])
+    noise = np.array(
+        [find_noise(tensors, 0.75, n_draws=60, random_state=seed) for seed in range(60)]
+    )
     assert noise[:, 1].mean() == pytest.approx(noise[:, 0].std(ddof=1), rel=0.3)
 
 
 def test_the_seed_is_0_unless_another_is_given():
     tensors = make_pair(1.0)
-    known, other = (compute_information(tensors, 0.7, n_draws=20, random_state=seed) for seed in (0, 1))
+    known, other = (
+        compute_information(tensors, 0.7, n_draws=20, random_state=seed) for seed in (0, 1)
+    )
     assert compute_information(tensors, 0.7, n_draws=20) == known != other
-    assert measure_information(compute_energy(tensors), 0.7, n_draws=20).bits == pytest.approx(known.bits)
+    assert measure_information(compute_energy(tensors), 0.7, n_draws=20).bits == pytest.approx(
+        known.bits
+    )
     assert find_noise(tensors, n_draws=20) == find_noise(tensors, n_draws=20, random_state=0)
 
 
 @pytest.mark.parametrize(("n_draws", "known"), [(1, False), (2, True)])
 def test_an_error_needs_two_pairs_of_draws(n_draws, known):
     found = compute_information(make_pair(1.0), 0.7, n_draws=n_draws)
-    assert np.isfinite([found.bits_error, found.accuracy_error]).all() == known and np.isfinite(found.bits)
+    assert np.isfinite([found.bits_error, found.accuracy_error]).all() == known and np.isfinite(
+        found.bits
+    )
 
 
 def test_many_draws_are_taken_piece_by_piece(monkeypatch):
-    """With room for a few likelihood ratios at a time the same noise gives the same numbers, but for rounding."""
+    """With room for a few likelihood ratios at a time the same noise gives the same numbers, but
+    for rounding.
+    """
     tensors = np.random.default_rng(7).standard_normal((6, 9))
     whole = compute_information(tensors, 2.0, n_draws=30)
     monkeypatch.setattr("feeler.information.bits.ROOM", 2 * 36 * 7)
@@ -175,7 +197,9 @@ def test_many_draws_are_taken_piece_by_piece(monkeypatch):
 
 @pytest.mark.parametrize("ends", [(1.0, 2.0), (0.7, 0.7 * 1.5)])
 def test_two_levels_of_noise_in_a_plane(ends):
-    """Two tensors of two entries under different noise: the ideal accuracy is ½ ∫ max(p₁, p₂), on a grid."""
+    """Two tensors of two entries under different noise: the ideal accuracy is ½ ∫ max(p₁, p₂), on a
+    grid.
+    """
     tensors, sd = np.array([[0.0, 0.0], [1.0, 0.5]]), np.array(ends)
     axis = np.linspace(-14, 15, 1201)
     x, y = np.meshgrid(axis, axis)
@@ -223,7 +247,8 @@ def test_wrong_arguments_are_named(tensors, sd, message):
 
 
 @pytest.mark.parametrize(
-    "energy", [np.ones((2, 3)), np.ones((3, 2)), np.ones((1, 1)), np.array([[1.0, 0.0], [0.0, np.nan]])]
+    "energy",
+    [np.ones((2, 3)), np.ones((3, 2)), np.ones((1, 1)), np.array([[1.0, 0.0], [0.0, np.nan]])],
 )
 def test_what_is_no_square_of_inner_products_is_refused(energy):
     with pytest.raises(InvalidInput, match="inner products must be a finite square matrix"):

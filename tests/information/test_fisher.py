@@ -36,8 +36,13 @@ def test_what_cannot_be_told_has_no_bound():
 
 
 def test_parameters_move_a_touch_by_millimetres_and_per_cent():
-    antenna, trial = feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3)
-    moved = {name: PARAMETERS[name].move(antenna, trial, 4.0) for name in ("location", "size", "speed")}
+    antenna, trial = (
+        feeler.presets.cockroach(),
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
+    )
+    moved = {
+        name: PARAMETERS[name].move(antenna, trial, 4.0) for name in ("location", "size", "speed")
+    }
     found = {name: (one.location, one.feature.size, one.speed) for name, one in moved.items()}
     assert found["location"] == pytest.approx((0.7 + 4.0 / 42.0, 1.5, 0.3))
     assert found["size"] == pytest.approx((0.7, 5.5, 0.3))
@@ -59,7 +64,9 @@ def test_differences_converge(derived):
 
 
 def test_differences_are_per_millimetre_and_per_cent(derived):
-    """Against plain differences of touches of our own: 0.04 mm of 42, 0.04 mm of half-width, half a per cent of speed."""
+    """Against plain differences of touches of our own: 0.04 mm of 42, 0.04 mm of half-width, half a
+    per cent of speed.
+    """
     antenna, ball = feeler.presets.cockroach(), feeler.Ball
     changes = {
         "location": (0.08, [{"location": 0.7 + way * 0.04 / 42.0} for way in (1, -1)]),
@@ -77,14 +84,26 @@ def test_differences_are_per_millimetre_and_per_cent(derived):
 
 
 def test_no_change_before_contact(derived):
-    assert abs(derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))).max() == 0
+    assert (
+        abs(derived["derivative"].sel(parameter=["location", "size"]).isel(time=slice(0, 5))).max()
+        == 0
+    )
 
 
 def test_faster_is_earlier():
-    """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent of the time since contact."""
-    antenna, trial = feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06)
-    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)["derivative"].values[0, 0]
-    angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[0]  # lanes as above, compiled already
+    """For a quasi-static touch, one per cent of speed moves the tensor along time by one per cent
+    of the time since contact.
+    """
+    antenna, trial = (
+        feeler.presets.cockroach(),
+        feeler.Trial(feature=feeler.Ball(radius=3), location=0.6, speed=0.06),
+    )
+    found = differentiate_touches(antenna, trial, ["speed"], duration=80.0)["derivative"].values[
+        0, 0
+    ]
+    angle = feeler.touch(antenna, [trial] * 2, duration=80.0)["angle"].values[
+        0
+    ]  # lanes as above, compiled already
     shift = np.gradient(angle, axis=1) * (np.arange(80.0) - trial.lead) / 100
     late = slice(30, 78)
     assert np.corrcoef(found[:, late].ravel(), shift[:, late].ravel())[0, 1] > 0.98
@@ -93,11 +112,15 @@ def test_faster_is_earlier():
 def test_what_has_no_size_is_refused():
     with pytest.raises(InvalidInput, match="leave the parameter 'size' out"):
         differentiate_touches(
-            feeler.presets.cockroach(), feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3), ["size"]
+            feeler.presets.cockroach(),
+            feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3),
+            ["size"],
         )
     with pytest.raises(InvalidInput, match="unknown parameter of a touch"):
         differentiate_touches(
-            feeler.presets.cockroach(), feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3), ["mass"]
+            feeler.presets.cockroach(),
+            feeler.Trial(feature=feeler.Wall(), location=0.9, speed=0.3),
+            ["mass"],
         )
 
 
@@ -107,7 +130,9 @@ def test_derivatives_of_scaled_tensors():
     tensors, moves, step = rng.standard_normal((3, 4, 5)), rng.standard_normal((2, 3, 4, 5)), 1e-6
     found = scale_derivatives(moves, tensors)
     for move, derivative in zip(moves, found, strict=True):
-        difference = (scale_peaks(tensors + step * move) - scale_peaks(tensors - step * move)) / (2 * step)
+        difference = (scale_peaks(tensors + step * move) - scale_peaks(tensors - step * move)) / (
+            2 * step
+        )
         assert derivative == pytest.approx(difference, abs=1e-7)
     with pytest.raises(InvalidInput, match="with a peak"):
         scale_derivatives(moves, np.zeros((3, 4, 5)))

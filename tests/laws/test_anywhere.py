@@ -1,4 +1,6 @@
-"""Feeler starts wherever Python does: what only some systems or some installs have is imported where it may be missing."""
+"""Feeler starts wherever Python does: what only some systems or some installs have is imported
+where it may be missing.
+"""
 
 import ast
 import subprocess
@@ -17,7 +19,17 @@ WAITING = {
     "calibration/journal.py",
 }  # until files are read through libraries
 UNIX = {"fcntl", "resource", "termios", "pwd", "grp", "pty", "curses"}
-EXTRAS = {"imageio_ffmpeg", "torch", "serial", "pynwb", "svgpathtools", "ezdxf", "dask", "distributed", "IPython"}
+EXTRAS = {
+    "imageio_ffmpeg",
+    "torch",
+    "serial",
+    "pynwb",
+    "svgpathtools",
+    "ezdxf",
+    "dask",
+    "distributed",
+    "IPython",
+}
 
 
 def find_bare_imports(tree: ast.AST) -> set[str]:
@@ -36,7 +48,9 @@ def find_bare_imports(tree: ast.AST) -> set[str]:
     return bare
 
 
-@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda path: str(path.relative_to(SOURCE)))
+@pytest.mark.parametrize(
+    "path", sorted(SOURCE.rglob("*.py")), ids=lambda path: str(path.relative_to(SOURCE))
+)
 def test_nothing_that_may_be_missing_is_imported_unguarded(path):
     assert not find_bare_imports(ast.parse(path.read_text())) & (UNIX | EXTRAS)
 

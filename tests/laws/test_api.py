@@ -15,8 +15,14 @@ ROOMS = [p.name for p in (ROOT / "src" / "feeler").iterdir() if (p / "__init__.p
 
 def test_every_room_stands_in_the_api_reference():
     reference = (ROOT / "docs" / "api.md").read_text()
-    inner = {"cli", "paper", "physics"}  # the command line, the paper itself, and engines chosen by name
-    assert not [room for room in ROOMS if room not in inner and f"::: feeler.{room}" not in reference]
+    inner = {
+        "cli",
+        "paper",
+        "physics",
+    }  # the command line, the paper itself, and engines chosen by name
+    assert not [
+        room for room in ROOMS if room not in inner and f"::: feeler.{room}" not in reference
+    ]
 
 
 def list_reference() -> list[object]:
@@ -24,12 +30,17 @@ def list_reference() -> list[object]:
     shown = []
 
     def is_own(room: ModuleType, name: str) -> bool:
-        return not name.startswith("_") and getattr(getattr(room, name), "__module__", None) == room.__name__
+        return (
+            not name.startswith("_")
+            and getattr(getattr(room, name), "__module__", None) == room.__name__
+        )
 
     for name in re.findall(r"^::: ([\w.]+)$", (ROOT / "docs" / "api.md").read_text(), re.MULTILINE):
         thing = pkgutil.resolve_name(name)
         if isinstance(thing, ModuleType):
-            public = getattr(thing, "__all__", [inner for inner in dir(thing) if is_own(thing, inner)])
+            public = getattr(
+                thing, "__all__", [inner for inner in dir(thing) if is_own(thing, inner)]
+            )
             shown += [getattr(thing, inner) for inner in public]
         else:
             shown.append(thing)
@@ -39,14 +50,28 @@ def list_reference() -> list[object]:
 def test_the_api_reference_shows_all_that_feeler_offers():
     offered = {name: getattr(feeler, name) for name in dir(feeler)}
     shown = list_reference()
-    assert not [name for name, thing in offered.items() if not isinstance(thing, ModuleType) and thing not in shown]
+    assert not [
+        name
+        for name, thing in offered.items()
+        if not isinstance(thing, ModuleType) and thing not in shown
+    ]
 
 
-@pytest.mark.parametrize("page", ["README.md", *sorted(str(p.relative_to(ROOT)) for p in ROOT.glob("docs/**/*.md"))])
+@pytest.mark.parametrize(
+    "page", ["README.md", *sorted(str(p.relative_to(ROOT)) for p in ROOT.glob("docs/**/*.md"))]
+)
 def test_the_api_reference_shows_what_the_guide_imports(page):
     shown = list_reference()
-    imports = re.findall(r"^ *from (feeler\.[\w.]+) import ([\w, ]+)", (ROOT / page).read_text(), re.MULTILINE)
+    imports = re.findall(
+        r"^ *from (feeler\.[\w.]+) import ([\w, ]+)", (ROOT / page).read_text(), re.MULTILINE
+    )
     used = {
-        name: pkgutil.resolve_name(f"{room}.{name}") for room, names in imports for name in names.strip().split(", ")
+        name: pkgutil.resolve_name(f"{room}.{name}")
+        for room, names in imports
+        for name in names.strip().split(", ")
     }
-    assert not [name for name, thing in used.items() if not isinstance(thing, ModuleType) and thing not in shown]
+    assert not [
+        name
+        for name, thing in used.items()
+        if not isinstance(thing, ModuleType) and thing not in shown
+    ]

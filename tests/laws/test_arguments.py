@@ -30,8 +30,16 @@ def list_public():
 
 PUBLIC = list_public()
 CHECKED = {name: thing for name, thing in PUBLIC.items() if hasattr(thing, "find_tests")}
-CLASSES = {name: thing for name, thing in PUBLIC.items() if name.split(".")[0] in ("feeler", "stimulus", "antenna")}
-CLASSES = {name: c for name, c in CLASSES.items() if inspect.isclass(c) and name.split(".")[1] not in ABSTRACT}
+CLASSES = {
+    name: thing
+    for name, thing in PUBLIC.items()
+    if name.split(".")[0] in ("feeler", "stimulus", "antenna")
+}
+CLASSES = {
+    name: c
+    for name, c in CLASSES.items()
+    if inspect.isclass(c) and name.split(".")[1] not in ABSTRACT
+}
 
 
 def make_right(annotation, default):
@@ -46,7 +54,11 @@ def make_right(annotation, default):
         return feeler.presets.cockroach()
     if "Feature" in words:
         return feeler.Ball(radius=1.0)
-    return "a" if "Path" in words else ([] if "Sequence" in words or "list" in words or "tuple" in words else None)
+    return (
+        "a"
+        if "Path" in words
+        else ([] if "Sequence" in words or "list" in words or "tuple" in words else None)
+    )
 
 
 def make_arguments(thing):
@@ -62,7 +74,9 @@ def test_what_does_not_fit_is_named_before_anything_runs(name):
     for key, (fits, _) in thing.find_tests().items():
         for value in WRONG:
             others = [other for other in thing.find_tests() if other in right and other != key]
-            if fits(value) or not all(thing.find_tests()[other][0](right[other]) for other in others):
+            if fits(value) or not all(
+                thing.find_tests()[other][0](right[other]) for other in others
+            ):
                 continue
             with pytest.raises(InvalidInput, match=f": {key} must be"):
                 thing(**right | {key: value})

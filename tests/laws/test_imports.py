@@ -73,23 +73,32 @@ def test_no_verb_but_reproduce_reaches_for_the_paper():
 
 def test_one_table_says_what_a_scale_is():
     asking = re.compile(r"""\bscale\s*(==|!=|in)\s*["'](smoke|quick|paper)|["']smoke["']\s*:""")
-    assert not [path.relative_to(SOURCE).as_posix() for path in FILES if asking.search(path.read_text())]
+    assert not [
+        path.relative_to(SOURCE).as_posix() for path in FILES if asking.search(path.read_text())
+    ]
 
 
 BEFORE_USE = (
     ("import feeler", {"numpy", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"scipy", "xarray", "matplotlib", "numba"}),
-    ("import feeler.paper.reproduce, feeler.paper.context as c; c.Context()", {"xarray", "matplotlib", "numba"}),
+    (
+        "import feeler.paper.reproduce, feeler.paper.context as c; c.Context()",
+        {"xarray", "matplotlib", "numba"},
+    ),
 )
 
 
 def run_python(*lines):
     """What a fresh interpreter says of these lines, one after the other."""
-    return subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False).stderr
+    return subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False
+    ).stderr
 
 
 def test_nothing_slow_is_loaded_before_it_is_used():
-    assert not any(later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE))  # else one process would not do
+    assert not any(
+        later[1] - earlier[1] for earlier, later in pairwise(BEFORE_USE)
+    )  # else one process would not do
     steps = [f"{code}\nassert not {slow} & set(sys.modules), {code!r}" for code, slow in BEFORE_USE]
     assert run_python("import sys", *steps) == ""
 
@@ -101,13 +110,18 @@ def test_a_verb_keeps_its_name_when_its_rooms_are_loaded():
 
 def test_analysis_needs_no_simulator():
     rooms = ("tensors", "encoding", "dispersion", "decoding", "information", "tracking", "response")
-    steps = [f"import feeler.{room}\nassert 'mujoco' not in sys.modules, 'loaded by {room}'" for room in rooms]
+    steps = [
+        f"import feeler.{room}\nassert 'mujoco' not in sys.modules, 'loaded by {room}'"
+        for room in rooms
+    ]
     assert run_python("import sys", *steps) == ""
 
 
 def list_files(pattern: str) -> set[str]:
     """Source files in which a pattern occurs."""
-    return {p.relative_to(SOURCE).as_posix() for p in FILES if re.search(pattern, p.read_text(), re.M)}
+    return {
+        p.relative_to(SOURCE).as_posix() for p in FILES if re.search(pattern, p.read_text(), re.M)
+    }
 
 
 def test_only_one_module_writes_a_model():

@@ -1,4 +1,6 @@
-"""The page on slow, graded antennae says what was measured: its numbers stand in the results, and only there."""
+"""The page on slow, graded antennae says what was measured: its numbers stand in the results, and
+only there.
+"""
 
 import importlib.util
 import json
@@ -31,8 +33,12 @@ def test_every_place_is_filled(numbers, page):
 
 
 def test_no_number_is_written_by_hand(numbers, page):
-    """Measured numbers carry a decimal point, a per cent or a unit; windows and counts of the task may stand as words."""
-    words = re.sub(r"\]\(http[^)]*\)", "]", numbers.PLACE.sub("", page))  # addresses hold no measurements
+    """Measured numbers carry a decimal point, a per cent or a unit; windows and counts of the task
+    may stand as words.
+    """
+    words = re.sub(
+        r"\]\(http[^)]*\)", "]", numbers.PLACE.sub("", page)
+    )  # addresses hold no measurements
     assert not re.findall(r"\d+\.\d+|\d+ ?(?:%|bits|µJ|mN|rad|m/s)", words)
 
 

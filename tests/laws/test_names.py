@@ -1,4 +1,6 @@
-"""One name, one thing: no two public things share a name, none hides a module, and every parameter is read."""
+"""One name, one thing: no two public things share a name, none hides a module, and every parameter
+is read.
+"""
 
 import ast
 from collections import defaultdict
@@ -12,7 +14,11 @@ import feeler
 SOURCE = Path(feeler.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
 INNER = ("feeler.paper.", "feeler.cli.")  # figures and verbs: called by their module's name
-GIVEN = {"y", "kws", "lane"}  # handed in, read or not, by scikit-learn, numba, and to steppers that have but one lane
+GIVEN = {
+    "y",
+    "kws",
+    "lane",
+}  # handed in, read or not, by scikit-learn, numba, and to steppers that have but one lane
 
 
 def name_module(path: Path) -> str:
@@ -53,15 +59,24 @@ def test_no_function_hides_a_module():
 
 
 def find_unread(function: ast.FunctionDef) -> set[str]:
-    """Parameters that the body never mentions; those of a protocol or an abstract method have no body to read them."""
-    body = [line for line in function.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
+    """Parameters that the body never mentions; those of a protocol or an abstract method have no
+    body to read them.
+    """
+    body = [
+        line
+        for line in function.body
+        if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))
+    ]
     if (
         not body
         or isinstance(body[0], ast.Raise)
         or any(isinstance(mark, ast.Name) for mark in function.decorator_list)
     ):
         return set()
-    asked = {arg.arg for arg in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)}
+    asked = {
+        arg.arg
+        for arg in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)
+    }
     read = {node.id for line in body for node in ast.walk(line) if isinstance(node, ast.Name)}
     return {name for name in asked - read if not name.startswith("_")} - {"self", "cls"} - GIVEN
 
@@ -70,7 +85,13 @@ def find_unread(function: ast.FunctionDef) -> set[str]:
 def test_every_public_parameter_is_read(path):
     unread = {}
     for scope in ast.walk(ast.parse(path.read_text())):
-        for node in getattr(scope, "body", []) if isinstance(scope, ast.Module | ast.ClassDef) else []:
-            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_") and (found := find_unread(node)):
+        for node in (
+            getattr(scope, "body", []) if isinstance(scope, ast.Module | ast.ClassDef) else []
+        ):
+            if (
+                isinstance(node, ast.FunctionDef)
+                and not node.name.startswith("_")
+                and (found := find_unread(node))
+            ):
                 unread[node.name] = found
     assert unread == {}

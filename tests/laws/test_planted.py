@@ -15,7 +15,9 @@ def test_a_mistake_has_one_place_and_its_tests_and_its_row(mistake):
     source = (ROOT / "src" / "feeler" / mistake["file"]).read_text(encoding="utf-8")
     assert source.count(mistake["before"]) == 1 and mistake["before"] != mistake["after"]
     tests = [test.partition("::") for test in mistake["tests"].split()]
-    assert tests and all(name in (ROOT / path).read_text(encoding="utf-8") for path, _, name in tests)
+    assert tests and all(
+        name in (ROOT / path).read_text(encoding="utf-8") for path, _, name in tests
+    )
     named = ", ".join(f"`{test.removeprefix('tests/')}`" for test in mistake["tests"].split())
     assert f"| {mistake['name']} | {mistake['says']} | `{mistake['file']}` | {named} |" in PAGE
 

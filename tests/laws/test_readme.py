@@ -10,7 +10,11 @@ ROOT = Path(__file__).parents[2]
 
 
 def list_rooms() -> list[str]:
-    return [p.name for p in (ROOT / "src" / "feeler").iterdir() if p.is_dir() and (p / "__init__.py").exists()]
+    return [
+        p.name
+        for p in (ROOT / "src" / "feeler").iterdir()
+        if p.is_dir() and (p / "__init__.py").exists()
+    ]
 
 
 @pytest.fixture(scope="module")

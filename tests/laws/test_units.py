@@ -1,4 +1,6 @@
-"""One quantity, one unit: what stands in brackets behind a quantity on an axis, in a table or in help is always its own."""
+"""One quantity, one unit: what stands in brackets behind a quantity on an axis, in a table or in
+help is always its own.
+"""
 
 import ast
 import re
@@ -16,7 +18,9 @@ OWN = {
     r"angular speed|mean of peak speeds|\|speed\||^left$|^right$": {"°/s", "%"},
     r"distance since": {"mm"},
     r"processor time|^time$": {"s", "ms"},
-    r"time|timestep|deadline|delay|duration|lag|integration step|since contact|at the latest|last contact": {"ms"},
+    r"time|timestep|deadline|delay|duration|lag|integration step|since contact|at the latest|last contact": {
+        "ms"
+    },
     r"simulated touches": {"ms"},
     r"speed|touches to tell apart": {"m/s"},
     r"frequency|mode \d|low-pass|^$": {"Hz", "m/s", "mm"},
@@ -36,18 +40,26 @@ OWN = {
         "%"
     },
     r"^x$|^y$": {"mm", "px"},
-    r"distance|length|width|radius|sheet|thickness|error|intercept|tip|sideways|from hinge|told apart|nearest": {"mm"},
+    r"distance|length|width|radius|sheet|thickness|error|intercept|tip|sideways|from hinge|told apart|nearest": {
+        "mm"
+    },
 }
 
 
 def find_labels(path):
     """Quantity and unit of every label in a file's texts; docstrings and errors are sentences."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    sentences = [n.value for n in ast.walk(tree) if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant)]
+    sentences = [
+        n.value
+        for n in ast.walk(tree)
+        if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant)
+    ]
     sentences += [part for n in ast.walk(tree) if isinstance(n, ast.Raise) for part in ast.walk(n)]
     left = {id(one) for one in sentences}
     texts = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and id(n) not in left)
-    return [match.groups() for text in texts if isinstance(text, str) for match in LABEL.finditer(text)]
+    return [
+        match.groups() for text in texts if isinstance(text, str) for match in LABEL.finditer(text)
+    ]
 
 
 LABELS = [
@@ -58,7 +70,9 @@ LABELS = [
 ]
 
 
-@pytest.mark.parametrize(("file", "quantity", "unit"), LABELS, ids=lambda part: part.replace("/", " "))
+@pytest.mark.parametrize(
+    ("file", "quantity", "unit"), LABELS, ids=lambda part: part.replace("/", " ")
+)
 def test_a_quantity_has_its_own_unit(file, quantity, unit):
     rule = next((words for words in OWN if re.search(words, quantity.strip(), re.IGNORECASE)), None)
     assert rule is not None, f"{file}: no unit is known for {quantity!r}; add it to OWN"

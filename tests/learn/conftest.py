@@ -27,7 +27,9 @@ def make_touches(n=N):
         "position": np.arange(SENSORS) / SENSORS,
         "segment_length": np.ones(SENSORS),
     }
-    return make_tensors(time=np.arange(float(SAMPLES)), angle=angle, trials=trials, dtype="float32", **sensors)
+    return make_tensors(
+        time=np.arange(float(SAMPLES)), angle=angle, trials=trials, dtype="float32", **sensors
+    )
 
 
 @pytest.fixture(scope="session")

@@ -68,7 +68,9 @@ def test_sides_share_no_group(by):
         place = tensors.location.values
         cell = (20 * (place - place.min()) / np.ptp(place)).astype(int).clip(max=19)
     else:
-        cell = tensors["feature" if by == "feature" else "antenna" if by == "antenna" else "seed"].values
+        cell = tensors[
+            "feature" if by == "feature" else "antenna" if by == "antenna" else "seed"
+        ].values
     groups = [{*cell[sides == side].tolist()} for side in ("train", "validate", "test")]
     assert not groups[0] & groups[1] and not groups[0] & groups[2] and not groups[1] & groups[2]
 
@@ -77,7 +79,9 @@ def test_sides_share_no_group(by):
 @settings(max_examples=10, deadline=None)
 def test_twins_stay_together(copies, seed):
     once = make_touches(60)
-    twins = xr.concat([once] * copies, "trial").assign_coords(seed=("trial", np.arange(60 * copies)))
+    twins = xr.concat([once] * copies, "trial").assign_coords(
+        seed=("trial", np.arange(60 * copies))
+    )
     sides = split_trials(twins, seed=seed).reshape(copies, 60)
     assert (sides == sides[0]).all()
     assert (sides == "train").mean() == pytest.approx(0.8, abs=0.05)
@@ -92,13 +96,23 @@ def test_sides_of_a_dataset_are_read_alone(store):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"target": "taste"}, r"target='taste' is no coordinate of the trials; valid: antenna, feature"),
+        (
+            {"target": "taste"},
+            r"target='taste' is no coordinate of the trials; valid: antenna, feature",
+        ),
         ({"target": "angle"}, "is no coordinate"),
         ({"target": "time"}, "is no coordinate"),
         ({"variable": "time"}, "no variable 'time' of trials; valid: angle, curvature"),
         ({"split": "exam"}, "no side; valid: test, train, validate"),
         ({"split": "train", "by": "colour"}, "by='colour' is no coordinate"),
-        ({"split": "train", "by": "feature", "shares": {"a": 0.25, "b": 0.25, "c": 0.25, "d": 0.25}}, "too few for 4"),
+        (
+            {
+                "split": "train",
+                "by": "feature",
+                "shares": {"a": 0.25, "b": 0.25, "c": 0.25, "d": 0.25},
+            },
+            "too few for 4",
+        ),
         ({"split": "train", "shares": {"train": 0.5}}, "add up to 1"),
         ({"noise": -1.0}, "noise must be"),
         ({"batch_size": 0}, "batch_size must be"),

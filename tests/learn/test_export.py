@@ -1,4 +1,6 @@
-"""What other tools read: every number of the store, with its labels, and a description that fits it."""
+"""What other tools read: every number of the store, with its labels, and a description that fits
+it.
+"""
 
 import json
 import shutil
@@ -32,8 +34,13 @@ def test_parquet_holds_every_sample_once(exported):
     state = np.stack(table["observation.state"]).reshape(600, SAMPLES, SENSORS)
     np.testing.assert_array_equal(state.transpose(0, 2, 1), tensors["angle"].values)
     np.testing.assert_allclose(table["timestamp"][:SAMPLES], tensors["time"] / 1000, rtol=1e-6)
-    tasks = pq.read_table(exported / "meta/tasks.parquet").to_pandas().set_index("task_index")["task"]
-    assert tasks[table["task_index"]].tolist() == np.repeat(tensors["feature"].values, SAMPLES).tolist()
+    tasks = (
+        pq.read_table(exported / "meta/tasks.parquet").to_pandas().set_index("task_index")["task"]
+    )
+    assert (
+        tasks[table["task_index"]].tolist()
+        == np.repeat(tensors["feature"].values, SAMPLES).tolist()
+    )
     assert info["fps"] == 1000.0 and info["features"]["observation.state"]["shape"] == [SENSORS]
 
 
@@ -43,7 +50,11 @@ def test_episodes_carry_all_labels(exported):
     for name in ("feature", "size", "location", "antenna", "seed"):
         assert episodes[f"label/{name}"].tolist() == tensors[name].values.tolist()
     first = episodes.iloc[7]
-    assert (first.dataset_from_index, first.dataset_to_index, first.length) == (7 * SAMPLES, 8 * SAMPLES, SAMPLES)
+    assert (first.dataset_from_index, first.dataset_to_index, first.length) == (
+        7 * SAMPLES,
+        8 * SAMPLES,
+        SAMPLES,
+    )
 
 
 def test_sums_are_those_of_all_samples(exported):
@@ -57,13 +68,19 @@ def test_the_card_begins_as_hugging_face_wants_it(exported):
     yaml = pytest.importorskip("yaml")
     card = (exported / "README.md").read_text()
     head = yaml.safe_load(card.split("---")[1])
-    assert head["size_categories"] == ["n<1K"] and head["configs"][0]["data_files"] == "data/*/*.parquet"
+    assert (
+        head["size_categories"] == ["n<1K"]
+        and head["configs"][0]["data_files"] == "data/*/*.parquet"
+    )
     assert "| location | 0.4" in card and "600 touches" in card
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [({"task": "taste"}, "task='taste' is no coordinate"), ({"variable": "tip"}, "no variable 'tip'")],
+    [
+        ({"task": "taste"}, "task='taste' is no coordinate"),
+        ({"variable": "tip"}, "no variable 'tip'"),
+    ],
 )
 def test_what_cannot_be_exported_is_refused(store, tmp_path, options, words):
     with pytest.raises(InvalidInput, match=words):
@@ -81,7 +98,10 @@ def test_a_crate_names_the_store_its_variables_and_its_licence(store, tmp_path):
     assert graph["./"]["hasPart"] == [{"@id": "set.zarr/"}]
     assert graph["#angle"]["unitText"] == "rad" and graph["#size"]["unitText"] == "mm"
     linked = {
-        value["@id"] for item in graph.values() for value in item.values() if isinstance(value, dict) and "@id" in value
+        value["@id"]
+        for item in graph.values()
+        for value in item.values()
+        if isinstance(value, dict) and "@id" in value
     }
     assert linked - graph.keys() == {"https://w3id.org/ro/crate/1.1"}
     assert write_crate(tmp_path / "set.zarr") == place  # once more

@@ -1,4 +1,6 @@
-"""Extremes: an answer that does not depend on the timestep, or a refusal with a name; never a crash, never nonsense."""
+"""Extremes: an answer that does not depend on the timestep, or a refusal with a name; never a
+crash, never nonsense.
+"""
 
 import importlib.util
 from pathlib import Path
@@ -14,7 +16,9 @@ from feeler.physics.scene import Scene
 from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial
 
-spec = importlib.util.spec_from_file_location("numerics", Path(__file__).parents[2] / "benchmarks" / "numerics.py")
+spec = importlib.util.spec_from_file_location(
+    "numerics", Path(__file__).parents[2] / "benchmarks" / "numerics.py"
+)
 numerics = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(numerics)
 
@@ -43,16 +47,27 @@ def test_inside_the_safe_region_the_timestep_does_not_matter(options, fields):
 
 def test_a_feature_bigger_than_the_antenna_is_refused_by_name():
     trial = Trial(feature=make_feature("ball", 50.0), location=0.7, speed=0.3)
-    assert numerics.judge(numerics.make_antenna(), trial, 12.0)[0] == "refused: the feature is bigger than the antenna"
+    assert (
+        numerics.judge(numerics.make_antenna(), trial, 12.0)[0]
+        == "refused: the feature is bigger than the antenna"
+    )
 
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 @pytest.mark.parametrize("damping", [0.0, 0.001, 0.01])
 def test_the_stability_limit_is_where_theory_puts_it(engine, damping):
     n = 5
-    antenna = Antenna(segment_length=2.0 * np.ones(n), segment_mass=1e-3, radius=0.2, stiffness=100.0, damping=damping)
+    antenna = Antenna(
+        segment_length=2.0 * np.ones(n),
+        segment_mass=1e-3,
+        radius=0.2,
+        stiffness=100.0,
+        damping=damping,
+    )
     low, high = 1e-3, 10.0
-    for _ in range(60):  # bisect the timestep at which 4 M + 2 h C − h² K loses its positive definiteness
+    for _ in range(
+        60
+    ):  # bisect the timestep at which 4 M + 2 h C − h² K loses its positive definiteness
         middle = np.sqrt(low * high)
         low, high = (middle, high) if numerics.is_free_stable(antenna, middle) else (low, middle)
     start = 1e-3 * (-1.0) ** np.arange(n)

@@ -6,5 +6,17 @@ import sys
 
 def start(out, *options):
     """``feeler reproduce`` at smoke scale in a process group of its own."""
-    command = [sys.executable, "-m", "feeler", "reproduce", "--scale", "smoke", "--out", str(out), *options]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    command = [
+        sys.executable,
+        "-m",
+        "feeler",
+        "reproduce",
+        "--scale",
+        "smoke",
+        "--out",
+        str(out),
+        *options,
+    ]
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
+    )

@@ -1,4 +1,6 @@
-"""The report in a real browser: nothing broken, nothing too wide, nothing on the console, from phone to desktop."""
+"""The report in a real browser: nothing broken, nothing too wide, nothing on the console, from
+phone to desktop.
+"""
 
 import html
 import json
@@ -8,8 +10,13 @@ import subprocess
 
 import pytest
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-FLAGS = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking"
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
+FLAGS = (
+    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run"
+    " --disable-background-networking"
+)
 CHECK = """<script>
 const problems = [];
 window.addEventListener('error', e => problems.push('error: ' + (e.message || e.target.outerHTML.slice(0, 80))), true);
@@ -52,7 +59,9 @@ window.addEventListener('message', e => {{ const found = document.createElement(
 
 
 def look(page: str, width: int, folder) -> dict:
-    """What Chromium finds at this width; in a frame, because its own window cannot be as narrow as a phone."""
+    """What Chromium finds at this width; in a frame, because its own window cannot be as narrow as
+    a phone.
+    """
     (folder / "page.html").write_text(page.replace("<head>", "<head>" + CHECK, 1))
     (folder / "frame.html").write_text(FRAME.format(width=width))
     options = [
@@ -80,7 +89,10 @@ def test_the_report_holds_at_every_width(whole, tmp_path, width):
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
 def test_the_check_itself_finds_what_is_broken(tmp_path):
-    page = "<html><head></head><body><img alt='gone' src='nothing.png'><p style='width:2000px'>x</p></body></html>"
+    page = (
+        "<html><head></head><body><img alt='gone' src='nothing.png'><p"
+        " style='width:2000px'>x</p></body></html>"
+    )
     problems = " ".join(look(page, 390, tmp_path)["problems"])
     assert "broken: gone" in problems
     assert "wider than the window" in problems

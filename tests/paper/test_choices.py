@@ -18,12 +18,16 @@ class Tensors(dict):
 
     def __init__(self, array, size):
         n = len(size)
-        super().__init__(size=size, feature=np.tile(["ball", "box"], n // 2), location=np.arange(n) // 4)
+        super().__init__(
+            size=size, feature=np.tile(["ball", "box"], n // 2), location=np.arange(n) // 4
+        )
         self.array = array
 
     def __getitem__(self, name):
         if name in ("angle", "curvature"):
-            return type("Values", (), {"values": self.array * (2.0 if name == "curvature" else 1.0)})
+            return type(
+                "Values", (), {"values": self.array * (2.0 if name == "curvature" else 1.0)}
+            )
         return super().__getitem__(name)
 
 
@@ -32,7 +36,9 @@ def make_group(spread, seed=0):
     time, n = np.arange(40), 16
     rng = np.random.default_rng(seed)
     places = 14 + spread * (np.arange(n) - n / 2)
-    bumps = np.exp(-0.5 * ((time - places[:, None]) / 3) ** 2)[:, None, :] * rng.uniform(0.8, 1, (n, 12, 1))
+    bumps = np.exp(-0.5 * ((time - places[:, None]) / 3) ** 2)[:, None, :] * rng.uniform(
+        0.8, 1, (n, 12, 1)
+    )
     return Tensors(bumps - 0.01, np.tile([1.5, 1.5, 3.0, 3.0], n // 4))
 
 

@@ -3,7 +3,14 @@
 import pytest
 
 from feeler.paper.claims import load_claims
-from feeler.paper.findings import PLACE, fill, list_findings, list_numbers, list_topics, load_findings
+from feeler.paper.findings import (
+    PLACE,
+    fill,
+    list_findings,
+    list_numbers,
+    list_topics,
+    load_findings,
+)
 from feeler.paper.reproduce import STAGES
 from feeler.paper.verdicts import Judged
 
@@ -44,10 +51,17 @@ VALUES = {
 def test_the_first_screen_shows_the_run_s_own_numbers():
     assert [number for number, _ in list_numbers(VALUES)] == ["0.31 : 0.62", "18% : 45%", "91%"]
     (slow, size, null), words = list_numbers(VALUES), list_topics(VALUES, [])[0].words
-    assert "slow : fast" in slow[1] and "exponential : constant" in size[1] and "identical" in null[1]
-    assert f"chance is {1 / (3 * 5):.0%}".replace("%", " %") in size[1]  # three shapes at five places
+    assert (
+        "slow : fast" in slow[1] and "exponential : constant" in size[1] and "identical" in null[1]
+    )
+    assert (
+        f"chance is {1 / (3 * 5):.0%}".replace("%", " %") in size[1]
+    )  # three shapes at five places
     assert f"chance, {1 / 30:.0%}".replace("%", " %") in null[1]  # all of one speed
-    assert "slow touches are alike their closest match with an NMI of 0.31, those of fast ones with 0.62" in words
+    assert (
+        "slow touches are alike their closest match with an NMI of 0.31, those of fast ones with"
+        " 0.62" in words
+    )
     assert [number for number, _ in list_numbers({"classification.null.slow": 0.2})] == ["20%"]
 
 
@@ -60,6 +74,9 @@ def test_a_topic_counts_the_verdicts_of_its_own_claims_of_the_paper():
         ("profile-", "lda-profile", "cnn-profile", "entropy-order", "wall-order"),
         ("bases-", "entropy-", "residual", "duration", "pca"),
     )
-    expected = [sum(claim.whose == "paper" and claim.id.startswith(words) for claim in claims) for words in prefixes]
+    expected = [
+        sum(claim.whose == "paper" and claim.id.startswith(words) for claim in claims)
+        for words in prefixes
+    ]
     assert counts == expected and min(counts) > 0
     assert all(topic.words == "" for topic in list_topics({}, judged))

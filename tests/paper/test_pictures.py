@@ -1,6 +1,8 @@
-"""Every figure looks as it did when a person last looked: small pictures are kept, and a gross change is noticed.
+"""Every figure looks as it did when a person last looked: small pictures are kept, and a gross
+change is noticed.
 
-Letters, single points and thin lines may move. After a change that is meant, look at the figures and keep them anew:
+Letters, single points and thin lines may move. After a change that is meant, look at the figures
+and keep them anew:
 
     feeler reproduce --scale smoke --out out && python tests/paper/test_pictures.py out
 """
@@ -21,7 +23,9 @@ def shrink(path):
     """A picture of ``WIDTH`` grey pixels, 0 to 1 (row, column)."""
     whole = Image.open(path).convert("L")
     size = WIDTH, round(WIDTH * whole.height / whole.width)
-    return np.asarray(whole if whole.size == size else whole.resize(size, Image.Resampling.BOX)) / 255
+    return (
+        np.asarray(whole if whole.size == size else whole.resize(size, Image.Resampling.BOX)) / 255
+    )
 
 
 def is_alike(found, kept):
@@ -31,7 +35,11 @@ def is_alike(found, kept):
 def test_every_figure_looks_as_it_did(whole):
     pictures = {path.stem: path for path in (whole / "figures").glob("*.png")}
     assert {*pictures} == {path.stem for path in KEPT.glob("*.png")}
-    changed = [name for name, path in pictures.items() if not is_alike(shrink(path), shrink(KEPT / f"{name}.png"))]
+    changed = [
+        name
+        for name, path in pictures.items()
+        if not is_alike(shrink(path), shrink(KEPT / f"{name}.png"))
+    ]
     assert not changed
 
 
@@ -52,7 +60,9 @@ def keep(out):
     for path in KEPT.glob("*.png"):
         path.unlink()
     for path in (out / "figures").glob("*.png"):
-        Image.fromarray((255 * shrink(path)).round().astype(np.uint8)).save(KEPT / path.name, optimize=True)
+        Image.fromarray((255 * shrink(path)).round().astype(np.uint8)).save(
+            KEPT / path.name, optimize=True
+        )
 
 
 if __name__ == "__main__":

@@ -13,26 +13,38 @@ FAR = "word " * 20_000  # many screens between two pictures
 def test_every_picture_is_printed(browser, tmp_path):
     section = Section(name="many", title="Many", folder=tmp_path, vector=False)
     for k in range(N):
-        section.figure(f"f{k}", "A line.", lambda figure, k=k: figure.subplots().plot([0, k], [k, 1]), height=2.0)
+        section.figure(
+            f"f{k}",
+            "A line.",
+            lambda figure, k=k: figure.subplots().plot([0, k], [k, 1]),
+            height=2.0,
+        )
         section.text(FAR)
-    browser.get(write_page(tmp_path / "page.html", "Pictures", "One below the other.", section).as_uri())
+    browser.get(
+        write_page(tmp_path / "page.html", "Pictures", "One below the other.", section).as_uri()
+    )
     paper = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", {})["data"])
     assert paper.count(b"/Subtype /Image") == N
 
 
-SLOW = (
-    pytest.mark.slow
-)  # colours follow from the theme alone, the layout from the width alone: each is looked at by default
+# colours follow from the theme alone, the layout from the width alone: each is looked at by default
+SLOW = pytest.mark.slow
 
 
 @pytest.mark.parametrize(
     ("theme", "width"),
-    [("light", 390), ("dark", 1440), pytest.param("light", 1440, marks=SLOW), pytest.param("dark", 390, marks=SLOW)],
+    [
+        ("light", 390),
+        ("dark", 1440),
+        pytest.param("light", 1440, marks=SLOW),
+        pytest.param("dark", 390, marks=SLOW),
+    ],
 )
 def test_axe_finds_no_barrier_in_the_report(whole, browser, find_barriers, theme, width):
     browser.set_window_size(width, 900)
     browser.execute_cdp_cmd(
-        "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": theme}]}
+        "Emulation.setEmulatedMedia",
+        {"features": [{"name": "prefers-color-scheme", "value": theme}]},
     )
     browser.get((whole / "report.html").as_uri())
     assert find_barriers() == []

@@ -1,4 +1,6 @@
-"""The whole run at smoke scale: the same bytes from every run, whole numbers after a kill, only what changed made anew."""
+"""The whole run at smoke scale: the same bytes from every run, whole numbers after a kill, only
+what changed made anew.
+"""
 
 import json
 import os

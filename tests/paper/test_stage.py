@@ -30,7 +30,9 @@ def test_fresh_ignores_the_cache(tmp_path):
     assert len(calls) == 2
 
 
-@pytest.mark.parametrize("change", [{"seed": 1}, {"scale": "smoke"}, {"timestep": 0.01}, {"engine": "mujoco"}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 1}, {"scale": "smoke"}, {"timestep": 0.01}, {"engine": "mujoco"}]
+)
 def test_the_key_holds_everything_that_matters(change):
     stage = make_stage(lambda context, section: None)
     assert stage.key(Context(**change)) != stage.key(Context())
@@ -72,7 +74,12 @@ def test_an_interrupted_stage_leaves_nothing(tmp_path):
 
 @pytest.mark.parametrize("name", ["seed", "scale", "profiles", "effort"])
 def test_a_stage_cannot_read_what_its_key_does_not_hold(tmp_path, name):
-    stage = Stage(name="antenna", title="t", make=lambda context, section: getattr(context, name), reads=("engine",))
+    stage = Stage(
+        name="antenna",
+        title="t",
+        make=lambda context, section: getattr(context, name),
+        reads=("engine",),
+    )
     with pytest.raises(AttributeError, match=f"reads context.{name} but does not declare"):
         run_stage(stage, Context(out=tmp_path))
 
@@ -104,4 +111,6 @@ def test_a_result_is_kept_unless_it_is_older_than_a_fresh_run(tmp_path):
     path.write_text("x")
     made = path.stat().st_mtime
     assert is_kept(path, Context()) and not is_kept(tmp_path / "other", Context())
-    assert is_kept(path, Context(fresh=True, started=made)) and not is_kept(path, Context(fresh=True, started=made + 1))
+    assert is_kept(path, Context(fresh=True, started=made)) and not is_kept(
+        path, Context(fresh=True, started=made + 1)
+    )

@@ -15,5 +15,9 @@ def test_it_is_a_paragraph_of_a_claim_that_can_fail(claim):
 
 
 def test_every_claim_of_the_wall_and_the_network_is_ready_to_fail():
-    asked = {c.id for c in load_claims() if c.due == "paper" and c.whose == "paper" and c.standing == "evidence"}
+    asked = {
+        c.id
+        for c in load_claims()
+        if c.due == "paper" and c.whose == "paper" and c.standing == "evidence"
+    }
     assert asked <= {claim.id for claim in HAVE}

@@ -24,22 +24,32 @@ def is_due(claim, scale):
 @pytest.fixture(scope="module")
 def sections(whole):
     """The sections of the run, read from its cache."""
-    return {section.name: section for section in reproduce(Context(scale="smoke", out=whole, workers=1))}
+    return {
+        section.name: section for section in reproduce(Context(scale="smoke", out=whole, workers=1))
+    }
 
 
-@pytest.mark.parametrize("claim", [c for c in load_claims() if is_due(c, "smoke")], ids=lambda claim: claim.id)
+@pytest.mark.parametrize(
+    "claim", [c for c in load_claims() if is_due(c, "smoke")], ids=lambda claim: claim.id
+)
 def test_the_section_writes_what_a_claim_asks_for(sections, claim):
-    assert claim.list_keys() <= set(sections[claim.section].values), f"no such value in section {claim.section}"
+    assert claim.list_keys() <= set(sections[claim.section].values), (
+        f"no such value in section {claim.section}"
+    )
 
 
 @pytest.mark.parametrize("claim", load_claims(), ids=lambda claim: claim.id)
 def test_a_kept_run_wrote_what_a_claim_asks_for(claim):
-    """From the values that ``benchmarks/reproduce.py`` kept, so that a misspelt key fails whatever scale it is due at."""
+    """From the values that ``benchmarks/reproduce.py`` kept, so that a misspelt key fails whatever
+    scale it is due at.
+    """
     values = json.loads(RESULTS.read_text())["paper" if claim.due == "paper" else "quick"]["values"]
     assert claim.section in values, (
         "the kept run is older than this section; run: python benchmarks/reproduce.py quick paper"
     )
-    assert claim.list_keys() <= set(values[claim.section]), f"no such value in section {claim.section}"
+    assert claim.list_keys() <= set(values[claim.section]), (
+        f"no such value in section {claim.section}"
+    )
 
 
 def test_a_claim_that_is_due_is_judged(sections):
@@ -84,7 +94,9 @@ def test_every_figure_has_its_numbers(whole):
     pictures = list((whole / "figures").glob("*.png"))
     assert len(pictures) >= 15
     for picture in pictures:
-        assert picture.with_suffix(".json").exists() or picture.with_suffix(".nc").exists(), picture.name
+        assert picture.with_suffix(".json").exists() or picture.with_suffix(".nc").exists(), (
+            picture.name
+        )
 
 
 def test_the_numbers_are_those_of_the_sections(whole, sections):
@@ -95,15 +107,27 @@ def test_the_numbers_are_those_of_the_sections(whole, sections):
 def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(sections):
     assert all(section.cached for section in sections.values())
     changed = {stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))}
-    assert changed == {stage.name for stage in STAGES if "seed" in stage.reads} != {stage.name for stage in STAGES}
+    assert (
+        changed
+        == {stage.name for stage in STAGES if "seed" in stage.reads}
+        != {stage.name for stage in STAGES}
+    )
 
 
 def test_the_page_opens_with_the_verdicts_that_were_given(whole, sections):
     """Of the paper's claims with evidence, as many of each verdict as are judged so."""
     counts = count_verdicts(judge_claims(list(sections.values()), Context(scale="smoke")))
-    page = re.sub(r"<(style|script).*?</\1>", " ", (whole / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
+    page = re.sub(
+        r"<(style|script).*?</\1>",
+        " ",
+        (whole / "report.html").read_text(encoding="utf-8"),
+        flags=re.DOTALL,
+    )
     words = " ".join(re.sub("<[^>]+>", " ", page).split())
     every = sum(counts[verdict] for verdict in EVIDENCE)
-    assert f"{counts['reproduced']} of {every} claims of the paper with evidence here are reproduced" in words
+    assert (
+        f"{counts['reproduced']} of {every} claims of the paper with evidence here are reproduced"
+        in words
+    )
     for verdict in (verdict for verdict in EVIDENCE if counts[verdict]):
         assert f"{counts[verdict]} {verdict}" in words, verdict

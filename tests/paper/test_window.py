@@ -1,4 +1,6 @@
-"""Planted touches: what a window cuts, which it makes the same, and whole touches at equal sample counts."""
+"""Planted touches: what a window cuts, which it makes the same, and whole touches at equal sample
+counts.
+"""
 
 import numpy as np
 import pytest
@@ -37,7 +39,9 @@ def test_touches_that_differ_only_after_the_window_are_one_in_it():
 
 
 def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
-    """Contact at 380 ms itself is after a window of 380 ms; with a sample every 2 ms the end is 2 ms after the last."""
+    """Contact at 380 ms itself is after a window of 380 ms; with a sample every 2 ms the end is 2
+    ms after the last.
+    """
     found = measure_window(make_touches([[(379, 380)], [(379, 381)], [(10, 20)]]))
     assert (found.cut, found.again, found.end) == (1, 0, 381.0)
     tensors = make_touches([[(10, 301)], [(20, 40)]]).isel(time=slice(None, None, 2))
@@ -64,7 +68,9 @@ def test_a_straight_line_stays_one_at_any_number_of_samples():
 
 
 def test_every_profile_has_its_own_window_and_the_same_samples():
-    arrays = complete_arrays({"a": make_touches([[(0, 300)]] * 2), "b": make_touches([[(0, 700)]] * 2)})
+    arrays = complete_arrays(
+        {"a": make_touches([[(0, 300)]] * 2), "b": make_touches([[(0, 700)]] * 2)}
+    )
     assert {array.shape for array in arrays.values()} == {(2, 1, 380)}
     np.testing.assert_array_equal(
         arrays["a"] > 0.5, arrays["b"] > 0.5

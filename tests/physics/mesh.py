@@ -1,4 +1,6 @@
-"""The chain engine with a polygon's corners as MuJoCo holds them, so that both engines start from the same numbers."""
+"""The chain engine with a polygon's corners as MuJoCo holds them, so that both engines start from
+the same numbers.
+"""
 
 from collections.abc import Sequence
 
@@ -28,7 +30,9 @@ def run_like_mujoco(scene: Scene, clock: Clock) -> Motion:
 
 
 def make_like_mujoco(scenes: Sequence[Scene], timestep: float) -> ChainStepper:
-    """The chain; MuJoCo stores the corners of a mesh in single precision, which moves them by up to 1e-7 mm."""
+    """The chain; MuJoCo stores the corners of a mesh in single precision, which moves them by up to
+    1e-7 mm.
+    """
     stepper = ChainStepper(scenes, timestep)
     kind, corners, start, *_ = stepper.tables.shapes
     for lane, scene in enumerate(scenes):
@@ -36,7 +40,9 @@ def make_like_mujoco(scenes: Sequence[Scene], timestep: float) -> ChainStepper:
         meshes = [k for k in range(parts) if kind[lane, k] == f.KIND_POLYGON]
         for k, stored in zip(meshes, read_corners(scene, timestep), strict=True):
             for j in range(start[lane, k], start[lane, k + 1]):
-                near = np.argsort(np.hypot(*(stored - corners[lane, j]).T))[:2]  # the prism's upper and lower corner
+                near = np.argsort(np.hypot(*(stored - corners[lane, j]).T))[
+                    :2
+                ]  # the prism's upper and lower corner
                 moved = stored[near].mean(axis=0)
                 assert np.abs(moved - corners[lane, j]).max() < 1e-6
                 corners[lane, j] = moved
@@ -54,7 +60,9 @@ def take_over(stepper: ChainStepper, state: State) -> None:
 
 
 def read_corners(scene: Scene, timestep: float) -> list[np.ndarray]:
-    """Corners (corner, 2) of each mesh of the compiled model, in its feature's frame, object after object."""
+    """Corners (corner, 2) of each mesh of the compiled model, in its feature's frame, object after
+    object.
+    """
     model = mujoco.compile_model(scene, timestep)
     turn, found = np.empty(9), []
     for geom in np.flatnonzero(model.geom_type == engine.mjtGeom.mjGEOM_MESH):

@@ -44,9 +44,15 @@ def touch(
 
 
 def shake(
-    duration: float, across: float = 0.3, along: float = 0.1, turn: float = 0.03, hertz: float = 50.0
+    duration: float,
+    across: float = 0.3,
+    along: float = 0.1,
+    turn: float = 0.03,
+    hertz: float = 50.0,
 ) -> BaseMotion:
-    """A base that swings from its place and with its speed: amplitudes [mm, mm, rad], sampled every 0.5 ms."""
+    """A base that swings from its place and with its speed: amplitudes [mm, mm, rad], sampled every
+    0.5 ms.
+    """
     time = np.linspace(0.0, duration + 2.0, round(2 * duration) + 5)
     phase = 2e-3 * np.pi * hertz * time
     swing = [across * np.sin(phase), along * np.sin(phase), turn * np.sin(phase)]
@@ -55,7 +61,9 @@ def shake(
 
 def compute_energy(antenna: Antenna, motion: Motion) -> np.ndarray:
     """Kinetic plus elastic energy at each sample [N·mm]; the base is at rest."""
-    return compute_kinetic(antenna, motion, np.zeros((len(motion.time), 3))) + compute_spring(antenna, motion)
+    return compute_kinetic(antenna, motion, np.zeros((len(motion.time), 3))) + compute_spring(
+        antenna, motion
+    )
 
 
 def compute_kinetic(antenna: Antenna, motion: Motion, rate: np.ndarray) -> np.ndarray:

@@ -46,12 +46,15 @@ def test_scenes_keep_their_order_and_their_numbers():
 
 
 def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
-    """Along a saw-tooth wall steps of 0.1 and 0.05 ms agree to 0.3 %, and are both off by a third: a tooth held too long.
+    """Along a saw-tooth wall steps of 0.1 and 0.05 ms agree to 0.3 %, and are both off by a third:
+    a tooth held too long.
 
     Number 1542 of the random touches of ``benchmarks/accuracy.py --seed 1``.
     """
     antenna = feeler.presets.cockroach()
-    antenna = antenna.replace(stiffness=0.33194762 * antenna.stiffness, damping=1.9569694 * antenna.damping)
+    antenna = antenna.replace(
+        stiffness=0.33194762 * antenna.stiffness, damping=1.9569694 * antenna.damping
+    )
     saw = feeler.Wall(profile=((-1.7273314, 0.0), (0.0, 5.61869093), (1.7273314, 0.0)), repeat=17)
     wall = feeler.Object(
         feature=saw,
@@ -62,20 +65,29 @@ def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
     )
     scene = build_scene(antenna, wall)
     runs = [run_scene(scene, Clock(duration=200.0, timestep=h)) for h in (0.1, 0.05, 0.0125)]
-    assert accuracy.compute_error(scene, *runs[:2]) < 0.005 and accuracy.compute_error(scene, *runs[1:]) > 0.25
+    assert (
+        accuracy.compute_error(scene, *runs[:2]) < 0.005
+        and accuracy.compute_error(scene, *runs[1:]) > 0.25
+    )
     found = accuracy.run_accurately([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, runs[2]) < 0.01
 
 
 def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
-    """Steps of 0.05 and 0.025 ms agree to 0.4 % and are off by 5 %: it slips off. Number 1706 of ``--seed 2``."""
+    """Steps of 0.05 and 0.025 ms agree to 0.4 % and are off by 5 %: it slips off. Number 1706 of
+    ``--seed 2``.
+    """
     antenna = feeler.presets.cockroach()
     antenna = antenna.replace(
         stiffness=39.597320845766916 / antenna.stiffness[0] * antenna.stiffness,
         damping=14.289085902245642 / antenna.damping[0] * antenna.damping,
     )
     box = feeler.Object(
-        feature=feeler.Box(half_width=0.765108602441555, half_height=1.4443630412723556, rounding=0.12577351893936012),
+        feature=feeler.Box(
+            half_width=0.765108602441555,
+            half_height=1.4443630412723556,
+            rounding=0.12577351893936012,
+        ),
         place=(-2.317318307449512, 19.094347795783634),
         velocity=(0.4585514646861096, -0.3323660859346386),
         forward=(0.8096806924043198, -0.5868706640714472),
@@ -83,7 +95,10 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
     )
     scene = build_scene(antenna, box)
     runs = [run_scene(scene, Clock(duration=100.0, timestep=h)) for h in (0.05, 0.025, 0.003125)]
-    assert accuracy.compute_error(scene, *runs[:2]) < 0.005 and accuracy.compute_error(scene, *runs[1:]) > 0.04
+    assert (
+        accuracy.compute_error(scene, *runs[:2]) < 0.005
+        and accuracy.compute_error(scene, *runs[1:]) > 0.04
+    )
     found = accuracy.run_accurately([scene], 100.0, 1.0, "chain-consistent", 0.01)[0]
     assert (
         found.timestep < 0.025 and accuracy.compute_error(scene, found, runs[2]) < 0.05
@@ -91,7 +106,9 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
 
 
 def test_what_only_finer_steps_than_all_others_show_is_warned_of():
-    """Along a saw-tooth wall all runs agree down to 2 µs, and are off by 7 %. Number 193 of ``--seed 2``."""
+    """Along a saw-tooth wall all runs agree down to 2 µs, and are off by 7 %. Number 193 of
+    ``--seed 2``.
+    """
     antenna = feeler.presets.cockroach("linear")
     antenna = antenna.replace(
         stiffness=0.9758456289323146 / antenna.stiffness[0] * antenna.stiffness,
@@ -107,13 +124,18 @@ def test_what_only_finer_steps_than_all_others_show_is_warned_of():
     )
     scene = build_scene(antenna, wall)
     runs = [run_scene(scene, Clock(duration=20.0, timestep=0.1 / 2**k)) for k in (5, 6, 7)]
-    assert accuracy.compute_error(scene, *runs[:2]) < 0.005 and accuracy.compute_error(scene, *runs[1:]) > 0.05
+    assert (
+        accuracy.compute_error(scene, *runs[:2]) < 0.005
+        and accuracy.compute_error(scene, *runs[1:]) > 0.05
+    )
     found = accuracy.run_accurately([scene], 20.0, 1.0, "chain-consistent", 0.01)[0]
     assert found.error > 0.05 and found.timestep == 0.1 / 2**7
 
 
 def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
-    """A fast triangle that slips off: steps of 0.05 and 0.025 ms agree to 0.8 %, and are both off by 5 %."""
+    """A fast triangle that slips off: steps of 0.05 and 0.025 ms agree to 0.8 %, and are both off
+    by 5 %.
+    """
     antenna = feeler.presets.cockroach("linear")
     antenna = antenna.replace(stiffness=1.232 * antenna.stiffness, damping=0.4375 * antenna.damping)
     trial = feeler.Trial(
@@ -125,8 +147,15 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
         lead=2.354,
     )
     scene = make_scene(antenna, trial)
-    coarse, half, fine = (run_scene(scene, Clock(duration=50.0, timestep=h)) for h in (0.05, 0.025, 0.0015625))
-    assert accuracy.compute_error(scene, coarse, half) < 0.01 < 0.05 < accuracy.compute_error(scene, half, fine)
+    coarse, half, fine = (
+        run_scene(scene, Clock(duration=50.0, timestep=h)) for h in (0.05, 0.025, 0.0015625)
+    )
+    assert (
+        accuracy.compute_error(scene, coarse, half)
+        < 0.01
+        < 0.05
+        < accuracy.compute_error(scene, half, fine)
+    )
     found = accuracy.run_accurately([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, fine) < min(0.01, found.error)
 
@@ -145,7 +174,12 @@ def test_error_by_hand():
 
 @pytest.mark.parametrize(
     ("contact", "interval", "expected"),
-    [((0.2, 1.0), 1.0, 0.1), ((0.3, 1.0), 1.0, 1 / 7), ((5.0, 1.0), 1.0, 1.0), ((0.2, 1.0), 0.25, 0.25 / 3)],
+    [
+        ((0.2, 1.0), 1.0, 0.1),
+        ((0.3, 1.0), 1.0, 1 / 7),
+        ((5.0, 1.0), 1.0, 1.0),
+        ((0.2, 1.0), 0.25, 0.25 / 3),
+    ],
 )
 def test_the_coarsest_step_divides_a_sample_and_suits_the_contact(contact, interval, expected):
     assert accuracy.find_coarsest(Contact(solref=contact), interval) == pytest.approx(expected)
@@ -161,7 +195,9 @@ def test_touch_says_what_it_reached():
 
 def test_a_touch_that_cannot_be_that_accurate_is_warned_of(monkeypatch):
     monkeypatch.setattr(accuracy, "HALVINGS", 1)
-    trial = feeler.Trial(feature=feeler.Box(half_width=1.0, half_height=1.0), location=0.6, speed=1.5, lead=1.0)
+    trial = feeler.Trial(
+        feature=feeler.Box(half_width=1.0, half_height=1.0), location=0.6, speed=1.5, lead=1.0
+    )
     with pytest.warns(Inaccurate, match=r"1 of 1 touches did not reach accuracy=1e-06"):
         tensors = feeler.touch(make_stub(20), [trial], duration=8, accuracy=1e-6, workers=1)
     assert float(tensors["error"][0]) > 1e-6
@@ -198,7 +234,9 @@ def test_two_runs_side_by_side_are_what_they_are_alone(engine):
 def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
     """A sharp corner at 3 m/s, long before which nothing happens."""
     scene, steps = touch("triangle", 1.0, n=30, contact="smooth", speed=3.0), []
-    later = replace(scene.objects[0], place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0))))
+    later = replace(
+        scene.objects[0], place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0)))
+    )
     scene = replace(scene, objects=(later,))
     step = refine._Pair._step
     monkeypatch.setattr(

@@ -19,11 +19,17 @@ from .scenes import CHAINS, DYNAMIC, compute_kinetic, compute_spring, make_stub,
 def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
     """The whole scene on a base elsewhere, turned with it."""
     x, y, turn = base
-    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])  # from +y towards +x
+    turned = np.array(
+        [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+    )  # from +y towards +x
 
     def move(item):
-        place, forward, velocity = (turned @ np.array(v) for v in (item.place, item.forward, item.velocity))
-        return item.replace(place=(place[0] + x, place[1] + y), forward=tuple(forward), velocity=tuple(velocity))
+        place, forward, velocity = (
+            turned @ np.array(v) for v in (item.place, item.forward, item.velocity)
+        )
+        return item.replace(
+            place=(place[0] + x, place[1] + y), forward=tuple(forward), velocity=tuple(velocity)
+        )
 
     return replace(scene, base=base, objects=tuple(map(move, scene.objects)))
 
@@ -31,10 +37,18 @@ def carry(scene: Scene, base: tuple[float, float, float]) -> Scene:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_a_base_at_constant_velocity_is_objects_that_come_the_other_way(engine, contact):
-    scene, clock, velocity = touch(n=20, contact=contact, approach=77.7), Clock(duration=15, timestep=0.02), (0.2, -0.1)
-    moved = tuple(item.replace(velocity=tuple(np.add(item.velocity, velocity))) for item in scene.objects)
+    scene, clock, velocity = (
+        touch(n=20, contact=contact, approach=77.7),
+        Clock(duration=15, timestep=0.02),
+        (0.2, -0.1),
+    )
+    moved = tuple(
+        item.replace(velocity=tuple(np.add(item.velocity, velocity))) for item in scene.objects
+    )
     still = run_scene(scene, clock, engine)
-    going = run_scene(replace(scene, objects=moved, base_motion=BaseMotion(velocity=velocity)), clock, engine)
+    going = run_scene(
+        replace(scene, objects=moved, base_motion=BaseMotion(velocity=velocity)), clock, engine
+    )
     assert np.abs(still.angle).max() > 0.01
     np.testing.assert_allclose(going.angle, still.angle, atol=1e-10)
     np.testing.assert_allclose(going.force, still.force, atol=1e-9)
@@ -54,8 +68,14 @@ def test_a_base_alone_is_objects_that_come(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_scene_on_a_base_elsewhere_is_the_same_scene(engine):
-    scene, clock = touch("box", n=20, contact="smooth", approach=77.7), Clock(duration=15, timestep=0.02)
-    here, there = run_scene(scene, clock, engine), run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine)
+    scene, clock = (
+        touch("box", n=20, contact="smooth", approach=77.7),
+        Clock(duration=15, timestep=0.02),
+    )
+    here, there = (
+        run_scene(scene, clock, engine),
+        run_scene(carry(scene, (3.0, -2.0, 0.7)), clock, engine),
+    )
     c, s = np.cos(0.7), np.sin(0.7)
     np.testing.assert_allclose(there.angle, here.angle, atol=1e-10)
     np.testing.assert_allclose(there.force, here.force @ [[c, -s], [s, c]], atol=1e-9)
@@ -64,15 +84,21 @@ def test_a_scene_on_a_base_elsewhere_is_the_same_scene(engine):
 
 
 def test_a_recorded_base_stands_where_it_was_recorded_and_speed_alone_bends_nothing():
-    scene = Scene(antenna=make_stub(), base=(1.0, 2.0, 0.3), base_motion=BaseMotion(velocity=(0.5, -0.2)))
+    scene = Scene(
+        antenna=make_stub(), base=(1.0, 2.0, 0.3), base_motion=BaseMotion(velocity=(0.5, -0.2))
+    )
     clock = Clock(duration=20, timestep=0.02)
     assert np.abs(run_scene(scene, clock, "chain").angle).max() < 1e-12
     motion = shake(20.0)
     found = run_scene(replace(scene, base_motion=motion), clock, "chain").base
-    np.testing.assert_allclose(found - found[0], motion.compute_pose(clock.time) - motion.pose[0], atol=1e-12)
+    np.testing.assert_allclose(
+        found - found[0], motion.compute_pose(clock.time) - motion.pose[0], atol=1e-12
+    )
 
 
-@pytest.mark.parametrize("motion", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)], ids=["shift", "turn", "both"])
+@pytest.mark.parametrize(
+    "motion", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)], ids=["shift", "turn", "both"]
+)
 def test_a_free_antenna_on_a_shaken_base_is_mujoco_to_rounding(motion):
     scene = Scene(
         antenna=make_stub(),
@@ -83,11 +109,16 @@ def test_a_free_antenna_on_a_shaken_base_is_mujoco_to_rounding(motion):
     check(scene, 1e-12)
 
 
-@pytest.mark.parametrize("motion", [{"turn": 0.0}, {"across": 0.0, "along": 0.0}], ids=["shift", "turn"])
+@pytest.mark.parametrize(
+    "motion", [{"turn": 0.0}, {"across": 0.0, "along": 0.0}], ids=["shift", "turn"]
+)
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 @pytest.mark.parametrize("kind", ["ball", "box"])
 def test_a_touched_antenna_on_a_shaken_base_is_mujoco(kind, contact, motion):
-    scene = replace(touch(kind, n=12, contact=contact, approach=77.7, speed=0.03), base_motion=shake(60.0, **motion))
+    scene = replace(
+        touch(kind, n=12, contact=contact, approach=77.7, speed=0.03),
+        base_motion=shake(60.0, **motion),
+    )
     assert np.abs(check(scene, 1e-9).force).max() > 1e-5
 
 
@@ -104,17 +135,25 @@ def check(scene: Scene, limit: float, duration: float = 60.0):
     assert np.abs(ours.angle - theirs.angle).max() < limit
     for name in ("base_force", "base_moment", "work"):
         expected = getattr(theirs, name)
-        assert np.abs(getattr(ours, name) - expected).max() < 1e4 * limit * np.abs(expected).max(), name
+        assert (
+            np.abs(getattr(ours, name) - expected).max() < 1e4 * limit * np.abs(expected).max()
+        ), name
     return ours
 
 
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_a_base_spends_what_the_antenna_holds_and_loses(engine):
-    """Work of the base = kinetic + elastic energy + ∫ Σ c ω² dt, from an antenna that starts at the base's own speed."""
+    """Work of the base = kinetic + elastic energy + ∫ Σ c ω² dt, from an antenna that starts at the
+    base's own speed.
+    """
     antenna, h = make_stub(8, damping=1e-3), 0.004 if engine == "mujoco" else 0.002
     motion = shake(20.0)
     scene = Scene(antenna=antenna, base_motion=motion)
-    found = run_scene(scene, Clock(duration=20, sample_interval=0.02 if engine == "mujoco" else h, timestep=h), engine)
+    found = run_scene(
+        scene,
+        Clock(duration=20, sample_interval=0.02 if engine == "mujoco" else h, timestep=h),
+        engine,
+    )
     rate = CubicSpline(motion.time, motion.pose)(found.time, 1)
     held = compute_kinetic(antenna, found, rate) + compute_spring(antenna, found)
     power = (antenna.damping * found.velocity**2).sum(axis=1)

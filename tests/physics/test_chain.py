@@ -1,4 +1,6 @@
-"""Laws of the chain engine that need no other engine: closed forms, conservation, symmetry, lanes that do not mix."""
+"""Laws of the chain engine that need no other engine: closed forms, conservation, symmetry, lanes
+that do not mix.
+"""
 
 from dataclasses import replace
 from threading import Event
@@ -32,7 +34,9 @@ def test_one_segment_is_a_torsion_pendulum():
     omega = np.sqrt(antenna.stiffness[0] / (1e-6 * 0.3**2 / 3))
     clock = Clock(duration=1, sample_interval=0.01, timestep=1e-4)
     found = run_scene(Scene(antenna=antenna, angle=np.array([0.4])), clock, "chain")
-    np.testing.assert_allclose(found.angle[:, 0], 0.4 * np.cos(omega * clock.time), atol=0.4 * omega * 1e-4)
+    np.testing.assert_allclose(
+        found.angle[:, 0], 0.4 * np.cos(omega * clock.time), atol=0.4 * omega * 1e-4
+    )
 
 
 def test_one_damped_segment_creeps_as_implicit_euler_says():
@@ -44,7 +48,9 @@ def test_one_damped_segment_creeps_as_implicit_euler_says():
         v += h * (-1e-3 * q - 2.0 * v) / (inertia + h * 2.0)
         q += h * v
     found = run_scene(
-        Scene(antenna=antenna, angle=np.array([0.4])), Clock(duration=5, sample_interval=h, timestep=h), "chain"
+        Scene(antenna=antenna, angle=np.array([0.4])),
+        Clock(duration=5, sample_interval=h, timestep=h),
+        "chain",
     )
     np.testing.assert_allclose(found.angle[:, 0], expected, rtol=1e-12)
 
@@ -54,7 +60,9 @@ def test_small_step_starts_with_the_dense_mass_matrix():
     angle = antenna.rest_angle + 1e-9 * rng.normal(size=140)
     h = 1e-3
     found = run_scene(
-        Scene(antenna=antenna, angle=angle), Clock(duration=2 * h, sample_interval=h, timestep=h), "chain"
+        Scene(antenna=antenna, angle=angle),
+        Clock(duration=2 * h, sample_interval=h, timestep=h),
+        "chain",
     )
     mass = compute_mass_matrix(antenna) + h * np.diag(antenna.damping)
     expected = h * np.linalg.solve(mass, -antenna.stiffness * (angle - antenna.rest_angle))
@@ -66,7 +74,9 @@ def test_undamped_free_motion_keeps_its_energy_to_first_order():
     scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 6))
     drift = []
     for h in (5e-5, 2.5e-5):
-        energy = compute_energy(antenna, run_scene(scene, Clock(duration=4, sample_interval=0.1, timestep=h), "chain"))
+        energy = compute_energy(
+            antenna, run_scene(scene, Clock(duration=4, sample_interval=0.1, timestep=h), "chain")
+        )
         drift.append(np.abs(energy / energy[0] - 1).max())
     assert drift[0] < 0.05
     assert drift[1] < 0.6 * drift[0]
@@ -75,13 +85,21 @@ def test_undamped_free_motion_keeps_its_energy_to_first_order():
 def find_centre(scene: Scene, radius: float, time: np.ndarray) -> np.ndarray:
     """Centre of the scene's ball at times."""
     ball = scene.objects[0]
-    return np.asarray(ball.place) + time * np.asarray(ball.velocity) - radius * np.asarray(ball.forward)
+    return (
+        np.asarray(ball.place)
+        + time * np.asarray(ball.velocity)
+        - radius * np.asarray(ball.forward)
+    )
 
 
 def hit(n: int) -> Scene:
-    """A chain of hinges that are as good as free, hit at its last segment by a heavy ball without friction."""
+    """A chain of hinges that are as good as free, hit at its last segment by a heavy ball without
+    friction.
+    """
     antenna = uniform(n, stiffness=1e-20)
-    trial = Trial(feature=make_feature("ball", 0.3), location=1 - 0.4 / n, speed=0.3, lead=0.3, friction=0.0)
+    trial = Trial(
+        feature=make_feature("ball", 0.3), location=1 - 0.4 / n, speed=0.3, lead=0.3, friction=0.0
+    )
     return make_scene(antenna, trial, "hard")
 
 
@@ -100,8 +118,9 @@ def compute_momentum(antenna: Antenna, motion: Motion) -> np.ndarray:
 @pytest.mark.parametrize("engine", CHAINS)
 @pytest.mark.parametrize("n", [2, 3])
 def test_a_free_collision_gives_its_impulse_to_the_chain(n, engine):
-    """Change of angular momentum about the clamp = impulse × lever; without friction the force goes through the ball's
-    centre. Hinges are free, so nothing else acts about the clamp. First order in the timestep."""
+    """Change of angular momentum about the clamp = impulse × lever; without friction the force goes
+    through the ball's centre. Hinges are free, so nothing else acts about the clamp. First order in
+    the timestep."""
     scene, errors = hit(n), []
     for h in (2e-3, 1e-3):
         motion = run_scene(scene, Clock(duration=1.5, sample_interval=h, timestep=h), engine)
@@ -130,7 +149,10 @@ def test_consistent_scheme_is_stable_at_the_largest_timestep(profile, contact):
     """Half the contact's time constant, the fastest of the paper's touches, the stiffest damping."""
     trial = Trial(feature=make_feature("box", 1.5), location=0.5, speed=0.6)
     scene = make_scene(make_preset(profile), trial, contact)
-    coarse, fine = (run_scene(scene, Clock(duration=60, timestep=h), "chain-consistent").angle for h in (0.1, 0.0125))
+    coarse, fine = (
+        run_scene(scene, Clock(duration=60, timestep=h), "chain-consistent").angle
+        for h in (0.1, 0.0125)
+    )
     assert np.abs(coarse - fine).max() < 0.15 * np.abs(fine).max()
 
 
@@ -152,15 +174,22 @@ def test_a_step_allocates_nothing(lanes, damped):
 def test_damping_only_takes_energy():
     antenna, rng = uniform(12, damping=1e-3), np.random.default_rng(7)
     scene = Scene(antenna=antenna, angle=rng.normal(0, 0.3, 12))
-    energy = compute_energy(antenna, run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain"))
+    energy = compute_energy(
+        antenna, run_scene(scene, Clock(duration=4, sample_interval=0.05, timestep=1e-4), "chain")
+    )
     assert np.all(np.diff(energy) < 1e-3 * energy[0])
     assert energy[-1] < 0.5 * energy[0]
 
 
 def test_turning_the_base_turns_nothing_else():
-    scene = Scene(antenna=make_preset("cockroach"), angle=np.random.default_rng(9).normal(0, 0.01, 140))
+    scene = Scene(
+        antenna=make_preset("cockroach"), angle=np.random.default_rng(9).normal(0, 0.01, 140)
+    )
     clock = Clock(duration=5, timestep=0.02)
-    level, turned = run_scene(scene, clock, "chain"), run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain")
+    level, turned = (
+        run_scene(scene, clock, "chain"),
+        run_scene(replace(scene, base=(0.0, 0.0, 1.234)), clock, "chain"),
+    )
     np.testing.assert_allclose(turned.angle, level.angle, atol=1e-13)
 
 
@@ -188,28 +217,38 @@ def test_frictionless_ball_pushes_through_its_centre(engine):
     pushed = np.flatnonzero(motion.force[:, 0] > 1e-7)
     assert pushed.size > 5
     for k in pushed:  # the force belongs to the state before the sample
-        (start, end), centre = scene.antenna.shape(motion.angle[k - 1]), find_centre(scene, 0.15, h * (k - 1))
+        (start, end), centre = (
+            scene.antenna.shape(motion.angle[k - 1]),
+            find_centre(scene, 0.15, h * (k - 1)),
+        )
         share = (centre - start) @ (end - start) / np.sum((end - start) ** 2)
         away = start + share * (end - start) - centre
         assert 0 < share < 1
-        turned = np.linalg.det([away, motion.force[k]]) / np.hypot(*away) / np.hypot(*motion.force[k])
+        turned = (
+            np.linalg.det([away, motion.force[k]]) / np.hypot(*away) / np.hypot(*motion.force[k])
+        )
         assert abs(turned) < 1e-12
 
 
 def test_resting_on_a_wall_is_statics():
-    """The last hinge's spring balances one force that acts on the last segment. Only the consistent scheme comes to
-    rest: at this damping MuJoCo's keeps chattering, on the chain and in MuJoCo alike."""
+    """The last hinge's spring balances one force that acts on the last segment. Only the consistent
+    scheme comes to rest: at this damping MuJoCo's keeps chattering, on the chain and in MuJoCo
+    alike."""
     antenna = uniform(8, stiffness=np.linspace(2e-2, 1e-2, 8), damping=0.05)
     forward = np.array([np.cos(0.2), -np.sin(0.2)])
     path = Path(velocity=(tuple(0.05 * forward), (0.0, 0.0)), end=(6.0,))
     wall = Object(feature=Wall(), place=(-0.1, 2.6), forward=tuple(forward), friction=0.01)
     scene = Scene(antenna=antenna, objects=(wall,), paths=(path,), contact=get_contact("hard"))
-    motion = run_scene(scene, Clock(duration=300, sample_interval=10, timestep=0.02), "chain-consistent")
+    motion = run_scene(
+        scene, Clock(duration=300, sample_interval=10, timestep=0.02), "chain-consistent"
+    )
     torque = -antenna.stiffness[-1] * motion.angle[-1, -1]
     force, points = motion.force[-1], antenna.shape(motion.angle[-1])
     assert np.hypot(*force) > 1e-5
     assert np.abs(motion.velocity[-1]).max() < 1e-6
-    lever = -torque / np.hypot(*force)  # the last hinge's torque over the force: where along the segment it acts
+    lever = -torque / np.hypot(
+        *force
+    )  # the last hinge's torque over the force: where along the segment it acts
     assert 0 < lever <= np.hypot(*(points[-1] - points[-2])) * 1.02 + 0.1 * 0.02
 
 
@@ -221,7 +260,9 @@ def test_softer_contact_sinks_deeper():
         ball = scene.objects[0]
         places = ball.place + clock.time[:, None] * ball.velocity
         gaps = [
-            compute_clearance(scene.antenna.shape(q), scene.antenna.radius, ball.feature, place, ball.forward)
+            compute_clearance(
+                scene.antenna.shape(q), scene.antenna.radius, ball.feature, place, ball.forward
+            )
             for q, place in zip(motion.angle, places, strict=True)
         ]
         deep.append(-min(gaps))
@@ -230,7 +271,11 @@ def test_softer_contact_sinks_deeper():
 
 @pytest.mark.parametrize("engine", CHAINS)
 def test_lanes_have_the_bits_of_single_runs(engine):
-    scenes = [touch(kind, 1.0, speed=speed) for kind in ("ball", "box", "triangle") for speed in (0.6, 0.3, 0.06)]
+    scenes = [
+        touch(kind, 1.0, speed=speed)
+        for kind in ("ball", "box", "triangle")
+        for speed in (0.6, 0.3, 0.06)
+    ]
     scenes += [touch(n=20), Scene(antenna=scenes[0].antenna, angle=np.full(30, 0.01)), scenes[0]]
     clock = Clock(duration=6, timestep=0.02)
     alone = [run_scene(scene, clock, engine) for scene in scenes]
@@ -239,7 +284,10 @@ def test_lanes_have_the_bits_of_single_runs(engine):
         together = simulate([scenes[i] for i in order], clock, engine=engine, workers=2)
         for i, found in zip(order, together, strict=True):
             for name in vars(found):
-                assert np.asarray(getattr(found, name)).tobytes() == np.asarray(getattr(alone[i], name)).tobytes(), name
+                assert (
+                    np.asarray(getattr(found, name)).tobytes()
+                    == np.asarray(getattr(alone[i], name)).tobytes()
+                ), name
 
 
 def test_a_diverging_trial_is_named_and_the_rest_survives():
@@ -270,7 +318,9 @@ def test_a_leg_ends_at_its_step(engine, ends):
     """Where an object stands after each step is the sum of its legs' velocities times their times."""
     rng, h = np.random.default_rng(1), 0.02
     velocity = rng.normal(0, 0.1, (len(ends) + 1, 2))
-    scene = replace(touch(size=0.3, n=2), paths=(Path(velocity=tuple(map(tuple, velocity)), end=ends),))
+    scene = replace(
+        touch(size=0.3, n=2), paths=(Path(velocity=tuple(map(tuple, velocity)), end=ends),)
+    )
     stepper, spent = get_engine(engine).make([scene], h), 0
     for step in (1, 3, 4, 19, 20, 21, 22, 50, 51, 70):
         advance(stepper, [spent], step - spent, Event())
@@ -292,7 +342,9 @@ def test_bad_input_says_what_to_do():
     scene, clock = touch(), Clock(duration=2, timestep=0.02)
     with pytest.raises(InvalidInput, match=r"at most 0\.1 ms"):
         run_scene(scene, Clock(duration=2, timestep=0.2), "chain")
-    with pytest.raises(InvalidInput, match="unknown engine 'fast'; valid: chain-consistent, chain, mujoco"):
+    with pytest.raises(
+        InvalidInput, match="unknown engine 'fast'; valid: chain-consistent, chain, mujoco"
+    ):
         run_scene(scene, clock, "fast")
     with pytest.raises(InvalidInput, match="workers must be a whole number ≥ 1"):
         simulate([scene], clock, engine="chain", workers=0)
@@ -311,8 +363,13 @@ def test_invweight_is_the_dense_inverse():
     antenna = uniform(9)
     s, half = antenna.hinge_position, antenna.segment_length / 2
     jacobian = np.maximum(s[:, None] + half[:, None] - s[None, :], 0.0) * np.tri(9)
-    dense = np.einsum("ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian) / 3
-    np.testing.assert_allclose(compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8)
+    dense = (
+        np.einsum("ij,jk,ik->i", jacobian, np.linalg.inv(compute_mass_matrix(antenna)), jacobian)
+        / 3
+    )
+    np.testing.assert_allclose(
+        compute_invweight(antenna.segment_length, antenna.segment_mass), dense, rtol=1e-8
+    )
 
 
 @pytest.mark.parametrize("damped", [False, True])

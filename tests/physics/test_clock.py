@@ -19,7 +19,9 @@ def test_durations_that_are_not_exact_in_binary_have_the_samples_they_say(tenths
     assert clock.time[-1] == pytest.approx(duration - interval)
 
 
-@pytest.mark.parametrize(("duration", "samples"), [(1.0, 1), (1.001, 2), (1.999, 2), (2.0, 2), (0.3, 1)])
+@pytest.mark.parametrize(
+    ("duration", "samples"), [(1.0, 1), (1.001, 2), (1.999, 2), (2.0, 2), (0.3, 1)]
+)
 def test_samples_lie_in_the_half_open_duration(duration, samples):
     clock = Clock(duration=duration, timestep=0.02)
     assert np.array_equal(clock.time, np.arange(samples))

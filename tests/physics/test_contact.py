@@ -1,4 +1,6 @@
-"""Smooth contact: its force begins at zero, so derivatives exist and the last bit stays the last bit."""
+"""Smooth contact: its force begins at zero, so derivatives exist and the last bit stays the last
+bit.
+"""
 
 import itertools
 from dataclasses import replace
@@ -26,7 +28,9 @@ def run(scenes: list[Scene], clock: Clock = CLOCK) -> list[np.ndarray]:
 
 
 def find_slopes(scene: Scene, steps: tuple[float, ...], clock: Clock = CLOCK) -> list[np.ndarray]:
-    """Central differences of the angles with respect to the logarithm of all stiffnesses, one per eps."""
+    """Central differences of the angles with respect to the logarithm of all stiffnesses, one per
+    eps.
+    """
     antenna = scene.antenna
     sides = [
         replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + sign * eps)))
@@ -45,7 +49,9 @@ class TestDerivative:
         check_slopes(find_slopes(scene, SMALL), share)
 
     def test_is_that_of_the_table_in_the_docs(self, kind, share):
-        """From 1e-2 on; larger steps reach across kinks, where a contact begins or slides, and at other places see more."""
+        """From 1e-2 on; larger steps reach across kinks, where a contact begins or slides, and at
+        other places see more.
+        """
         trial = Trial(feature=make_feature(kind, 1.5), location=0.7, speed=0.3)
         scene = make_scene(make_preset("cockroach"), trial, "smooth")
         check_slopes(find_slopes(scene, ALL, replace(CLOCK, duration=100)), share)
@@ -75,14 +81,18 @@ def test_the_last_bit_moves_none_of_the_ninety_touches():
     for scene in scenes:
         item = scene.objects[0]
         x, y = item.velocity
-        nudged.append(replace(scene, objects=(item.replace(velocity=(float(np.nextafter(x, 1.0)), y)),)))
+        nudged.append(
+            replace(scene, objects=(item.replace(velocity=(float(np.nextafter(x, 1.0)), y)),))
+        )
     clock = Clock(duration=380, timestep=0.02)
     for first, second in zip(simulate(scenes, clock), simulate(nudged, clock), strict=True):
         assert np.abs(first.angle - second.angle).max() < 1e-9
 
 
 def test_the_impedance_is_the_one_that_mujoco_documents():
-    """d(r) from d_min to d_max over the width, y(x) = a x^p below the midpoint and 1 − b (1 − x)^p above."""
+    """d(r) from d_min to d_max over the width, y(x) = a x^p below the midpoint and 1 − b (1 − x)^p
+    above.
+    """
     from feeler.physics.chain import fields as f
     from feeler.physics.chain.contact import compute_impedance
 
@@ -92,8 +102,14 @@ def test_the_impedance_is_the_one_that_mujoco_documents():
     obj[0, rows, 0] = low, high, width, middle, power
     for depth in np.linspace(0, 1.5 * width, 31):
         x = min(depth / width, 1.0)
-        y = x**power / middle ** (power - 1) if x <= middle else 1 - (1 - x) ** power / (1 - middle) ** (power - 1)
-        assert compute_impedance(-depth, obj, 0, 0) == pytest.approx(low + y * (high - low), rel=1e-12)
+        y = (
+            x**power / middle ** (power - 1)
+            if x <= middle
+            else 1 - (1 - x) ** power / (1 - middle) ** (power - 1)
+        )
+        assert compute_impedance(-depth, obj, 0, 0) == pytest.approx(
+            low + y * (high - low), rel=1e-12
+        )
 
 
 def test_contacts_have_names_and_smooth_is_the_default():

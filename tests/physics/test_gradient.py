@@ -1,4 +1,6 @@
-"""Gradients: the chain run backwards gives what converged central differences give, for every shape."""
+"""Gradients: the chain run backwards gives what converged central differences give, for every
+shape.
+"""
 
 from dataclasses import replace
 
@@ -31,7 +33,9 @@ def make(shape, **fields):
 def differ(scene, name, direction):
     own = getattr(ANTENNA, name)
     moved = [ANTENNA.replace(**{name: own * np.exp(s * STEP * direction)}) for s in (1, -1)]
-    up, down = expect_motions(simulate([replace(scene, antenna=a) for a in moved], CLOCK, workers=1))
+    up, down = expect_motions(
+        simulate([replace(scene, antenna=a) for a in moved], CLOCK, workers=1)
+    )
     return np.sum((up.angle - down.angle) * WEIGHTS[0]) / (2 * STEP)
 
 
@@ -54,11 +58,15 @@ def test_long_runs_are_kept_in_pieces_and_lanes_do_not_matter(monkeypatch):
     monkeypatch.setattr(gradient, "SEGMENT", 250)
     together = pull_back(scenes, CLOCK, np.repeat(WEIGHTS, 3, axis=0))
     for field in FIELDS:
-        assert together[field][1] == pytest.approx(alone[field][0], rel=1e-7, abs=1e-9 * np.abs(alone[field]).max())
+        assert together[field][1] == pytest.approx(
+            alone[field][0], rel=1e-7, abs=1e-9 * np.abs(alone[field]).max()
+        )
 
 
 def test_what_does_not_touch_its_sensors_has_no_slope():
-    assert not any(values.any() for values in pull_back([make(SHAPES["ball"][0])], CLOCK, 0 * WEIGHTS).values())
+    assert not any(
+        values.any() for values in pull_back([make(SHAPES["ball"][0])], CLOCK, 0 * WEIGHTS).values()
+    )
 
 
 @pytest.mark.parametrize(

@@ -24,9 +24,17 @@ def make(engine: str, scenes: list[Scene]) -> Stepper:
 def many() -> list[Scene]:
     """Eight scenes that differ in shape, speed, base and number of objects."""
     moving = BaseMotion(velocity=(0.05, 0.02), turn=0.001)
-    plain = [touch(kind, contact="smooth", speed=speed) for kind in ("ball", "box", "triangle") for speed in (0.6, 0.3)]
+    plain = [
+        touch(kind, contact="smooth", speed=speed)
+        for kind in ("ball", "box", "triangle")
+        for speed in (0.6, 0.3)
+    ]
     far = Object(feature=Ball(radius=0.5), place=(2.0, 8.0), velocity=(-0.2, 0.0), turn=0.01)
-    return [*plain, replace(plain[0], base_motion=moving), replace(plain[3], objects=(*plain[3].objects, far))]
+    return [
+        *plain,
+        replace(plain[0], base_motion=moving),
+        replace(plain[3], objects=(*plain[3].objects, far)),
+    ]
 
 
 def freeze(stepper: Stepper, lane: int) -> dict[str, bytes]:
@@ -114,14 +122,20 @@ def test_contacts_add_up_and_lie_on_their_segments(engine):
             np.testing.assert_allclose(state.force[lane, : len(total)], total, atol=1e-15)
             np.testing.assert_allclose(np.hypot(*found.normal.T), 1.0, atol=1e-12)
             assert np.all(found.distance < 0)
-            first, last = antenna.hinge_position / antenna.length, np.cumsum(antenna.segment_length) / antenna.length
+            first, last = (
+                antenna.hinge_position / antenna.length,
+                np.cumsum(antenna.segment_length) / antenna.length,
+            )
             assert np.all(
-                (found.place >= first[found.segment - 1] - 1e-12) & (found.place <= last[found.segment - 1] + 1e-12)
+                (found.place >= first[found.segment - 1] - 1e-12)
+                & (found.place <= last[found.segment - 1] + 1e-12)
             )
             points = antenna.shape(before.angle[lane])
             near = (
                 points[found.segment - 1]
-                + (found.place * antenna.length - antenna.hinge_position[found.segment - 1])[:, None]
+                + (found.place * antenna.length - antenna.hinge_position[found.segment - 1])[
+                    :, None
+                ]
                 * np.diff(points, axis=0)[found.segment - 1]
                 / antenna.segment_length[found.segment - 1, None]
             )
@@ -129,4 +143,6 @@ def test_contacts_add_up_and_lie_on_their_segments(engine):
             assert np.all(reach <= antenna.radius[found.segment - 1] + 1e-12)
             push = (found.force * found.normal).sum(axis=1)
             assert np.all(push >= -1e-15)
-            assert state.contact_place[lane] == pytest.approx(push @ found.place / push.sum(), rel=1e-9)
+            assert state.contact_place[lane] == pytest.approx(
+                push @ found.place / push.sum(), rel=1e-9
+            )

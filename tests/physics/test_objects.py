@@ -28,7 +28,11 @@ def surround(scene: Scene, shape: str, **fields: object) -> Scene:
     forward, end = np.array([-0.8, -0.6]), scene.antenna.shape()[-4]
     place, velocity = end - 0.6 * forward, 0.2 * forward
     other = Object(
-        feature=SHAPES[shape], place=tuple(place), forward=tuple(forward), velocity=tuple(velocity), **fields
+        feature=SHAPES[shape],
+        place=tuple(place),
+        forward=tuple(forward),
+        velocity=tuple(velocity),
+        **fields,
     )
     return replace(scene, objects=(*scene.objects, other))
 
@@ -48,7 +52,9 @@ def check(scene: Scene, limit: float = 1e-9) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.7])
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_two_objects_at_once_are_mujoco(shape, friction, contact):
-    """Squeezed between the two, the antenna grows the 1e-9 mm to which MuJoCo searches for the distance to a mesh."""
+    """Squeezed between the two, the antenna grows the 1e-9 mm to which MuJoCo searches for the
+    distance to a mesh.
+    """
     scene = surround(touch(n=12, size=0.5, contact=contact, friction=0.4), shape, friction=friction)
     check(scene, 1e-6 if shape == "rounded triangle" else 1e-9)
 
@@ -69,33 +75,46 @@ def test_touch_under_gravity_is_mujoco(gravity):
 def test_a_far_object_changes_nothing(engine):
     scene, clock = touch(n=12, contact="smooth"), Clock(duration=8, timestep=0.02)
     far = Object(feature=SHAPES["box"], place=(50.0, 0.0), velocity=(0.1, 0.0), turn=0.01)
-    alone, both = (run_scene(s, clock, engine) for s in (scene, replace(scene, objects=(*scene.objects, far))))
+    alone, both = (
+        run_scene(s, clock, engine) for s in (scene, replace(scene, objects=(*scene.objects, far)))
+    )
     np.testing.assert_allclose(both.angle, alone.angle, atol=1e-12)
     np.testing.assert_allclose(both.force, alone.force, atol=1e-12)
 
 
 @pytest.mark.parametrize("engine", CHAINS)
 def test_the_order_of_objects_changes_nothing(engine):
-    scene, clock = surround(touch(n=12, size=0.5, contact="smooth"), "box"), Clock(duration=12, timestep=0.02)
-    found = [run_scene(s, clock, engine) for s in (scene, replace(scene, objects=scene.objects[::-1]))]
+    scene, clock = (
+        surround(touch(n=12, size=0.5, contact="smooth"), "box"),
+        Clock(duration=12, timestep=0.02),
+    )
+    found = [
+        run_scene(s, clock, engine) for s in (scene, replace(scene, objects=scene.objects[::-1]))
+    ]
     np.testing.assert_allclose(found[1].angle, found[0].angle, atol=1e-10)
     np.testing.assert_allclose(found[1].force, found[0].force, atol=1e-10)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_turning_a_ball_about_its_centre_without_friction_does_nothing(engine):
-    """A ball's frame has its origin on the surface: what turns about it here is a ball set back by its radius."""
+    """A ball's frame has its origin on the surface: what turns about it here is a ball set back by
+    its radius.
+    """
     scene, clock = touch(n=12, friction=0.0, contact="smooth"), Clock(duration=8, timestep=0.02)
     turning = scene.objects[0].replace(turn=1e-9)
-    still, turned = (run_scene(s, clock, engine) for s in (scene, replace(scene, objects=(turning,))))
+    still, turned = (
+        run_scene(s, clock, engine) for s in (scene, replace(scene, objects=(turning,)))
+    )
     np.testing.assert_allclose(turned.angle, still.angle, atol=1e-6)
 
 
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_objects_spend_at_least_what_the_antenna_holds_and_loses(engine):
-    """Work of an object = kinetic + elastic energy + ∫ Σ c ω² dt + what contact dissipates, which is never negative.
+    """Work of an object = kinetic + elastic energy + ∫ Σ c ω² dt + what contact dissipates, which
+    is never negative.
 
-    MuJoCo's scheme solves contact without the damping that comes after it: at 0.002 ms that still gives 1 % too much.
+    MuJoCo's scheme solves contact without the damping that comes after it: at 0.002 ms that still
+    gives 1 % too much.
     """
     scene = touch(n=8, size=0.5, friction=0.0, contact="smooth")
     h = 0.002 if engine == "chain-consistent" else 0.0005

@@ -1,7 +1,8 @@
-"""The chain engine against MuJoCo at the same timestep: the same discrete equations, so the same angles.
+"""The chain engine against MuJoCo at the same timestep: the same discrete equations, so the same
+angles.
 
-The scenes are free of ties (a face exactly along a straight chain, a gap of a whole number of steps), because a tie
-is decided by the last bit of either engine and means nothing.
+The scenes are free of ties (a face exactly along a straight chain, a gap of a whole number of
+steps), because a tie is decided by the last bit of either engine and means nothing.
 """
 
 from dataclasses import replace
@@ -27,7 +28,8 @@ from .scenes import HOOK, make_stub, touch
 
 PROFILES = ("exponential", "linear", "constant")
 MESHES = ("triangle", "outline")
-# MuJoCo stores the corners of a mesh in single precision, which turns a slanted triangle by up to 1e-7 rad
+# MuJoCo stores the corners of a mesh in single precision, which turns a slanted triangle by up to
+# 1e-7 rad
 MESH = 2e-8
 
 
@@ -62,19 +64,25 @@ def test_first_touch_of_a_whole_antenna_is_mujoco(kind, profile):
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("speed", [0.6, 0.3, 0.06])
-@pytest.mark.parametrize("kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"])
+@pytest.mark.parametrize(
+    "kind", ["ball", "box", "triangle", "outline", "turned box", "turned triangle"]
+)
 def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
-    """1e-6 rad, or, where the scene is chaotic, no more than five times what starts within 1e-9 mm spread on the chain.
+    """1e-6 rad, or, where the scene is chaotic, no more than five times what starts within 1e-9 mm
+    spread on the chain.
 
-    Five times, because that error enters once at the start, while MuJoCo's search for the distance to a mesh leaves one of
-    this size at every step. Chaotic is for example the constant profile at 0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both
-    engines have the same corners here; with exact ones (the next test) the single precision of MuJoCo's is what a
-    chaotic scene shows.
+    Five times, because that error enters once at the start, while MuJoCo's search for the distance
+    to a mesh leaves one of this size at every step. Chaotic is for example the constant profile at
+    0.6 m/s: 1e-9 mm become 1e-4 rad in 100 ms. Both engines have the same corners here; with exact
+    ones (the next test) the single precision of MuJoCo's is what a chaotic scene shows.
     """
     feature = HOOK if kind == "outline" else make_feature(kind.split()[-1], 1.5)
     approach = 63.7 if "turned" in kind else 90.0
     trial = Trial(feature=feature, location=0.7123, speed=speed, lead=1.2345, approach=approach)
-    scene, clock = make_scene(make_preset(profile), trial, "hard"), Clock(duration=101, timestep=0.02)
+    scene, clock = (
+        make_scene(make_preset(profile), trial, "hard"),
+        Clock(duration=101, timestep=0.02),
+    )
     found = difference(scene, clock)
     assert found[:12].max() < 1e-9
     own = spread(scene, clock)
@@ -82,9 +90,14 @@ def test_hundred_milliseconds_of_touch_are_mujoco(kind, speed, profile):
 
 
 def spread(scene: Scene, clock: Clock) -> float:
-    """Largest difference [rad] that a start up to 1e-9 mm earlier or later makes; one start alone may happen to fall near."""
+    """Largest difference [rad] that a start up to 1e-9 mm earlier or later makes; one start alone
+    may happen to fall near.
+    """
     angle, item = run_scene(scene, clock, "chain").angle, scene.objects[0]
-    starts = [np.asarray(item.place) + shift * np.asarray(item.forward) for shift in (-1e-9, -5e-10, 5e-10, 1e-9)]
+    starts = [
+        np.asarray(item.place) + shift * np.asarray(item.forward)
+        for shift in (-1e-9, -5e-10, 5e-10, 1e-9)
+    ]
     scenes = [replace(scene, objects=(item.replace(place=tuple(start)),)) for start in starts]
     return max(np.abs(run_scene(moved, clock, "chain").angle - angle).max() for moved in scenes)
 
@@ -108,7 +121,9 @@ def test_touch_of_a_stub_is_mujoco(kind, approach, contact):
 
 
 @pytest.mark.parametrize("rounding", [0.0, 0.2])
-@pytest.mark.parametrize(("location", "approach"), [(0.35, 75.0), (0.85, 75.0), (0.6123, 20.0), (0.6123, 160.0)])
+@pytest.mark.parametrize(
+    ("location", "approach"), [(0.35, 75.0), (0.85, 75.0), (0.6123, 20.0), (0.6123, 160.0)]
+)
 @pytest.mark.parametrize(("half_width", "half_height"), [(2.0, 0.3), (0.3, 2.0)])
 def test_flat_and_tall_boxes_are_mujoco(half_width, half_height, location, approach, rounding):
     """A box's two sizes and its corners far from its centre."""
@@ -121,7 +136,9 @@ def test_flat_and_tall_boxes_are_mujoco(half_width, half_height, location, appro
 @pytest.mark.parametrize("shape", [Box, Triangle])
 @pytest.mark.parametrize("approach", [90.0, 57.3, 121.9])
 def test_rounded_shapes_are_mujoco(shape, approach, friction):
-    scene = touch(shape(half_width=0.6, half_height=0.4, rounding=0.25), approach=approach, friction=friction)
+    scene = touch(
+        shape(half_width=0.6, half_height=0.4, rounding=0.25), approach=approach, friction=friction
+    )
     assert difference(scene, Clock(duration=12, sample_interval=0.1, timestep=0.02)).max() < 1e-9
 
 
@@ -168,7 +185,14 @@ def draw_antenna(n: int, rng: np.random.Generator):
     )
 
 
-def throw(points: np.ndarray, kind: str, speed: float, rng: np.random.Generator, drift=(0.0, 0.0), **fields) -> Object:
+def throw(
+    points: np.ndarray,
+    kind: str,
+    speed: float,
+    rng: np.random.Generator,
+    drift=(0.0, 0.0),
+    **fields,
+) -> Object:
     """An object thrown from a random direction at a random hinge, which drifts."""
     size = rng.uniform(0.4, 1.5)
     if kind.startswith("rounded"):
@@ -182,16 +206,23 @@ def throw(points: np.ndarray, kind: str, speed: float, rng: np.random.Generator,
     place = target - rng.uniform(5.0, 8.0) * forward * speed - 0.25 * forward
     velocity = tuple(speed * forward + drift)
     fields = {"friction": rng.uniform(0.05, 1.2)} | fields
-    return Object(feature=feature, place=tuple(place), forward=tuple(forward), velocity=velocity, **fields)
+    return Object(
+        feature=feature, place=tuple(place), forward=tuple(forward), velocity=velocity, **fields
+    )
 
 
 @st.composite
 def scenes(draw):
-    """Stubs of random size, posture and motion, and an object thrown at them from a random direction."""
+    """Stubs of random size, posture and motion, and an object thrown at them from a random
+    direction.
+    """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     antenna = draw_antenna(n, rng)
-    kind, speed = draw(st.sampled_from(["ball", "box", "triangle", "outline"])), draw(st.sampled_from([0.06, 0.3, 0.6]))
+    kind, speed = (
+        draw(st.sampled_from(["ball", "box", "triangle", "outline"])),
+        draw(st.sampled_from([0.06, 0.3, 0.6])),
+    )
     return Scene(
         antenna=antenna,
         objects=(throw(antenna.shape(), kind, speed, rng),),
@@ -205,15 +236,27 @@ def scenes(draw):
 
 @st.composite
 def moving_scenes(draw):
-    """A base that moves and turns, and two objects that are thrown at where the antenna will be, one of them spinning."""
+    """A base that moves and turns, and two objects that are thrown at where the antenna will be,
+    one of them spinning.
+    """
     n = draw(st.integers(2, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     antenna, base = draw_antenna(n, rng), (*rng.uniform(-5, 5, 2), rng.uniform(-1, 1))
     drift = rng.uniform(-0.1, 0.1, 2)
     points = antenna.shape(base_angle=base[2]) + base[:2]
-    kinds = draw(st.tuples(*[st.sampled_from(["ball", "box", "triangle", "rounded box", "rounded triangle"])] * 2))
+    kinds = draw(
+        st.tuples(
+            *[st.sampled_from(["ball", "box", "triangle", "rounded box", "rounded triangle"])] * 2
+        )
+    )
     speed = draw(st.sampled_from([0.1, 0.3, 0.6]))
-    turns, frictions = (0.0, rng.uniform(-0.02, 0.02)), (rng.uniform(0.05, 1.2), draw(st.sampled_from([0.0, 0.5])))
+    turns, frictions = (
+        (0.0, rng.uniform(-0.02, 0.02)),
+        (
+            rng.uniform(0.05, 1.2),
+            draw(st.sampled_from([0.0, 0.5])),
+        ),
+    )
     return Scene(
         antenna=antenna,
         objects=tuple(
@@ -230,10 +273,14 @@ def moving_scenes(draw):
     )
 
 
-def step_alike(scene: Scene, timestep: float, n_steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angular velocities (step, segment) after each of MuJoCo's steps, the chain's after the same step from MuJoCo's
-    own state, and what touched in each step (step,): 0 nothing, 1 no mesh, 2 a mesh, 3 a mesh in a way that the two
-    see differently: along whose face a segment lies, or into which it has sunk more than 0.02 mm."""
+def step_alike(
+    scene: Scene, timestep: float, n_steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Angular velocities (step, segment) after each of MuJoCo's steps, the chain's after the same
+    step from MuJoCo's own state, and what touched in each step (step,): 0 nothing, 1 no mesh, 2 a
+    mesh, 3 a mesh in a way that the two see differently: along whose face a segment lies, or into
+    which it has sunk more than 0.02 mm.
+    """
     theirs, ours = mujoco.MujocoStepper([scene], timestep), make_like_mujoco([scene], timestep)
     n = scene.antenna.n_segments
     found, touched = np.empty((2, n_steps, n)), np.zeros(n_steps, dtype=int)
@@ -246,7 +293,9 @@ def step_alike(scene: Scene, timestep: float, n_steps: int) -> tuple[np.ndarray,
         after = theirs.read()
         found[:, k] = after.velocity[0], ours.read().velocity[0]
         contacts, heading = theirs.read_contacts(0), state.base[0, 2] + np.cumsum(state.angle[0])
-        for o, segment, distance in zip(contacts.object, contacts.segment, contacts.distance, strict=True):
+        for o, segment, distance in zip(
+            contacts.object, contacts.segment, contacts.distance, strict=True
+        ):
             feature, mesh = scene.objects[o].feature, scene.objects[o].feature.kind in MESHES
             odd = mesh and (
                 distance < -0.02 - feature.rounding
@@ -257,7 +306,9 @@ def step_alike(scene: Scene, timestep: float, n_steps: int) -> tuple[np.ndarray,
 
 
 def lies_along_a_face(parts: tuple[np.ndarray, ...], forward: np.ndarray, heading: float) -> bool:
-    """Whether a segment of this heading is within 0.02 rad of parallel to a face of a mesh: a tie between its ends."""
+    """Whether a segment of this heading is within 0.02 rad of parallel to a face of a mesh: a tie
+    between its ends.
+    """
     x, y = forward
     for part in parts:
         edges = (np.roll(part, -1, axis=0) - part) @ np.array([[x, y], [-y, x]])
@@ -281,8 +332,8 @@ def check_steps(scene: Scene, timestep: float, n_steps: int) -> np.ndarray:
 def test_every_step_of_a_random_scene_is_mujoco(n_scenes):
     """Each step from MuJoCo's own state, so that chaos can neither hide nor make a difference.
 
-    MuJoCo finds the distance to a mesh by iteration; an error of 1e-9 mm there is one of 1e-6 in the contact force,
-    because its impedance rises within 1e-3 mm.
+    MuJoCo finds the distance to a mesh by iteration; an error of 1e-9 mm there is one of 1e-6 in
+    the contact force, because its impedance rises within 1e-3 mm.
     """
 
     @settings(max_examples=n_scenes, deadline=None, derandomize=True)
@@ -309,7 +360,13 @@ def test_the_reference_engine_is_bare_mj_step(kind):
     scene, h = touch(kind, n=12, approach=77.7), 0.02
     model = mujoco.compile_model(scene, h)
     data, n = engine.MjData(model), scene.antenna.n_segments
-    data.qpos[:n], data.qvel[n:] = scene.initial_angle, [*scene.objects[0].velocity, scene.objects[0].turn]
+    data.qpos[:n], data.qvel[n:] = (
+        scene.initial_angle,
+        [
+            *scene.objects[0].velocity,
+            scene.objects[0].turn,
+        ],
+    )
     motion = run_scene(scene, Clock(duration=10, sample_interval=h, timestep=h), "mujoco")
     assert np.abs(motion.angle).max() > 1e-3
     for angle in motion.angle:
@@ -318,7 +375,9 @@ def test_the_reference_engine_is_bare_mj_step(kind):
 
 
 def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
-    """MuJoCo made to solve contact with M + hC: armature h·c, damping explicit, contact softness left as it was."""
+    """MuJoCo made to solve contact with M + hC: armature h·c, damping explicit, contact softness
+    left as it was.
+    """
     model = mujoco.compile_model(scene, clock.timestep)
     n = scene.antenna.n_segments
     model.dof_armature[:n] = clock.timestep * scene.antenna.damping
@@ -341,6 +400,9 @@ def run_mujoco_consistently(scene: Scene, clock: Clock) -> np.ndarray:
 def test_consistent_scheme_is_mujoco_with_damping_as_armature(kind, profile):
     trial = Trial(feature=make_feature(kind, 1.5), location=0.7123, speed=0.6, lead=1.2345)
     scene, clock = make_scene(make_preset(profile), trial, "hard"), Clock(duration=6, timestep=0.02)
-    ours, theirs = run_scene(scene, clock, "chain-consistent").angle, run_mujoco_consistently(scene, clock)
+    ours, theirs = (
+        run_scene(scene, clock, "chain-consistent").angle,
+        run_mujoco_consistently(scene, clock),
+    )
     assert np.abs(theirs).max() > 1e-3
     assert np.abs(ours - theirs).max() < 1e-9

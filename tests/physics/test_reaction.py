@@ -20,7 +20,12 @@ from .scenes import DYNAMIC, touch
 def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
     """From the accelerations that it had, with contacts, gravity and a base that moves and turns."""
     motion = BaseMotion(velocity=(0.05, -0.02), turn=0.002)
-    scene = replace(touch(n=20, contact=contact), base=(1e-3, 0.0, 0.0), base_motion=motion, gravity=(1e-3, -9.81e-3))
+    scene = replace(
+        touch(n=20, contact=contact),
+        base=(1e-3, 0.0, 0.0),
+        base_motion=motion,
+        gravity=(1e-3, -9.81e-3),
+    )
     h, touched = 0.02, 0
     stepper = ChainStepper([scene], h, damped)
     last = np.array(scene.base_velocity)
@@ -35,7 +40,9 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
             np.array([before.base[0], then, (last - then) / h]), np.asarray(scene.gravity),
             contacts.point, contacts.force,
         )  # fmt: skip
-        np.testing.assert_allclose(after.base_force[0], force, rtol=1e-6, atol=1e-6 * np.hypot(*force))
+        np.testing.assert_allclose(
+            after.base_force[0], force, rtol=1e-6, atol=1e-6 * np.hypot(*force)
+        )
         assert after.base_moment[0] == pytest.approx(moment, rel=1e-6, abs=1e-12)
     assert touched > 100
 
@@ -44,7 +51,9 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
 def test_at_rest_forces_cancel_and_the_base_holds_the_first_spring(engine):
     scene = touch(n=8, size=0.5, contact="smooth", friction=0.5, speed=0.05)
     velocity = scene.objects[0].velocity
-    scene = replace(scene, paths=(Path(velocity=(velocity, (0.0, 0.0)), end=(6.0,)),), gravity=(0.0, -9.81e-3))
+    scene = replace(
+        scene, paths=(Path(velocity=(velocity, (0.0, 0.0)), end=(6.0,)),), gravity=(0.0, -9.81e-3)
+    )
     found = run_scene(scene, Clock(duration=400, sample_interval=50, timestep=0.05), engine)
     antenna = scene.antenna
     assert np.abs(found.velocity[-1]).max() < 1e-7

@@ -1,4 +1,6 @@
-"""Laws of the rod engines, through the same call as every engine: closed forms, statics, symmetry, energy, refusals."""
+"""Laws of the rod engines, through the same call as every engine: closed forms, statics, symmetry,
+energy, refusals.
+"""
 
 import numpy as np
 import pytest
@@ -15,8 +17,16 @@ from feeler.physics.statics import solve_static
 from feeler.stimulus import Ball, BaseMotion, Box, Object, Outline, Triangle, Wall
 
 ENGINES = ("rod", "rod-inertia")
-STAR = Outline(vertices=[(0, 0), (-0.6, 0.4), (-1.5, 1.5), (-1.2, 0.0), (-1.5, -1.5), (-0.6, -0.4)], rounding=0.2)
-SHAPES = [Ball(radius=0.8), Box(half_width=0.8, half_height=0.5, rounding=0.3), Triangle(half_width=1.0), STAR]
+STAR = Outline(
+    vertices=[(0, 0), (-0.6, 0.4), (-1.5, 1.5), (-1.2, 0.0), (-1.5, -1.5), (-0.6, -0.4)],
+    rounding=0.2,
+)
+SHAPES = [
+    Ball(radius=0.8),
+    Box(half_width=0.8, half_height=0.5, rounding=0.3),
+    Triangle(half_width=1.0),
+    STAR,
+]
 
 
 def uniform(n: int = 24, length: float = 0.4, **fields: object) -> Antenna:
@@ -89,7 +99,9 @@ def test_pushed_and_left_alone_it_stands_as_statics_says(feature):
     points = antenna.shape(state.angle[0])
     lever = [points[contacts.segment] - hinge for hinge in points[:-1]]
     torque = [
-        np.sum((r[:, 1] * contacts.force[:, 0] - r[:, 0] * contacts.force[:, 1])[contacts.segment > i])
+        np.sum(
+            (r[:, 1] * contacts.force[:, 0] - r[:, 0] * contacts.force[:, 1])[contacts.segment > i]
+        )
         for i, r in enumerate(lever)
     ]
     np.testing.assert_allclose(antenna.stiffness * state.angle[0], torque, atol=3e-8)
@@ -128,14 +140,22 @@ def _measure(point: np.ndarray, part: np.ndarray) -> float:
     """Distance of a point from a convex part's boundary."""
     start, along = part, np.roll(part, -1, axis=0) - part
     share = ((point - start) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-30)
-    return float(np.min(np.linalg.norm(point - start - np.clip(share, 0, 1)[:, None] * along, axis=1)))
+    return float(
+        np.min(np.linalg.norm(point - start - np.clip(share, 0, 1)[:, None] * along, axis=1))
+    )
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_right_is_the_mirror_image_of_left(engine):
     found = []
     for sign in (1.0, -1.0):
-        item = push(STAR, place=(-0.3 * sign, 7.4), velocity=(0.2 * sign, 0.0), forward=(sign, 0.0), friction=0.5)
+        item = push(
+            STAR,
+            place=(-0.3 * sign, 7.4),
+            velocity=(0.2 * sign, 0.0),
+            forward=(sign, 0.0),
+            friction=0.5,
+        )
         simulation = Simulation(uniform(), item, engine=engine, timestep=0.5)
         simulation.step(10.0)
         found.append(np.append(simulation.angle, simulation.base_moment) * sign)
@@ -161,14 +181,18 @@ def test_a_base_that_moves_is_an_object_that_moves_the_other_way(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_sliding_wall_drags_with_the_friction_it_has(engine):
-    """The wall comes nearer, then slides towards the base: of the force on the tip, the share along the wall is friction."""
+    """The wall comes nearer, then slides towards the base: of the force on the tip, the share along
+    the wall is friction.
+    """
     wall = Object(feature=Wall(), place=(-0.3, 0.0), velocity=(0.2, 0.0), friction=0.3)
-    simulation = Simulation(uniform(), wall, engine=engine, timestep=0.5, base=BaseMotion(turn=-0.01))
+    simulation = Simulation(
+        uniform(), wall, engine=engine, timestep=0.5, base=BaseMotion(turn=-0.01)
+    )
     simulation.step(10.0)
     simulation.move_base()
     simulation.move_object(0, velocity=(0.0, 0.5))
     simulation.step(30.0)
-    (normal, along) = simulation.force[0]
+    normal, along = simulation.force[0]
     assert normal > 0 and along / normal == pytest.approx(0.3, rel=0.02)
 
 
@@ -180,7 +204,11 @@ def test_work_is_stored_or_lost_in_the_hinges(mover):
     item = item.replace(turn=0.1 if mover == "turning object" else 0.0)
     base = {"base": (-0.2, 0.0, 0.0), "turning base": (0.0, 0.0, -0.02)}.get(mover, (0.0, 0.0, 0.0))
     simulation = Simulation(
-        antenna, item, engine="rod", timestep=h, base=BaseMotion(velocity=base[:2], turn=base[2]) if any(base) else None
+        antenna,
+        item,
+        engine="rod",
+        timestep=h,
+        base=BaseMotion(velocity=base[:2], turn=base[2]) if any(base) else None,
     )
     lost = 0.0
     for _ in range(120):
@@ -192,7 +220,10 @@ def test_work_is_stored_or_lost_in_the_hinges(mover):
 
 
 def test_pieces_are_the_bits_of_one_run_and_a_snapshot_goes_back_to_them():
-    whole, pieces = (Simulation(uniform(), push(friction=0.3), engine="rod-inertia", timestep=0.5) for _ in range(2))
+    whole, pieces = (
+        Simulation(uniform(), push(friction=0.3), engine="rod-inertia", timestep=0.5)
+        for _ in range(2)
+    )
     whole.step(12.0)
     pieces.step(6.0)
     moment = pieces.snapshot()
@@ -200,7 +231,9 @@ def test_pieces_are_the_bits_of_one_run_and_a_snapshot_goes_back_to_them():
         for _ in range(4):
             pieces.step(1.5)
         assert pieces.angle.tobytes() == whole.angle.tobytes()
-        assert pieces.force.tobytes() == whole.force.tobytes() and pieces.work.base == whole.work.base
+        assert (
+            pieces.force.tobytes() == whole.force.tobytes() and pieces.work.base == whole.work.base
+        )
         pieces.move_object(0, velocity=(1.0, 0.0))
         pieces.step(1.0)
         pieces.restore(moment)
@@ -210,7 +243,9 @@ def test_pieces_are_the_bits_of_one_run_and_a_snapshot_goes_back_to_them():
 def test_a_recorded_path_ends_in_its_place_and_a_run_keeps_every_sample(engine):
     time = np.linspace(0.0, 20.0, 21)
     pose = np.stack([0.3 * np.sin(time / 4), 0.0 * time, 0.1 * np.cos(time / 4) - 0.1], axis=1)
-    scene = Scene(antenna=uniform(), objects=(push(),), base_motion=BaseMotion(time=time, pose=pose))
+    scene = Scene(
+        antenna=uniform(), objects=(push(),), base_motion=BaseMotion(time=time, pose=pose)
+    )
     motion = run_scene(scene, Clock(duration=20.0, timestep=0.5), engine)
     np.testing.assert_allclose(motion.base, pose[:20], atol=1e-12)
     assert np.isfinite(motion.angle).all() and np.isfinite(motion.contact_place).any()
@@ -220,12 +255,25 @@ def test_a_recorded_path_ends_in_its_place_and_a_run_keeps_every_sample(engine):
     ("make", "message"),
     [
         (
-            lambda: Simulation(uniform(8, 1.2), push(Box(half_width=1, half_height=1)), engine="rod"),
+            lambda: Simulation(
+                uniform(8, 1.2), push(Box(half_width=1, half_height=1)), engine="rod"
+            ),
             "rounding ≥ 0.595 mm",
         ),
-        (lambda: Simulation(uniform(2, stiffness=[0.0, 1.0], damping=0.0), engine="rod"), "stiffness or damping > 0"),
-        (lambda: Simulation(uniform(), push(velocity=(9.0, 0.0)), engine="rod").move_base((9.0, 0.0)), "can follow"),
-        (lambda: get_engine("rod").make([Scene(antenna=uniform())] * 2, 1.0), "one scene at a time"),
+        (
+            lambda: Simulation(uniform(2, stiffness=[0.0, 1.0], damping=0.0), engine="rod"),
+            "stiffness or damping > 0",
+        ),
+        (
+            lambda: Simulation(uniform(), push(velocity=(9.0, 0.0)), engine="rod").move_base(
+                (9.0, 0.0)
+            ),
+            "can follow",
+        ),
+        (
+            lambda: get_engine("rod").make([Scene(antenna=uniform())] * 2, 1.0),
+            "one scene at a time",
+        ),
     ],
 )
 def test_what_it_cannot_do_is_named(make, message):

@@ -1,4 +1,6 @@
-"""The simulation in the hand: it is the touch, it obeys, it goes back, and it refuses what cannot be."""
+"""The simulation in the hand: it is the touch, it obeys, it goes back, and it refuses what cannot
+be.
+"""
 
 from threading import Timer, active_count
 
@@ -14,13 +16,20 @@ from .scenes import make_stub, shake
 
 
 def make_ball(**fields: object) -> feeler.Object:
-    return feeler.Object(feature=feeler.Ball(radius=1.0), **({"place": (-1.5, 5.0), "velocity": (0.3, 0.0)} | fields))
+    return feeler.Object(
+        feature=feeler.Ball(radius=1.0), **({"place": (-1.5, 5.0), "velocity": (0.3, 0.0)} | fields)
+    )
 
 
 @pytest.mark.parametrize("engine", ["chain-consistent", "mujoco"])
 def test_stepping_is_the_touch_to_the_last_bit(engine):
-    antenna, trial = make_stub(20), feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0)
-    touched = feeler.touch(antenna, trial, duration=8, all_hinges=True, engine=engine, save=("velocity", "base_moment"))
+    antenna, trial = (
+        make_stub(20),
+        feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0),
+    )
+    touched = feeler.touch(
+        antenna, trial, duration=8, all_hinges=True, engine=engine, save=("velocity", "base_moment")
+    )
     simulation = feeler.Simulation(antenna, trial, engine=engine)
     assert abs(touched["angle"].values).max() > 1e-3
     for k in range(1, 8):
@@ -62,7 +71,10 @@ def test_a_base_goes_where_it_is_told_and_the_antenna_comes_along(engine):
 
 
 def test_the_contacts_say_where_and_how_hard():
-    antenna, trial = make_stub(30), feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0)
+    antenna, trial = (
+        make_stub(30),
+        feeler.Trial(feature=feeler.Ball(radius=1.0), location=0.6, speed=0.3, lead=1.0),
+    )
     simulation = feeler.Simulation(antenna, trial)
     simulation.step(3.0)
     contacts = simulation.contacts
@@ -84,7 +96,14 @@ def test_a_snapshot_brings_everything_back(engine):
         simulation.move_object(0, velocity=(0.1, 0.0))
         simulation.step(2.0)
         simulation.step(1.0)
-        futures.append((simulation.time, simulation.angle.tobytes(), simulation.base.tobytes(), simulation.work.total))
+        futures.append(
+            (
+                simulation.time,
+                simulation.angle.tobytes(),
+                simulation.base.tobytes(),
+                simulation.work.total,
+            )
+        )
         simulation.restore(snapshot)
     assert futures[0] == futures[1]
     assert simulation.time == pytest.approx(3.0)
@@ -92,7 +111,10 @@ def test_a_snapshot_brings_everything_back(engine):
 
 def test_lanes_are_steered_and_reset_by_themselves():
     scenes = [build_scene(make_stub(), make_ball(place=(-1.4 - 0.05 * k, 3.0))) for k in range(11)]
-    lanes, alone = feeler.Simulations(scenes), feeler.Simulation(make_stub(), make_ball(place=(-1.4, 3.0)))
+    lanes, alone = (
+        feeler.Simulations(scenes),
+        feeler.Simulation(make_stub(), make_ball(place=(-1.4, 3.0))),
+    )
     lanes.move_base(3, turn=0.02)
     lanes.step(3.0)
     lanes.reset(5, scenes[0])
@@ -202,16 +224,28 @@ def test_lanes_that_are_reset_follow_their_recorded_bases_again_and_again():
     [
         (lambda a: feeler.Simulation(None), "antenna"),
         (lambda a: feeler.Simulation(a, [OBJECT, OBJECT]), "two objects are called 'ball'"),
-        (lambda a: feeler.Simulation(a, OBJECT.replace(place=(0.5, 2.0))), "starts inside the antenna"),
+        (
+            lambda a: feeler.Simulation(a, OBJECT.replace(place=(0.5, 2.0))),
+            "starts inside the antenna",
+        ),
         (lambda a: feeler.Simulation(a, angle=np.zeros(3)), "12 finite numbers"),
         (lambda a: feeler.Simulation(a, velocity=np.full(12, np.nan)), "12 finite numbers"),
-        (lambda a: feeler.Simulation(a, engine="warp"), "unknown engine 'warp'; valid: chain-consistent"),
-        (lambda a: feeler.Simulation(a, contact="soft"), "unknown contact 'soft'; valid: smooth, hard"),
+        (
+            lambda a: feeler.Simulation(a, engine="warp"),
+            "unknown engine 'warp'; valid: chain-consistent",
+        ),
+        (
+            lambda a: feeler.Simulation(a, contact="soft"),
+            "unknown contact 'soft'; valid: smooth, hard",
+        ),
         (lambda a: feeler.Simulation(a, timestep=0.2), "at most 0.1 ms"),
         (lambda a: feeler.Simulation(a, timestep=-1.0), "timestep must be > 0"),
         (lambda a: feeler.Simulation(a, gravity=(0.0,)), "gravity must be"),
         (lambda a: feeler.Simulations([]), "at least one scene"),
-        (lambda a: feeler.Simulations([build_scene(a), build_scene(make_stub(13))]), "one number of segments"),
+        (
+            lambda a: feeler.Simulations([build_scene(a), build_scene(make_stub(13))]),
+            "one number of segments",
+        ),
     ],
 )
 def test_what_cannot_be_simulated_is_refused(make, message):

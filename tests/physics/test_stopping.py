@@ -22,13 +22,17 @@ from feeler.stimulus import Trial, make_feature
 from .scenes import CHAINS, DYNAMIC
 
 ENDLESS = Clock(duration=1e8, sample_interval=1e6, timestep=0.02)  # 1e10 steps
-LONG = Clock(duration=4e4, sample_interval=2e4, timestep=0.02)  # seconds, which a thread left alone goes on
+LONG = Clock(
+    duration=4e4, sample_interval=2e4, timestep=0.02
+)  # seconds, which a thread left alone goes on
 PATIENCE = 60  # s, compiling included
 SHORT = Clock(duration=3, timestep=0.02)
 
 
 def stub(label: str = "") -> Scene:
-    antenna = Antenna(segment_length=np.full(8, 0.3), segment_mass=1e-6, radius=0.2, stiffness=1e-3, damping=1e-2)
+    antenna = Antenna(
+        segment_length=np.full(8, 0.3), segment_mass=1e-6, radius=0.2, stiffness=1e-3, damping=1e-2
+    )
     trial = Trial(feature=make_feature("ball", 1.0), location=0.6123, speed=0.3, lead=0.5432)
     return replace(make_scene(antenna, trial, "hard"), label=label)
 
@@ -39,8 +43,13 @@ def press_ctrl_c() -> None:
 
 @pytest.fixture(autouse=True)
 def heard():
-    """Ctrl-C is heard also where the tests were started with it ignored (``nohup``, ``&``), and none hangs for ever."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler), signal.signal(signal.SIGALRM, _give_up)
+    """Ctrl-C is heard also where the tests were started with it ignored (``nohup``, ``&``), and
+    none hangs for ever.
+    """
+    before = (
+        signal.signal(signal.SIGINT, signal.default_int_handler),
+        signal.signal(signal.SIGALRM, _give_up),
+    )
     signal.alarm(PATIENCE)
     yield
     signal.alarm(0)

@@ -51,14 +51,19 @@ def test_small_multiples_keep_their_tensors_and_mark_first_and_last_time(ax):
     for row in tensors:
         for tensor in row:
             tensor[0] += 0.5  # the base
-    image = plot_tensor_grid(tensors, 5.0 + 0.5 * np.arange(30), ax, Normalize(0, 13), ["a", "b"], ["x", "y", "z"])
+    image = plot_tensor_grid(
+        tensors, 5.0 + 0.5 * np.arange(30), ax, Normalize(0, 13), ["a", "b"], ["x", "y", "z"]
+    )
     mosaic = np.ma.filled(image.get_array(), np.nan)
     for i in range(2):
         for j in range(3):
             part = mosaic[21 * i : 21 * i + 20, 31 * j : 31 * j + 30]
             np.testing.assert_array_equal(part[::-1], tensors[i][j])
     assert np.isnan(mosaic[20]).all() and np.isnan(mosaic[:, 30]).all()
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["5", "20"] * 3  # ms, of 19.5 the nearest even
+    assert [label.get_text() for label in ax.get_xticklabels()] == [
+        "5",
+        "20",
+    ] * 3  # ms, of 19.5 the nearest even
     assert [label.get_text() for label in ax.get_yticklabels()] == ["a", "b"]
     grid = list_tensors(ax.figure)[0]["grid"]
     assert (grid["start"], grid["step"], grid["sensors"]) == (5.0, 0.5, 20)
@@ -67,7 +72,10 @@ def test_small_multiples_keep_their_tensors_and_mark_first_and_last_time(ax):
 def test_a_touch_is_drawn_as_curvature_per_millimetre():
     values = np.linspace(-0.1, 0.3, 12).reshape(1, 3, 4)
     figure = Figure()
-    plot_touch(xr.Dataset({"curvature": (("trial", "sensor", "time"), values)}, {"time": np.arange(4.0)}), figure)
+    plot_touch(
+        xr.Dataset({"curvature": (("trial", "sensor", "time"), values)}, {"time": np.arange(4.0)}),
+        figure,
+    )
     ax, bar = figure.axes
     (image,) = ax.get_images()
     np.testing.assert_array_equal(image.get_array(), values[0])
@@ -94,7 +102,9 @@ def test_profiles_stand_over_the_hinges_in_their_units():
 def test_accuracy_and_noise_are_in_per_cent(ax, points):
     noisy = np.array([[0.9, 1.0], *[[0.4, 0.6]] * (points - 1)])
     empty = dict.fromkeys(("clean", "confusion", "kept_noisy", "kept_clean"), noisy)
-    plot_sweep(Sweep(ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty), ax)
+    plot_sweep(
+        Sweep(ratios=np.linspace(0.05, 0.3, points), classes=np.arange(4), noisy=noisy, **empty), ax
+    )
     np.testing.assert_allclose(read(ax.lines[0])[[0, -1]], [[5, 95], [30, 50]])
     spread = ax.collections[0].get_paths()
     assert len(spread) == (2 if points == 2 else 1)  # two points are not joined, by a band neither
@@ -103,8 +113,13 @@ def test_accuracy_and_noise_are_in_per_cent(ax, points):
 
 
 def make_dispersion(values):
-    average = {group: Interval(estimate=v.mean(), low=v.min(), high=v.mean() + 0.01) for group, v in values.items()}
-    return SimpleNamespace(groups=tuple(values), values=lambda index, group: values[group], average={"nmi": average})
+    average = {
+        group: Interval(estimate=v.mean(), low=v.min(), high=v.mean() + 0.01)
+        for group, v in values.items()
+    }
+    return SimpleNamespace(
+        groups=tuple(values), values=lambda index, group: values[group], average={"nmi": average}
+    )
 
 
 def test_closest_matches_stand_above_their_group_with_their_interval(ax):
@@ -183,22 +198,31 @@ def test_the_wall_s_map_shows_what_was_fitted_and_what_was_not(ax):
 
 def test_ranks_are_drawn_with_the_span_of_their_restarts(ax):
     entropy = {"mean of rows": np.array([[2.0, 1.5], [3.0, 3.5]])}
-    data = SimpleNamespace(ranks=(2, 3), residual=np.array([[0.5, 0.6], [0.2, 0.1]]), entropy=entropy)
+    data = SimpleNamespace(
+        ranks=(2, 3), residual=np.array([[0.5, 0.6], [0.2, 0.1]]), entropy=entropy
+    )
     fig4.plot_ranks(data, ax)
     right = ax.figure.axes[1]
     np.testing.assert_allclose(read(ax.lines[0]), [[2, 0.5], [3, 0.2]])
     np.testing.assert_allclose(read(right.lines[0]), [[2, 2], [3, 3]])
     ends = np.array([segment[:, 1] for segment in ax.collections[0].get_segments()])
     np.testing.assert_allclose(ends, [[0.5, 0.6], [0.1, 0.2]])
-    assert (ax.get_xlabel(), right.get_ylabel()) == ("number of bases M", "activation entropy [bits]")
+    assert (ax.get_xlabel(), right.get_ylabel()) == (
+        "number of bases M",
+        "activation entropy [bits]",
+    )
 
 
 def test_channels_of_angles_are_in_degrees_and_of_readings_as_they_are(ax):
     values = np.array([[0.1, 0.2, 0.3]])
-    recording = SimpleNamespace(values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot")
+    recording = SimpleNamespace(
+        values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot"
+    )
     fig6.plot_channels(recording, ax, "angle [°]")
     fig6.plot_channels(SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF")
-    np.testing.assert_allclose(read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])]))
+    np.testing.assert_allclose(
+        read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])])
+    )
     np.testing.assert_allclose(read(ax.lines[1]), np.column_stack([recording.time, values[0]]))
     assert name(ax) == ("time [ms]", "pF")
 
@@ -207,7 +231,9 @@ def test_robot_s_tensors_are_in_degrees(ax):
     fig6.plot_tensor(np.deg2rad([[1.0, 2.0], [3.0, 4.0]]), ax, "", limit=5.0)
     (image,) = ax.get_images()
     np.testing.assert_allclose(image.get_array(), [[1, 2], [3, 4]])
-    assert (image.norm.vmin, image.norm.vmax) == (-5, 5) and list_tensors(ax.figure)[0]["unit"] == "°"
+    assert (image.norm.vmin, image.norm.vmax) == (-5, 5) and list_tensors(ax.figure)[0][
+        "unit"
+    ] == "°"
 
 
 def test_lengths_are_in_per_cent_of_the_antenna():
@@ -238,7 +264,9 @@ def test_angular_speeds_are_in_degrees_per_second_over_seconds():
 
 
 def test_the_step_is_drawn_beside_the_published_one(ax):
-    data = SimpleNamespace(step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06]))
+    data = SimpleNamespace(
+        step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06])
+    )
     fig2b.plot_step(data, ax)
     np.testing.assert_array_equal(read(ax.lines[0]), np.column_stack([data.step_time, data.step]))
     np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)

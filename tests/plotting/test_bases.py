@@ -14,7 +14,9 @@ def test_each_basis_fills_its_place_up_to_its_own_greatest_value_and_no_more():
     (image,) = ax.get_images()
     mosaic = np.ma.filled(image.get_array(), np.nan)
     upper, lower = mosaic[:2], mosaic[3:]  # a gap of one row and column between bases
-    assert np.nansum(upper) == 6 and np.isnan(upper[:, 3:]).all()  # 2 sensors × 3 lags of 1; no second basis
+    assert (
+        np.nansum(upper) == 6 and np.isnan(upper[:, 3:]).all()
+    )  # 2 sensors × 3 lags of 1; no second basis
     assert np.nanmax(lower[:, :6]) == np.nanmax(lower[:, 7:]) == 1
     np.testing.assert_array_equal(lower[:, :6], long[0][::-1] / long[0].max())  # tip upwards
     assert [label.get_text() for label in ax.get_yticklabels()] == ["short", "long"]

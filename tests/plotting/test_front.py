@@ -11,7 +11,9 @@ from feeler.presets import cockroach
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
     ax = Figure().subplots()
-    plot_profile_points(ax, [(2.0, 3.0), (4.0, 5.0)], [np.ones(3), np.array([1.0, 10.0, 100.0])], color="red")
+    plot_profile_points(
+        ax, [(2.0, 3.0), (4.0, 5.0)], [np.ones(3), np.array([1.0, 10.0, 100.0])], color="red"
+    )
     level, rising = ax.collections[0].get_segments()
     np.testing.assert_allclose(level, [(-WIDTH / 2, 0), (0, 0), (WIDTH / 2, 0)])
     np.testing.assert_allclose(rising[:, 1], [0, HEIGHT, 2 * HEIGHT])
@@ -22,7 +24,12 @@ def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
 def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
     stored, reference, figure = load_stored(), cockroach(), Figure()
     costs = np.array(stored["front"]["costs"])
-    assert len(find_front(costs)) == len(costs) == len(stored["front"]["profiles"]) == len(stored["front"]["x"])
+    assert (
+        len(find_front(costs))
+        == len(costs)
+        == len(stored["front"]["profiles"])
+        == len(stored["front"]["x"])
+    )
     plot_fronts(stored, reference, figure)
     left, middle, right = figure.axes
     np.testing.assert_allclose(left.lines[0].get_xydata(), costs[:, 1::-1])

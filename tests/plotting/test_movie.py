@@ -1,4 +1,6 @@
-"""Movies say their time, run as slowly as they say, and show at each moment what was felt until then."""
+"""Movies say their time, run as slowly as they say, and show at each moment what was felt until
+then.
+"""
 
 import re
 
@@ -13,7 +15,9 @@ from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock
 from feeler.plotting.wall import Shapes, plot_shapes
 
 
-@pytest.mark.parametrize(("span", "slower", "fps"), [(100.0, 30.0, 15), (40.0, 10.0, 25), (3.0, 1.0, 15)])
+@pytest.mark.parametrize(
+    ("span", "slower", "fps"), [(100.0, 30.0, 15), (40.0, 10.0, 25), (3.0, 1.0, 15)]
+)
 def test_frames_are_evenly_spaced_as_slow_as_said_from_first_to_last(span, slower, fps):
     time = 5.0 + np.arange(0.0, span + 0.05, 0.1)
     shown = time[choose_frames(time, slower=slower, fps=fps)]
@@ -33,19 +37,30 @@ def written(monkeypatch):
     """What would be filmed: figure, what draws a frame, and how many there are."""
     films = []
     monkeypatch.setattr(
-        touch_movie, "write_movie", lambda path, figure, draw, n, fps: films.append((figure, draw, n, fps))
+        touch_movie,
+        "write_movie",
+        lambda path, figure, draw, n, fps: films.append((figure, draw, n, fps)),
     )
     return films
 
 
 def test_a_touch_is_filmed_in_millimetres_up_to_now(written):
-    antenna, trial = feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3)
+    antenna, trial = (
+        feeler.presets.cockroach(),
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
+    )
     tensors = feeler.touch(antenna, trial, duration=30.0, all_hinges=True)
     touch_movie.write_touch_movie(antenna, trial, tensors, "film.mp4", slower=20.0)
     figure, draw, count, fps = written[0]
     left, right, bar = figure.axes
-    assert (left.get_xlabel(), left.get_ylabel()) == ("x [mm]", "y [mm]") and left.get_title() == trial.label
-    assert bar.get_ylabel() == "curvature [1/mm]" and (count, fps) == (round(29 * 20 * FPS / 1000), FPS)
+    assert (left.get_xlabel(), left.get_ylabel()) == (
+        "x [mm]",
+        "y [mm]",
+    ) and left.get_title() == trial.label
+    assert bar.get_ylabel() == "curvature [1/mm]" and (count, fps) == (
+        round(29 * 20 * FPS / 1000),
+        FPS,
+    )
     values, time = tensors["curvature"].values[0][antenna.sensors - 1], tensors["time"].values
     for k in (0, count // 2, count - 1):
         draw(k)
@@ -59,13 +74,19 @@ def test_a_touch_is_filmed_in_millimetres_up_to_now(written):
 
 def test_touches_side_by_side_share_a_clock_and_millimetres(written):
     antenna = feeler.presets.cockroach()
-    trials = [feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=speed) for speed in (0.3, 0.6)]
+    trials = [
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=speed)
+        for speed in (0.3, 0.6)
+    ]
     sets = [feeler.touch(antenna, trial, duration=20.0, all_hinges=True) for trial in trials]
     pairs = dict(zip(("slow", "fast"), zip(trials, sets, strict=True), strict=True))
     touch_movie.write_touches_movie(antenna, pairs, "film.mp4")
     figure, draw, count, _ = written[0]
     assert [ax.get_title() for ax in figure.axes[:2]] == ["slow", "fast"]
-    assert figure.axes[0].get_ylabel() == "y [mm]" and figure.axes[-1].get_xlabel() == "curvature [1/mm]"
+    assert (
+        figure.axes[0].get_ylabel() == "y [mm]"
+        and figure.axes[-1].get_xlabel() == "curvature [1/mm]"
+    )
     draw(count - 1)
     assert figure.get_suptitle() == say_clock(19.0)
 
@@ -73,7 +94,12 @@ def test_touches_side_by_side_share_a_clock_and_millimetres(written):
 def test_shapes_stand_at_their_distance_in_millimetres():
     points = np.array([[[0.0, 0.0], [3.0, 10.0]], [[0.0, 0.0], [2.0, 12.0]]])
     states = {"contact": np.array([True, False]), "inverted": np.array([True, False])}
-    shapes = Shapes(points=points, wall=np.array([-8.0, -6.5]), peak=np.array([[1.0, 5.0], [np.nan, np.nan]]), **states)
+    shapes = Shapes(
+        points=points,
+        wall=np.array([-8.0, -6.5]),
+        peak=np.array([[1.0, 5.0], [np.nan, np.nan]]),
+        **states,
+    )
     ax = Figure().subplots()
     plot_shapes({"a": shapes, "b": shapes}, ax, cell=(30.0, 60.0))
     walls, lines = ax.collections
@@ -81,8 +107,12 @@ def test_shapes_stand_at_their_distance_in_millimetres():
     assert [tick.get_text() for tick in ax.get_xticklabels()] == ["8", "6.5"]
     assert [tick.get_text() for tick in ax.get_yticklabels()] == ["a", "b"]
     shifts = np.array([[0, 0], [30, 0], [0, -60], [30, -60]])
-    np.testing.assert_allclose(lines.get_segments(), [points[k % 2] + shift for k, shift in enumerate(shifts)])
-    np.testing.assert_allclose([wall[:, 0].mean() for wall in walls.get_segments()], [-8, 23.5, -8, 23.5])
+    np.testing.assert_allclose(
+        lines.get_segments(), [points[k % 2] + shift for k, shift in enumerate(shifts)]
+    )
+    np.testing.assert_allclose(
+        [wall[:, 0].mean() for wall in walls.get_segments()], [-8, 23.5, -8, 23.5]
+    )
     np.testing.assert_allclose(ax.lines[0].get_xydata()[::2], [[1, 5], [1, -55]])
 
 

@@ -19,7 +19,9 @@ def swing(time, frequency=0.0175, ratio=0.35):
 
 @settings(max_examples=25, deadline=None)
 @given(
-    frequency=st.floats(0.005, 0.05), ratio=st.floats(0.05, 0.7), step=st.floats(-20, 20).filter(lambda a: abs(a) > 0.1)
+    frequency=st.floats(0.005, 0.05),
+    ratio=st.floats(0.05, 0.7),
+    step=st.floats(-20, 20).filter(lambda a: abs(a) > 0.1),
 )
 def test_one_oscillator_gives_back_its_frequency_and_damping(frequency, ratio, step):
     time = np.arange(0, 3 / frequency, 0.01 / frequency)
@@ -31,12 +33,16 @@ def test_one_oscillator_gives_back_its_frequency_and_damping(frequency, ratio, s
 
 
 def test_peaks_lie_between_samples():
-    """Twenty samples per cycle: the parabola keeps frequency within 1 % whatever the phase of the samples."""
+    """Twenty samples per cycle: the parabola keeps frequency within 1 % whatever the phase of the
+    samples.
+    """
     found = []
     for shift in np.linspace(0, 1, 11):
         time = np.arange(-shift * 2.857, 200, 2.857)
         time = time[time >= 0]
-        found.append(measure_free_response(time, swing(time, ratio=0.2), release=None, fit=False).frequency)
+        found.append(
+            measure_free_response(time, swing(time, ratio=0.2), release=None, fit=False).frequency
+        )
     assert np.ptp(found) / 0.0175 < 0.01
 
 
@@ -65,7 +71,10 @@ def test_an_overdamped_response_is_said_to_be_one(ratio):
     if ratio == 1.0:
         signal = (1 + omega * time) * np.exp(-omega * time)
     else:
-        slow, fast = omega * (ratio - np.sqrt(ratio**2 - 1)), omega * (ratio + np.sqrt(ratio**2 - 1))
+        slow, fast = (
+            omega * (ratio - np.sqrt(ratio**2 - 1)),
+            omega * (ratio + np.sqrt(ratio**2 - 1)),
+        )
         signal = (fast * np.exp(-slow * time) - slow * np.exp(-fast * time)) / (fast - slow)
     free = measure_free_response(time, signal)
     assert free.overdamped
@@ -85,7 +94,11 @@ def _uneven(values):
 @pytest.mark.parametrize(
     ("time", "signal", "match"),
     [
-        (TIME, np.where(TIME == 40, np.nan, swing(TIME)), "1 missing samples of 200, the first at 40 ms"),
+        (
+            TIME,
+            np.where(TIME == 40, np.nan, swing(TIME)),
+            "1 missing samples of 200, the first at 40 ms",
+        ),
         (TIME[::-1], swing(TIME), "must rise, but 199 is followed by 198"),
         (np.where(TIME == 50, 49, TIME), swing(TIME), "must rise, but 49 is followed by 49"),
         (_uneven(TIME), swing(TIME), "not evenly sampled"),
@@ -99,7 +112,11 @@ def _uneven(values):
         (TIME, swing(TIME, 0.3, 0.02), "beyond the sampling rate"),
         (TIME, swing(TIME, 0.5 / 2.3, 0.05), "there are not 2.5 samples of 1 ms"),
         (TIME / 4, swing(TIME, 0.5 / 2.3, 0.05), "there are not 2.5 samples of 0.25 ms"),
-        (TIME, np.where(TIME < 50, 0.0, swing(np.maximum(TIME - 50, 0))), "starts at its rest position"),
+        (
+            TIME,
+            np.where(TIME < 50, 0.0, swing(np.maximum(TIME - 50, 0))),
+            "starts at its rest position",
+        ),
     ],
 )
 def test_unusable_traces_say_why(time, signal, match):
@@ -115,14 +132,18 @@ def test_two_and_a_half_samples_of_half_a_cycle_are_enough(half):
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 def test_a_release_is_a_twentieth_of_the_largest_deflection_in_any_unit(unit):
-    """A trace that grows to 1 after it began at 4 % is none; at 6 % it is one, and too short to turn twice."""
+    """A trace that grows to 1 after it began at 4 % is none; at 6 % it is one, and too short to
+    turn twice.
+    """
     for begin, match in ((0.04, "starts at its rest position"), (0.06, "without having turned")):
         with pytest.raises(InvalidInput, match=match):
             measure_free_response(TIME, unit * (begin + (1 - begin) * TIME / 199))
 
 
 def test_of_several_turns_on_one_side_the_farthest_counts():
-    """Two opposite turns, −0.3 at 20 ms and −0.5 at 40, before the trough 0.25 at 70; the next swings do not matter."""
+    """Two opposite turns, −0.3 at 20 ms and −0.5 at 40, before the trough 0.25 at 70; the next
+    swings do not matter.
+    """
     places = [0.0, 20.0, 30.0, 40.0, 70.0, 100.0, 130.0, 160.0, 199.0]
     signal = np.interp(TIME, places, [1.0, -0.3, -0.1, -0.5, 0.25, -0.1, 0.05, -0.02, 0.0])
     free = measure_free_response(TIME, signal, fit=False)
@@ -153,7 +174,9 @@ def test_turns_are_those_of_the_textbook_s_oscillator(begin, ratio):
     assert (free.peak, free.trough) == pytest.approx((-fall, fall**2), rel=1e-4)
     assert free.peak_time == pytest.approx(0.5 / 0.0175, rel=1e-5)
     assert not free.overdamped and free.fit_residual < 1e-6
-    assert free.rejected == pytest.approx(1 - fall**2, abs=2e-4)  # what is left after one whole cycle
+    assert free.rejected == pytest.approx(
+        1 - fall**2, abs=2e-4
+    )  # what is left after one whole cycle
 
 
 def test_the_cosine_gives_back_everything_it_was_made_of():
@@ -161,7 +184,9 @@ def test_the_cosine_gives_back_everything_it_was_made_of():
     t, zeta, omega = time - 5.0, 0.2, 2 * np.pi * 0.0175
     decay = zeta * omega / np.sqrt(1 - zeta**2)
     for phase in (-2.0, 0.7, 2.5):
-        found = fit_damped_cosine(time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02)
+        found = fit_damped_cosine(
+            time, 1.5 + 2.0 * np.exp(-decay * t) * np.cos(omega * t + phase), 0.02
+        )
         got = (found.frequency, found.damping_ratio, found.amplitude, found.phase, found.offset)
         assert got == pytest.approx((0.0175, zeta, 2.0, phase, 1.5), rel=1e-7)
         assert found.residual < 1e-8
@@ -173,19 +198,25 @@ def test_the_residual_is_that_of_numpy_relative_to_the_signal_s_own_spread():
     found = fit_damped_cosine(TIME, signal, 0.0175)
     omega = 2 * np.pi * found.frequency
     decay = found.damping_ratio * omega / np.sqrt(1 - found.damping_ratio**2)
-    fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(omega * TIME + found.phase)
+    fitted = found.offset + found.amplitude * np.exp(-decay * TIME) * np.cos(
+        omega * TIME + found.phase
+    )
     assert found.residual == pytest.approx(np.std(signal - fitted) / np.std(signal), rel=1e-6)
 
 
 @pytest.mark.parametrize("step", [0.5, 1.0, 4.0])
 def test_extrema_of_parabolas_are_exact(step):
-    """An extremum at the vertex of 3 − 0.01 (t − 20.3)², and one below at the other sign; the floor hides the small."""
+    """An extremum at the vertex of 3 − 0.01 (t − 20.3)², and one below at the other sign; the floor
+    hides the small.
+    """
     time = 2.0 + step * np.arange(12)
     vertex = 2.0 + 5.3 * step
     for sign in (1, -1):
         signal = sign * (3 - 0.01 * (time - vertex) ** 2)
         times, heights = find_extrema(time, signal)
-        assert (times[0], heights[0]) == pytest.approx((vertex, 3 * sign), rel=1e-12) and len(times) == 1
+        assert (times[0], heights[0]) == pytest.approx((vertex, 3 * sign), rel=1e-12) and len(
+            times
+        ) == 1
         assert len(find_extrema(time, signal, floor=3.0)[0]) == 0
 
 
@@ -196,8 +227,12 @@ def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(value
     tops = [k for k in range(1, size.size - 1) if size[k - 1] < size[k] >= size[k + 1]]
     fits = [np.polyfit([-1.0, 0.0, 1.0], signal[k - 1 : k + 2], 2) for k in tops]
     times, heights = find_extrema(0.5 * np.arange(size.size), signal)
-    np.testing.assert_allclose(times, [0.5 * (k - b / (2 * a)) for k, (a, b, _) in zip(tops, fits, strict=True)])
-    np.testing.assert_allclose(heights, [np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits], atol=1e-9)
+    np.testing.assert_allclose(
+        times, [0.5 * (k - b / (2 * a)) for k, (a, b, _) in zip(tops, fits, strict=True)]
+    )
+    np.testing.assert_allclose(
+        heights, [np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits], atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -217,7 +252,9 @@ def test_a_trace_that_touches_zero_is_no_opposite_peak():
 
 
 def test_settling_is_counted_from_the_release_and_is_between_samples():
-    """A straight line from 1 at 10 ms to 0 at 30 ms passes 10 % at 28 ms and 5 % at 29 ms; it never crosses."""
+    """A straight line from 1 at 10 ms to 0 at 30 ms passes 10 % at 28 ms and 5 % at 29 ms; it never
+    crosses.
+    """
     time = np.arange(0.0, 60.0, 1.5)
     signal = np.clip((30.0 - time) / 20.0, 0.0, 1.0)
     free = measure_free_response(time, signal, release=10.5)
@@ -233,14 +270,19 @@ def test_one_turn_without_a_trough_is_overdamped_and_keeps_its_peak():
     free = measure_free_response(50 + time, swing(time, ratio=0.8), floor=0.01)
     fall = np.exp(-np.pi * 0.8 / 0.6)
     assert free.overdamped and free.trough is None and free.frequency is None
-    assert (free.peak, free.peak_time) == (pytest.approx(-fall, rel=1e-3), pytest.approx(0.5 / 0.0175, rel=1e-4))
+    assert (free.peak, free.peak_time) == (
+        pytest.approx(-fall, rel=1e-3),
+        pytest.approx(0.5 / 0.0175, rel=1e-4),
+    )
 
 
 @pytest.mark.parametrize("interval", [0.1, 1.0, 8.0])
 def test_time_may_be_uneven_by_a_thousandth(interval):
     time = np.arange(100.0)
     late = (time >= 50).astype(float)  # one interval is longer
-    assert check_trace(interval * (time + 0.8e-3 * late), swing(time))[0][-1] == pytest.approx(interval * 99.0008)
+    assert check_trace(interval * (time + 0.8e-3 * late), swing(time))[0][-1] == pytest.approx(
+        interval * 99.0008
+    )
     with pytest.raises(InvalidInput, match="not evenly sampled"):
         check_trace(interval * (time + 1.2e-3 * late), swing(time))
 

@@ -1,4 +1,6 @@
-"""ROS 2 recordings (MCAP), written by the format's own library with ROS 2's own message definitions, become recordings."""
+"""ROS 2 recordings (MCAP), written by the format's own library with ROS 2's own message
+definitions, become recordings.
+"""
 
 import json
 
@@ -14,7 +16,8 @@ from feeler.tensors.formats import load
 
 RULE = "=" * 80
 STAMP = (
-    f"builtin_interfaces/Time stamp\nstring frame_id\n{RULE}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
+    f"builtin_interfaces/Time stamp\nstring frame_id\n{RULE}\nMSG: builtin_interfaces/Time\nint32"
+    " sec\nuint32 nanosec"
 )
 JOINT = f"""std_msgs/Header header
 string[] name
@@ -36,12 +39,23 @@ string label
 uint32 size
 uint32 stride"""
 SENT = 1_780_000_000_000_000_000  # ns; as doubles these would be off by a quarter of a microsecond
-NAMES = [f"hinge_{k}" for k in (0, 10, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9)]  # as joint_state_publisher sorts them
+NAMES = [
+    f"hinge_{k}" for k in (0, 10, 11, 1, 2, 3, 4, 5, 6, 7, 8, 9)
+]  # as joint_state_publisher sorts them
 RNG = np.random.default_rng(0)
 ANGLE, CAPACITANCE = RNG.random((50, 12)), RNG.random((50, 3))
 
 
-def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1, topics=("/joint_states", "/antenna/touch")):
+def write(
+    path,
+    *,
+    names=NAMES,
+    label="pF",
+    parts=1,
+    metadata=None,
+    dims=1,
+    topics=("/joint_states", "/antenna/touch"),
+):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
         file = path if parts == 1 else path / f"run_{part}.mcap"
@@ -49,7 +63,10 @@ def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1, topi
             kinds = ("sensor_msgs/msg/JointState", JOINT), ("std_msgs/msg/Float64MultiArray", ARRAY)
             joint, array = (bag.register_msgdef(*kind) for kind in kinds)
             bag.write_message(
-                "/rosout", bag.register_msgdef("std_msgs/msg/String", "string data"), {"data": "hello"}, SENT
+                "/rosout",
+                bag.register_msgdef("std_msgs/msg/String", "string data"),
+                {"data": "hello"},
+                SENT,
             )
             for k in np.array_split(np.arange(50), parts)[part].tolist():
                 at = SENT + 2_000_000 * k + 125
@@ -57,9 +74,16 @@ def write(path, *, names=NAMES, label="pF", parts=1, metadata=None, dims=1, topi
                     header = {"stamp": {"sec": at // 10**9, "nanosec": at % 10**9}, "frame_id": ""}
                     state = {"header": header, "name": names(k) if callable(names) else names}
                     state |= {"position": ANGLE[k].tolist(), "velocity": [], "effort": []}
-                    bag.write_message("/joint_states", joint, state, at + 900_000 * (k % 2))  # the log is late by turns
-                layout = {"dim": dims * [{"label": label, "size": 3, "stride": 3}], "data_offset": 0}
-                bag.write_message("/antenna/touch", array, {"layout": layout, "data": CAPACITANCE[k].tolist()}, at)
+                    bag.write_message(
+                        "/joint_states", joint, state, at + 900_000 * (k % 2)
+                    )  # the log is late by turns
+                layout = {
+                    "dim": dims * [{"label": label, "size": 3, "stride": 3}],
+                    "data_offset": 0,
+                }
+                bag.write_message(
+                    "/antenna/touch", array, {"layout": layout, "data": CAPACITANCE[k].tolist()}, at
+                )
             if metadata:
                 bag.add_metadata("feeler", metadata)
     return path
@@ -77,9 +101,17 @@ def test_joint_states_are_angles_at_their_own_times_in_the_order_of_their_number
     )
 
 
-@pytest.mark.parametrize(("label", "address"), [("pF", ":/antenna/touch"), ("row", ":antenna/touch:pF")])
+@pytest.mark.parametrize(
+    ("label", "address"), [("pF", ":/antenna/touch"), ("row", ":antenna/touch:pF")]
+)
 def test_an_array_has_the_unit_that_its_label_or_the_address_says(tmp_path, label, address):
-    notes = {"feature": "ball", "size": "4", "location": "0.9", "speed": "0.27", "source": "surrogate"}
+    notes = {
+        "feature": "ball",
+        "size": "4",
+        "location": "0.9",
+        "speed": "0.27",
+        "source": "surrogate",
+    }
     path = write(tmp_path / "run.mcap", label=label, metadata=notes)
     read = load_recording(f"{path}{address}", n_channels=3)
     assert read.quantity == "capacitance" and read.source == "surrogate"
@@ -99,13 +131,24 @@ def test_a_bag_in_several_files_is_read_in_their_order(tmp_path):
         (
             {},
             "",
-            r"2 topics of numbers; it holds /antenna/touch \(std_msgs/msg/Float64MultiArray\), /joint_states .*, /rosout",
+            (
+                r"2 topics of numbers; it holds /antenna/touch \(std_msgs/msg/Float64MultiArray\),"
+                r" /joint_states .*, /rosout"
+            ),
         ),
         ({}, ":touch", r"no topic 'touch' of numbers; it holds /antenna/touch"),
         ({}, ":rosout", r"no topic 'rosout' of numbers; .* /rosout \(std_msgs/msg/String\)"),
-        ({"label": "volts"}, ":antenna/touch", r"unit of the channels is 'volts'; valid: .*run\.mcap:TOPIC:UNIT"),
+        (
+            {"label": "volts"},
+            ":antenna/touch",
+            r"unit of the channels is 'volts'; valid: .*run\.mcap:TOPIC:UNIT",
+        ),
         ({"dims": 2}, ":antenna/touch", r"arrays have 2 dimensions; a message is one sample"),
-        ({"names": lambda k: NAMES if k < 9 else NAMES[::-1]}, ":joint_states", "joints change from hinge_0, hinge_10"),
+        (
+            {"names": lambda k: NAMES if k < 9 else NAMES[::-1]},
+            ":joint_states",
+            "joints change from hinge_0, hinge_10",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_bag_is_said(tmp_path, change, address, match):
@@ -139,12 +182,28 @@ def test_the_verbs_take_a_bag(tmp_path):
     again = load_recording(tmp_path / "touch.csv", n_channels=3)
     np.testing.assert_allclose(again.values, CAPACITANCE.T, rtol=1e-8)
     run("robot", "new", tmp_path / "robot.toml", "--hinges", 12)
-    (said,) = json.loads(run("robot", "check", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--json"))
+    (said,) = json.loads(
+        run(
+            "robot", "check", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--json"
+        )
+    )
     assert said["channels"] == 12 and "read from run.mcap:/joint_states" in said["history"]
-    run("robot", "convert", f"{path}:joint_states", "--antenna", tmp_path / "robot.toml", "--out", tmp_path / "set.nc")
+    run(
+        "robot",
+        "convert",
+        f"{path}:joint_states",
+        "--antenna",
+        tmp_path / "robot.toml",
+        "--out",
+        tmp_path / "set.nc",
+    )
     tensors = load(tmp_path / "set.nc")
     np.testing.assert_allclose(tensors["angle"].values[0, 1, ::2], ANGLE[:, 3], rtol=1e-9)
-    with pytest.raises(InvalidInput, match="becomes tensors with its antenna: feeler robot convert"):
-        CliRunner().invoke(app, ["convert", f"{path}:joint_states", str(tmp_path / "x.nc")], catch_exceptions=False)
+    with pytest.raises(
+        InvalidInput, match="becomes tensors with its antenna: feeler robot convert"
+    ):
+        CliRunner().invoke(
+            app, ["convert", f"{path}:joint_states", str(tmp_path / "x.nc")], catch_exceptions=False
+        )
     with pytest.raises(InvalidInput, match="is a ROS 2 recording"):
         load(path)

@@ -1,4 +1,6 @@
-"""The sketch is compiled by a C++ compiler and read as it writes; a clock of 32 bits goes on where it begins anew."""
+"""The sketch is compiled by a C++ compiler and read as it writes; a clock of 32 bits goes on where
+it begins anew.
+"""
 
 import os
 import shutil
@@ -27,15 +29,28 @@ def board(tmp_path_factory):
     folder = tmp_path_factory.mktemp("board")
     words = ["robot", "board", folder / "board.ino", "--channels", 3, "--rate", 500]
     assert CliRunner().invoke(app, [str(word) for word in words]).exit_code == 0
-    flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-include", Path(__file__).with_name("Arduino.h")]
+    flags = [
+        "-std=c++17",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-include",
+        Path(__file__).with_name("Arduino.h"),
+    ]
     made = subprocess.run(
-        [COMPILER, *flags, "-x", "c++", folder / "board.ino", "-o", folder / "board"], capture_output=True
+        [COMPILER, *flags, "-x", "c++", folder / "board.ino", "-o", folder / "board"],
+        capture_output=True,
     )
     assert made.returncode == 0, made.stderr.decode()
 
     def run(values, clock=0):
-        words = {"input": values.astype("<u2").tobytes(), "env": {**os.environ, "CLOCK": str(clock)}}
-        return subprocess.run([folder / "board"], stdout=subprocess.PIPE, check=True, **words).stdout.splitlines()
+        words = {
+            "input": values.astype("<u2").tobytes(),
+            "env": {**os.environ, "CLOCK": str(clock)},
+        }
+        return subprocess.run(
+            [folder / "board"], stdout=subprocess.PIPE, check=True, **words
+        ).stdout.splitlines()
 
     return run
 
@@ -45,7 +60,9 @@ def test_what_the_sketch_sends_is_what_its_converter_read_every_two_milliseconds
     link = Link(3)
     samples = list(read_samples(board(VALUES, clock), 3, link))
     np.testing.assert_array_equal([values for _, values in samples], VALUES)
-    np.testing.assert_allclose(np.diff([at for at, _ in samples]), 2.0, atol=0.101)  # it looks each 0.1 ms
+    np.testing.assert_allclose(
+        np.diff([at for at, _ in samples]), 2.0, atol=0.101
+    )  # it looks each 0.1 ms
     assert samples[0][0] == pytest.approx(1e-3 * (clock + 200)) and link.describe() == ""
 
 
@@ -77,7 +94,9 @@ def test_a_clock_goes_round_more_than_once_and_a_jump_back_is_none():
     np.testing.assert_array_equal(unwrap_clock(np.array([500.0, 100.0])), [500.0, 100.0])
 
 
-def test_a_recording_across_the_clocks_end_is_read_and_says_so_and_one_that_runs_back_is_refused(tmp_path):
+def test_a_recording_across_the_clocks_end_is_read_and_says_so_and_one_that_runs_back_is_refused(
+    tmp_path,
+):
     at = (2**32 - 5000 + 2000 * np.arange(6)) % 2**32
     path = tmp_path / "touch.csv"
     path.write_text("time_us,hinge1_deg\n" + "".join(f"{t},{k}\n" for k, t in enumerate(at)))

@@ -1,4 +1,6 @@
-"""The robot's electronics and their repair, written out: scikit-learn, SciPy and small cases by hand."""
+"""The robot's electronics and their repair, written out: scikit-learn, SciPy and small cases by
+hand.
+"""
 
 import re
 from types import SimpleNamespace
@@ -28,22 +30,62 @@ def make_gap(**sizes):
 
 
 def make_sensing(gap, gain=(1.1, 0.9, 1.0)):
-    return Sensing(base=np.array([5.0, 4.0, 6.0]), sensitivity=np.array([1.2, 1.0, 1.5]), gain=np.array(gain), gap=gap)
+    return Sensing(
+        base=np.array([5.0, 4.0, 6.0]),
+        sensitivity=np.array([1.2, 1.0, 1.5]),
+        gain=np.array(gain),
+        gap=gap,
+    )
 
 
 @pytest.fixture
 def readings():
     rng = np.random.default_rng(3)
-    hinge, level = np.repeat([1, 2], 15), np.tile(np.repeat(np.radians([-20.0, -5.0, 0.0, 10.0, 25.0]), 3), 2)
-    return hinge, level, 5 + 3 * level * hinge + 0.1 * rng.standard_normal(30), rng.permutation(30) * 7e3
+    hinge, level = (
+        np.repeat([1, 2], 15),
+        np.tile(np.repeat(np.radians([-20.0, -5.0, 0.0, 10.0, 25.0]), 3), 2),
+    )
+    return (
+        hinge,
+        level,
+        5 + 3 * level * hinge + 0.1 * rng.standard_normal(30),
+        rng.permutation(30) * 7e3,
+    )
 
 
 def test_one_reality_gap_is_as_large_as_it_was_declared():
-    """Before the first surrogate was judged [C]; another size would change how often a robot is read right."""
-    shares = {"stiffness": 0.1, "stiffness_each": 0.08, "damping": 0.25, "mass": 0.08, "length": 0.01, "play": 0.1}
-    touch = {"location": 0.01, "speed": 0.02, "size": 0.03, "approach": 2.0, "friction": 0.3}  # degrees; logarithm
-    angles = {"rest_angle": 0.015, "noise": 0.004, "quantum": 0.002, "drift": 0.01, "hysteresis": 0.006}  # rad
-    signal = {"gain": 0.03, "crosstalk": 0.02, "bend": 0.03, "jitter": 0.05, "dropped": 0.01}  # jitter in ms
+    """Before the first surrogate was judged [C]; another size would change how often a robot is
+    read right.
+    """
+    shares = {
+        "stiffness": 0.1,
+        "stiffness_each": 0.08,
+        "damping": 0.25,
+        "mass": 0.08,
+        "length": 0.01,
+        "play": 0.1,
+    }
+    touch = {
+        "location": 0.01,
+        "speed": 0.02,
+        "size": 0.03,
+        "approach": 2.0,
+        "friction": 0.3,
+    }  # degrees; logarithm
+    angles = {
+        "rest_angle": 0.015,
+        "noise": 0.004,
+        "quantum": 0.002,
+        "drift": 0.01,
+        "hysteresis": 0.006,
+    }  # rad
+    signal = {
+        "gain": 0.03,
+        "crosstalk": 0.02,
+        "bend": 0.03,
+        "jitter": 0.05,
+        "dropped": 0.01,
+    }  # jitter in ms
     assert vars(Gap()) == shares | touch | angles | signal
 
 
@@ -51,53 +93,81 @@ def test_what_is_refused_or_mended_is_told_with_its_numbers():
     time = 2.0 * np.arange(60)
     values = np.random.default_rng(0).normal(0, 0.1, (3, 60))
     assert (
-        repair(Recording(time=time, values=values)).history[-1].startswith("recorded every 2 ms (jitter sd 0 ms), none")
+        repair(Recording(time=time, values=values))
+        .history[-1]
+        .startswith("recorded every 2 ms (jitter sd 0 ms), none")
     )
     values[1] = 0.125
     assert find_bad_channels(Recording(time=time, values=values)) == {2: "dead (always 0.125)"}
-    fit = fit_sensors(np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([4.0, 5.0, 6.0]), unit="pF")
-    with pytest.raises(InvalidInput, match=r"3\.25 to 7\.5 pF, calibrated 4 to 6\. Calibrate a wider range"):
+    fit = fit_sensors(
+        np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([4.0, 5.0, 6.0]), unit="pF"
+    )
+    with pytest.raises(
+        InvalidInput, match=r"3\.25 to 7\.5 pF, calibrated 4 to 6\. Calibrate a wider range"
+    ):
         fit.apply(np.array([[3.25, 5.0, 7.5]]))
     names = [robot.name for robot in draw_robots(0.5, 2, seed=0)]
     assert names == ["surrogate-0.5-0", "surrogate-0.5-1"]
 
 
 def test_an_antenna_is_drawn_share_by_share():
-    """Log-normal shares: stiffness together and each, damping together, each mass, each length; then rest angles."""
+    """Log-normal shares: stiffness together and each, damping together, each mass, each length;
+    then rest angles.
+    """
     robot, gap, rng = make_robot(), Gap(), np.random.default_rng(5)
     drawn = draw_antenna(robot, gap, np.random.default_rng(5))
     together, each = rng.standard_normal(), rng.standard_normal(8)
-    np.testing.assert_allclose(drawn.stiffness, robot.stiffness * np.exp(0.1 * together + 0.08 * each))
+    np.testing.assert_allclose(
+        drawn.stiffness, robot.stiffness * np.exp(0.1 * together + 0.08 * each)
+    )
     np.testing.assert_allclose(drawn.damping, robot.damping * np.exp(0.25 * rng.standard_normal()))
-    np.testing.assert_allclose(drawn.segment_mass, robot.segment_mass * np.exp(0.08 * rng.standard_normal(8)))
-    np.testing.assert_allclose(drawn.segment_length, robot.segment_length * np.exp(0.01 * rng.standard_normal(8)))
+    np.testing.assert_allclose(
+        drawn.segment_mass, robot.segment_mass * np.exp(0.08 * rng.standard_normal(8))
+    )
+    np.testing.assert_allclose(
+        drawn.segment_length, robot.segment_length * np.exp(0.01 * rng.standard_normal(8))
+    )
     np.testing.assert_allclose(drawn.rest_angle, robot.rest_angle + 0.015 * rng.standard_normal(8))
 
 
 def test_a_touch_is_drawn_number_by_number():
-    """Log-normal size, speed and friction; normal place and direction, kept within what can be touched."""
+    """Log-normal size, speed and friction; normal place and direction, kept within what can be
+    touched.
+    """
     trial, rng = make_touches(locations=(0.7,))[0], np.random.default_rng(6)
     drawn = draw_trial(trial, Gap(), np.random.default_rng(6))
-    assert drawn.feature.size == pytest.approx(trial.feature.size * np.exp(0.03 * rng.standard_normal()))
+    assert drawn.feature.size == pytest.approx(
+        trial.feature.size * np.exp(0.03 * rng.standard_normal())
+    )
     assert drawn.location == pytest.approx(0.7 + 0.01 * rng.standard_normal())
     assert drawn.speed == pytest.approx(trial.speed * np.exp(0.02 * rng.standard_normal()))
     assert drawn.approach == pytest.approx(90 + 2.0 * rng.standard_normal())
     assert drawn.friction == pytest.approx(trial.friction * np.exp(0.3 * rng.standard_normal()))
     wild = [draw_trial(trial, make_gap(location=9.0, approach=900.0), rng) for _ in range(40)]
-    ends = [(min(values), max(values)) for values in zip(*((one.location, one.approach) for one in wild), strict=True)]
+    ends = [
+        (min(values), max(values))
+        for values in zip(*((one.location, one.approach) for one in wild), strict=True)
+    ]
     assert ends == [(0.05, 1.0), (30.0, 150.0)]
 
 
-@pytest.mark.parametrize(("entries", "noise"), [(("gain",), QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)])
+@pytest.mark.parametrize(
+    ("entries", "noise"), [(("gain",), QUIET), (("noise",), 0.004), (("noise", "gain"), 0.004)]
+)
 def test_a_part_alone_has_hardly_any_noise_unless_noise_is_in_it(monkeypatch, entries, noise):
     gaps = []
     monkeypatch.setattr(parts, "draw_robots", lambda *_, gap, **__: gaps.append(gap) or [])
     monkeypatch.setattr(parts, "touch_robots", lambda *_, **__: None)
     monkeypatch.setattr(parts, "measure_transfer", lambda *_: None)
-    monkeypatch.setattr(parts, "make_training", lambda *_: SimpleNamespace(values=None, labels=None))
+    monkeypatch.setattr(
+        parts, "make_training", lambda *_: SimpleNamespace(values=None, labels=None)
+    )
     monkeypatch.setattr(parts.TransferClassifier, "fit", lambda self, *_: self)
     parts.measure_parts(parts={"one": entries})
-    assert gaps[0].noise == noise and (gaps[0].gain, gaps[0].play) == (0.03 if "gain" in entries else 0.0, 0.0)
+    assert gaps[0].noise == noise and (gaps[0].gain, gaps[0].play) == (
+        0.03 if "gain" in entries else 0.0,
+        0.0,
+    )
 
 
 def test_a_calibration_is_that_of_the_libraries(readings):
@@ -109,7 +179,9 @@ def test_a_calibration_is_that_of_the_libraries(readings):
         residual = a - line.slope * c - line.intercept
         left = cross_val_predict(LinearRegression(), c[:, None], a, groups=a, cv=LeaveOneGroupOut())
         pooled = np.sqrt(np.mean([c[a == level].var(ddof=1) for level in np.unique(a)]))
-        assert fit.slope[k] == pytest.approx(line.slope) and fit.offset[k] == pytest.approx(line.intercept)
+        assert fit.slope[k] == pytest.approx(line.slope) and fit.offset[k] == pytest.approx(
+            line.intercept
+        )
         assert fit.r_squared[k] == pytest.approx(line.rvalue**2)
         assert fit.residual[k] == pytest.approx(np.sqrt(np.mean(residual**2)))
         assert fit.cross_validated[k] == pytest.approx(np.sqrt(np.mean((a - left) ** 2)))
@@ -146,7 +218,9 @@ def test_faults_act_in_their_order(on_bench):
     sensing = make_sensing(gap)
     seen = bent if on_bench else bent * sensing.gain[:, None]
     found = sensing.read(angle, np.random.default_rng(0), on_bench=on_bench)
-    np.testing.assert_allclose(found, sensing.base[:, None] + sensing.sensitivity[:, None] * seen, rtol=1e-12)
+    np.testing.assert_allclose(
+        found, sensing.base[:, None] + sensing.sensitivity[:, None] * seen, rtol=1e-12
+    )
 
 
 def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is_white():
@@ -156,15 +230,21 @@ def test_wander_grows_as_a_random_walk_to_its_size_after_one_second_and_noise_is
     assert found[:, -1].std() == pytest.approx(0.02, rel=0.12)
     assert found[:, 249].std() == pytest.approx(0.01, rel=0.12)
     assert not sensing.read(np.zeros((400, 9)), np.random.default_rng(1), on_bench=True).any()
-    noisy = Sensing(base=np.zeros(1), sensitivity=np.full(1, 2.0), gain=np.ones(1), gap=make_gap(noise=0.01))
+    noisy = Sensing(
+        base=np.zeros(1), sensitivity=np.full(1, 2.0), gain=np.ones(1), gap=make_gap(noise=0.01)
+    )
     white = noisy.read(np.zeros((1, 20_000)), np.random.default_rng(2))[0]
     assert white.std() == pytest.approx(0.02, rel=0.03)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.03
 
 
 def test_a_converter_rounds_to_its_step_of_the_usual_sensitivity():
-    found = make_sensing(make_gap(quantum=0.05), gain=np.ones(3)).read(np.full((3, 1), 0.13), np.random.default_rng(0))
-    np.testing.assert_allclose(found[:, 0], 0.06 * np.round(np.array([5 + 0.156, 4.13, 6 + 0.195]) / 0.06), rtol=1e-12)
+    found = make_sensing(make_gap(quantum=0.05), gain=np.ones(3)).read(
+        np.full((3, 1), 0.13), np.random.default_rng(0)
+    )
+    np.testing.assert_allclose(
+        found[:, 0], 0.06 * np.round(np.array([5 + 0.156, 4.13, 6 + 0.195]) / 0.06), rtol=1e-12
+    )
 
 
 def test_a_bench_bends_one_hinge_at_a_time_up_and_down():
@@ -181,8 +261,14 @@ def test_a_bench_bends_one_hinge_at_a_time_up_and_down():
 
 def test_channels_are_drawn_with_their_stated_spread():
     drawn = draw_sensing(make_gap(gain=0.03), 4000, np.random.default_rng(0))
-    for values, middle, spread in ((drawn.base, 5.0, 0.15), (drawn.sensitivity, 1.2, 0.15), (drawn.gain, 1.0, 0.03)):
-        assert np.log(values).mean() == pytest.approx(np.log(middle), abs=4 * spread / np.sqrt(4000))
+    for values, middle, spread in (
+        (drawn.base, 5.0, 0.15),
+        (drawn.sensitivity, 1.2, 0.15),
+        (drawn.gain, 1.0, 0.03),
+    ):
+        assert np.log(values).mean() == pytest.approx(
+            np.log(middle), abs=4 * spread / np.sqrt(4000)
+        )
         assert np.log(values).std() == pytest.approx(spread, rel=0.05)
 
 
@@ -197,7 +283,9 @@ def test_a_mount_is_as_compliant_as_its_share_of_the_first_hinge_with_the_same_d
     robot = make_robot()
     found = _add_mount(robot, make_gap(play=0.2))
     assert 1 / found.stiffness[0] == pytest.approx(0.2 / robot.stiffness[0])
-    assert found.damping[0] / found.stiffness[0] == pytest.approx(robot.damping[0] / robot.stiffness[0])
+    assert found.damping[0] / found.stiffness[0] == pytest.approx(
+        robot.damping[0] / robot.stiffness[0]
+    )
     assert found.segment_mass.sum() == pytest.approx(FACTS["mass"].number)
     for name in ("segment_length", "segment_mass", "radius", "stiffness", "damping", "rest_angle"):
         np.testing.assert_array_equal(getattr(found, name)[1:], getattr(robot, name))
@@ -216,12 +304,18 @@ def test_what_is_said_of_time_is_what_was_recorded():
     jitter = np.std([0.9, 1.1] * 61)
     assert said.startswith("recorded every ") and f"(jitter sd {jitter:.2g} ms)" in said
     assert "3 samples dropped" in said
-    assert repair(record(np.arange(50) * 1.01)).history[-1].endswith("none dropped; time base evened")
-    assert repair(record(np.arange(50) * 1.1)).history[-1].endswith("none dropped; resampled to 1 ms")
+    assert (
+        repair(record(np.arange(50) * 1.01)).history[-1].endswith("none dropped; time base evened")
+    )
+    assert (
+        repair(record(np.arange(50) * 1.1)).history[-1].endswith("none dropped; resampled to 1 ms")
+    )
 
 
 def test_a_gap_of_exactly_the_longest_is_mended():
-    ten, more = (np.concatenate([np.arange(50.0), 49 + gap + np.arange(50.0)]) for gap in (10.0, 10.5))
+    ten, more = (
+        np.concatenate([np.arange(50.0), 49 + gap + np.arange(50.0)]) for gap in (10.0, 10.5)
+    )
     assert np.isfinite(repair(record(ten)).values).all()
     with pytest.raises(ValueError, match=r"gaps longer than 10 ms, the longest 10\.5 ms"):
         repair(record(more))
@@ -234,4 +328,6 @@ def test_a_channel_is_saturated_from_20_samples_and_a_tenth_or_100_in_a_row(run,
     rng = np.random.default_rng(0)
     values = 0.01 * rng.standard_normal((2, n))
     values[1, 10 : 10 + run] = 1.0
-    assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == ([2] if stuck else [])
+    assert list(find_bad_channels(Recording(time=np.arange(float(n)), values=values))) == (
+        [2] if stuck else []
+    )

@@ -1,4 +1,6 @@
-"""The robot's speeds and profiles: controls of the same compliance, and each group measured by itself."""
+"""The robot's speeds and profiles: controls of the same compliance, and each group measured by
+itself.
+"""
 
 import numpy as np
 import pytest
@@ -6,7 +8,13 @@ import pytest
 from feeler.decoding import Relative, compute_sweep
 from feeler.dispersion import compute_dispersion
 from feeler.robot import comparison, make_robot
-from feeler.robot.comparison import DURATION, PROFILES, compute_comparison, make_profiles, simulate_comparison
+from feeler.robot.comparison import (
+    DURATION,
+    PROFILES,
+    compute_comparison,
+    make_profiles,
+    simulate_comparison,
+)
 from feeler.robot.touches import SPEEDS, make_touches
 
 
@@ -16,7 +24,9 @@ def test_profiles_have_one_compliance_and_one_damping_time():
     robot = make_robot()
     for name, antenna in profiles.items():
         assert np.sum(1 / antenna.stiffness) == pytest.approx(np.sum(1 / robot.stiffness))
-        np.testing.assert_allclose(antenna.damping / antenna.stiffness, robot.damping[0] / robot.stiffness[0])
+        np.testing.assert_allclose(
+            antenna.damping / antenna.stiffness, robot.damping[0] / robot.stiffness[0]
+        )
         assert antenna.name == f"robot {name}"
     assert np.ptp(profiles["constant"].stiffness) == 0
     exponential = profiles["exponential"].stiffness
@@ -24,13 +34,17 @@ def test_profiles_have_one_compliance_and_one_damping_time():
 
 
 def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
-    """Random tensors in the place of touches: those of the linear profile and the slow speed are the robot's own."""
+    """Random tensors in the place of touches: those of the linear profile and the slow speed are
+    the robot's own.
+    """
     planted = {}
 
     def touch(antenna, *, speeds=SPEEDS):
         trials = make_touches(speeds=speeds)
         rng = np.random.default_rng(len(planted))
-        planted[antenna.name] = rng.random((len(trials), 8, 30)) * (1 + np.arange(len(trials)))[:, None, None]
+        planted[antenna.name] = (
+            rng.random((len(trials), 8, 30)) * (1 + np.arange(len(trials)))[:, None, None]
+        )
         return planted[antenna.name], trials
 
     monkeypatch.setattr(comparison, "simulate_comparison", touch)
@@ -45,16 +59,22 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
         dispersion = compute_dispersion(np.concatenate(list(expected.values())), list(names))
         for name, tensors in expected.items():
             noise = Relative(each="tensor")
-            sweep = compute_sweep(tensors, classes, ratios=(0.2,), n_repeats=2, noise=noise, random_state=3)
+            sweep = compute_sweep(
+                tensors, classes, ratios=(0.2,), n_repeats=2, noise=noise, random_state=3
+            )
             assert measured[name]["accuracy"] == pytest.approx(sweep.noisy.mean())
             for index in ("pearson", "ssim", "mse", "nmi"):
-                assert measured[name][index] == pytest.approx(dispersion.average[index][name].estimate)
+                assert measured[name][index] == pytest.approx(
+                    dispersion.average[index][name].estimate
+                )
 
 
 def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     motions = [np.arange(-4.0, 8.0)[None].repeat(2, axis=0)] * 10
     asked = {}
-    monkeypatch.setattr(comparison, "simulate_touches", lambda _, trials, **how: asked.update(how) or motions)
+    monkeypatch.setattr(
+        comparison, "simulate_touches", lambda _, trials, **how: asked.update(how) or motions
+    )
     tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=SPEEDS[:1])
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
     assert asked == {"duration": DURATION} and {trial.speed for trial in trials} == {0.27}

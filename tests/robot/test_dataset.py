@@ -45,7 +45,9 @@ def test_different_durations_are_never_mended_in_silence():
         make_dataset(pair)
     assert make_dataset(pair, lengths="crop").sizes["time"] == 30
     held = make_dataset(pair, lengths="hold")
-    np.testing.assert_array_equal(held["angle"][1, :, 30:], np.tile(pair[1].values[:, -1:], (1, 20)))
+    np.testing.assert_array_equal(
+        held["angle"][1, :, 30:], np.tile(pair[1].values[:, -1:], (1, 20))
+    )
 
 
 @pytest.mark.parametrize(
@@ -53,7 +55,11 @@ def test_different_durations_are_never_mended_in_silence():
     [
         ([], {}, "at least one recording"),
         ([_recording(quantity="capacitance")], {}, "recording 0 holds capacitance"),
-        ([Recording(time=np.arange(9.0), values=np.zeros((7, 9)))], {}, "7 channels, the antenna 8"),
+        (
+            [Recording(time=np.arange(9.0), values=np.zeros((7, 9)))],
+            {},
+            "7 channels, the antenna 8",
+        ),
         ([_recording(time=np.arange(50.0) ** 1.1)], {}, "uneven time base"),
         ([_recording(time=np.arange(50.0) + 5)], {}, "does not start at 0"),
         ([_recording(), _recording(time=np.arange(50.0) * 2)], {}, "recordings every 1, 2 ms"),

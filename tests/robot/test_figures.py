@@ -1,4 +1,6 @@
-"""Figures 6, S2 and S7 draw from their data alone and are marked for what they are; examples and commands work."""
+"""Figures 6, S2 and S7 draw from their data alone and are marked for what they are; examples and
+commands work.
+"""
 
 import json
 from pathlib import Path
@@ -24,7 +26,9 @@ def data():
 
 
 def _texts(figure):
-    return " ".join(text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text")))
+    return " ".join(
+        text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))
+    )
 
 
 def test_fig6_and_s7_say_surrogate_and_simulation(data):
@@ -56,7 +60,9 @@ def test_fig6_data_hang_together(data):
 
 def test_a_difference_is_relative_to_the_simulation_of_the_same_touch():
     first, second = ("ball", 1.0, 0.27), ("box", 1.0, 0.27)
-    training = SimpleNamespace(labels=[second, first], values=np.array([[[3.0, 4.0]], [[0.0, 2.0]]]))
+    training = SimpleNamespace(
+        labels=[second, first], values=np.array([[[3.0, 4.0]], [[0.0, 2.0]]])
+    )
     touches = SimpleNamespace(labels=[first, second], values=np.array([[[0.0, 1.0]], [[3.0, 5.0]]]))
     found = figS7.compute_differences(SimpleNamespace(training=training, touches=touches))
     assert found == pytest.approx({first: 0.5, second: 0.2})
@@ -64,7 +70,9 @@ def test_a_difference_is_relative_to_the_simulation_of_the_same_touch():
 
 def test_figS2_gives_back_what_was_planted_and_says_synthetic():
     data = figS2.compute()
-    np.testing.assert_allclose(data.exploration.mean_peak, data.planted, rtol=0.06)  # noise lifts peaks
+    np.testing.assert_allclose(
+        data.exploration.mean_peak, data.planted, rtol=0.06
+    )  # noise lifts peaks
     assert data.planted.mean() == pytest.approx(np.deg2rad(86.67e-3))
     figure = Figure()
     figS2.plot(data, figure)
@@ -78,7 +86,9 @@ def test_example_files_are_labelled():
         assert get_example(name).read_text().startswith("# source: surrogate\n")
     with pytest.raises(InvalidInput, match="valid: recording, calibration, release"):
         get_example("other")
-    tracks = get_example("recording").parents[2] / "tracking" / "data" / "synthetic_tracks_xypts.csv"
+    tracks = (
+        get_example("recording").parents[2] / "tracking" / "data" / "synthetic_tracks_xypts.csv"
+    )
     assert load_tracks(tracks, frame_rate=30).source == "synthetic"
 
 
@@ -129,16 +139,30 @@ def test_check_and_fit_leave_pages_that_say_what_they_print(run, tmp_path):
     found = json.loads(fitted.stdout)
     assert found == json.loads((tmp_path / "fitted/robot.json").read_text())
     page = (tmp_path / "fitted/robot.html").read_text()
-    assert f"p1 = {found['stiffness_factor']:.4f}" in page and f"{1e3 * found['recording']['frequency']:.3f}" in page
+    assert (
+        f"p1 = {found['stiffness_factor']:.4f}" in page
+        and f"{1e3 * found['recording']['frequency']:.3f}" in page
+    )
 
 
 def test_a_stream_leaves_a_page_of_what_it_thought(run, tmp_path):
-    said = run("robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json", "--out", "s")
+    said = run(
+        "robot",
+        "stream",
+        EXAMPLES["recording"],
+        "--calibration",
+        "calibration.json",
+        "--json",
+        "--out",
+        "s",
+    )
     answers = [json.loads(line) for line in said.stdout.splitlines()]
     kept = json.loads((tmp_path / "s/robot.json").read_text())
     last = [answer for answer in answers if "probability" in answer][-1]
     belief = np.array(kept["posterior"])
-    assert belief.shape == (len(kept["time"]), len(kept["classes"])) and np.allclose(belief.sum(axis=1), 1)
+    assert belief.shape == (len(kept["time"]), len(kept["classes"])) and np.allclose(
+        belief.sum(axis=1), 1
+    )
     assert np.isclose(belief.max(axis=1), last["probability"], rtol=1e-9).any()
     assert (tmp_path / "s/robot.html").read_text().count("data:image/png") == 1
 
@@ -158,19 +182,34 @@ def test_a_stream_says_what_the_decoder_knows(run, monkeypatch):
     monkeypatch.setattr("feeler.robot.make_decoder", lambda *_, **__: decoder)
     still = "\n".join(f"{t},0,0,0,0,0,0,0,0" for t in range(50))
     assert run("robot", "stream", "-", input=still).output.endswith("no contact\n")
-    said = run("robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json").stdout
+    said = run(
+        "robot", "stream", EXAMPLES["recording"], "--calibration", "calibration.json", "--json"
+    ).stdout
     *states, end = map(json.loads, said.splitlines())
-    recording = load_recording(EXAMPLES["recording"]).to_angles(load_calibration("calibration.json"))
-    known = {state.since_contact: state for state in decoder.replay(recording.values, recording.time)}
+    recording = load_recording(EXAMPLES["recording"]).to_angles(
+        load_calibration("calibration.json")
+    )
+    known = {
+        state.since_contact: state for state in decoder.replay(recording.values, recording.time)
+    }
     assert [s["since_contact"] for s in states] == [*range(0, max(known) + 1, 50)]
     for said in states:
         state = known[said["since_contact"]]
         assert (said["state"], said["probability"]) == (state.state, state.probability)
         assert tuple(said["label"].values()) == state.label
-    assert end == {"contact": True, "missing": 5, "lost": 0, "late": 0, "broken": 0, "truth": recording.labels}
+    assert end == {
+        "contact": True,
+        "missing": 5,
+        "lost": 0,
+        "late": 0,
+        "broken": 0,
+        "truth": recording.labels,
+    }
 
 
 def test_errors_reach_the_caller(run):
     result = run("robot", "classify", EXAMPLES["recording"])
-    assert isinstance(result.exception, InvalidInput) and "give --calibration" in str(result.exception)
+    assert isinstance(result.exception, InvalidInput) and "give --calibration" in str(
+        result.exception
+    )
     assert isinstance(run("tracks", "absent.csv", "--frame-rate", "30").exception, InvalidInput)

@@ -31,7 +31,9 @@ def _cosine(frequency, zeta, offset=0.0):
     return np.exp(-decay * TIME) * np.cos(omega * TIME) + offset
 
 
-@pytest.mark.parametrize(("frequency", "zeta"), [(0.0044, 0.024), (0.010, 0.1), (0.003, 0.25), (0.02, 0.37)])
+@pytest.mark.parametrize(
+    ("frequency", "zeta"), [(0.0044, 0.024), (0.010, 0.1), (0.003, 0.25), (0.02, 0.37)]
+)
 def test_a_damped_cosine_is_measured_exactly(frequency, zeta):
     ringing = measure_ringing(TIME, 12 * _cosine(frequency, zeta, offset=0.3))
     assert ringing.frequency == pytest.approx(frequency, rel=1e-4)
@@ -42,7 +44,9 @@ def test_a_damped_cosine_is_measured_exactly(frequency, zeta):
 def test_r_squared_is_the_share_of_the_variance_that_is_not_noise():
     noisy = _cosine(0.005, 0.05) + np.random.default_rng(0).normal(0, 0.05, TIME.size)
     ringing = measure_ringing(TIME, noisy)
-    assert 1 - ringing.r_squared == pytest.approx(0.05**2 / noisy[50:].var(), rel=0.1)  # from the first crossing on
+    assert 1 - ringing.r_squared == pytest.approx(
+        0.05**2 / noisy[50:].var(), rel=0.1
+    )  # from the first crossing on
 
 
 def test_noise_moves_the_answer_little():
@@ -77,9 +81,14 @@ def test_four_crossings_of_rest_are_two_cycles():
 def test_factors_in_closed_form_are_those_that_give_the_mode(planted):
     stiffness, damping = planted
     theory = make_robot(stiffness_factor=1.0, damping_factor=1.0)
-    mode = compute_modes(theory.replace(stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness), 1)
+    mode = compute_modes(
+        theory.replace(stiffness=stiffness * theory.stiffness, damping=damping * theory.stiffness),
+        1,
+    )
     zeta = mode.damping_ratio[0]
-    target = Ringing(frequency=mode.frequency[0] * np.sqrt(1 - zeta**2), damping_ratio=zeta, r_squared=1.0)
+    target = Ringing(
+        frequency=mode.frequency[0] * np.sqrt(1 - zeta**2), damping_ratio=zeta, r_squared=1.0
+    )
     np.testing.assert_allclose(solve_factors(target, theory), planted, rtol=1e-9)
 
 
@@ -102,16 +111,21 @@ def test_planted_factors_come_back(planted):
 def test_tips_of_a_release_and_of_the_antenna_that_made_it_are_one():
     robot = make_robot()
     motion = simulate_release(robot, make_posture(robot), 1500.0)
-    moved = Recording(time=100.0 + np.arange(motion.shape[1]), values=motion + 0.01)  # begun late, off zero
+    moved = Recording(
+        time=100.0 + np.arange(motion.shape[1]), values=motion + 0.01
+    )  # begun late, off zero
     recorded, model = compare_tips(moved, robot)
     assert recorded[0] == pytest.approx(15.0, abs=1.0)  # make_posture's deflection [mm]
-    assert np.abs(recorded - model).max() < 0.02 * 15.0  # but for what still rings where rest is taken
+    assert (
+        np.abs(recorded - model).max() < 0.02 * 15.0
+    )  # but for what still rings where rest is taken
 
 
 def test_engines_release_alike():
     robot = make_robot()
     ours, theirs = (
-        simulate_release(robot, make_posture(robot), 60.0, engine=e) for e in ("chain-consistent", "mujoco")
+        simulate_release(robot, make_posture(robot), 60.0, engine=e)
+        for e in ("chain-consistent", "mujoco")
     )
     np.testing.assert_allclose(ours, theirs, atol=0.01 * np.abs(theirs).max())
     assert not np.array_equal(ours, theirs)
@@ -119,7 +133,10 @@ def test_engines_release_alike():
 
 @pytest.mark.parametrize(
     ("posture", "duration", "message"),
-    [(np.zeros(7), 10.0, "one angle per hinge: 8, got"), (np.zeros(8), -1.0, "duration must be a number > 0")],
+    [
+        (np.zeros(7), 10.0, "one angle per hinge: 8, got"),
+        (np.zeros(8), -1.0, "duration must be a number > 0"),
+    ],
 )
 def test_what_cannot_be_released_is_refused(posture, duration, message):
     with pytest.raises(InvalidInput, match=message):
@@ -128,7 +145,9 @@ def test_what_cannot_be_released_is_refused(posture, duration, message):
 
 def test_a_hinge_without_stiffness_does_not_turn_in_a_held_posture():
     robot = make_robot()
-    posture = make_posture(robot.replace(stiffness=np.where(np.arange(8) == 0, 0.0, robot.stiffness)))
+    posture = make_posture(
+        robot.replace(stiffness=np.where(np.arange(8) == 0, 0.0, robot.stiffness))
+    )
     assert posture[0] == 0.0 and np.all(posture[1:] > 0)
 
 
@@ -162,7 +181,9 @@ def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
     monkeypatch.setattr(factors, "minimize", minimize)
     target = Ringing(frequency=0.004, damping_ratio=0.1, r_squared=1.0)
     reached = Ringing(frequency=0.0048, damping_ratio=0.11, r_squared=1.0)
-    found = factors._search_powell(lambda p: (reached if p[0] < 3 else None, None), target, np.array([2.0, 5.0]))
+    found = factors._search_powell(
+        lambda p: (reached if p[0] < 3 else None, None), target, np.array([2.0, 5.0])
+    )
     np.testing.assert_allclose(found, np.array([2.0, 5.0]) * np.exp(0.5))
     np.testing.assert_allclose(np.exp(seen["bounds"]), np.outer([2.0, 5.0], np.exp([-1.0, 1.0])))
     assert seen["cost"](np.log([2.0, 5.0])) == pytest.approx(np.hypot(0.2, 0.1))
@@ -172,12 +193,19 @@ def test_powell_searches_by_a_factor_e_either_way(monkeypatch):
 @pytest.mark.parametrize(("bend", "enough"), [(0.0199, False), (0.0201, True)])
 def test_a_release_is_measured_from_a_fiftieth_of_a_radian_on_in_all_hinges_together(bend, enough):
     recording = Recording(time=TIME, values=np.full((8, 1), bend / 8) * _cosine(0.004, 0.05))
-    with nullcontext() if enough else pytest.raises(InvalidInput, match="no deflection worth measuring"):
+    with (
+        nullcontext()
+        if enough
+        else pytest.raises(InvalidInput, match="no deflection worth measuring")
+    ):
         assert factors._check_release(recording, make_robot()) is recording.values
 
 
 def test_a_release_is_counted_from_the_mean_of_the_last_quarter():
-    values = np.concatenate([np.linspace(1.0, 0.0, 30), np.full(10, 0.25)])[None] * np.arange(1.0, 9.0)[:, None]
+    values = (
+        np.concatenate([np.linspace(1.0, 0.0, 30), np.full(10, 0.25)])[None]
+        * np.arange(1.0, 9.0)[:, None]
+    )
     held, lasting = factors._find_release(Recording(time=2.0 * np.arange(40), values=values))
     np.testing.assert_allclose(held, 0.75 * np.arange(1.0, 9.0))
     assert lasting == 79.0  # the span and one sample of 1 ms
@@ -186,7 +214,9 @@ def test_a_release_is_counted_from_the_mean_of_the_last_quarter():
 def test_posture_is_the_linear_static_deflection():
     robot = make_robot().replace(damping=np.geomspace(0.01, 1.0, 8))  # which has no part in it
     posture = make_posture(robot, 0.1)
-    np.testing.assert_allclose(make_posture(robot), 150 * posture)  # 15 mm unless another deflection is given
+    np.testing.assert_allclose(
+        make_posture(robot), 150 * posture
+    )  # 15 mm unless another deflection is given
     assert robot.shape(posture)[-1, 0] == pytest.approx(0.1, rel=1e-4)
     arm = robot.length - robot.hinge_position
     force = robot.stiffness * posture / arm  # the same tip force explains every hinge
@@ -196,7 +226,10 @@ def test_posture_is_the_linear_static_deflection():
 @pytest.mark.parametrize(
     ("recording", "message"),
     [
-        (Recording(time=TIME, values=np.ones((8, 2000)), quantity="capacitance"), "needs hinge angles"),
+        (
+            Recording(time=TIME, values=np.ones((8, 2000)), quantity="capacitance"),
+            "needs hinge angles",
+        ),
         (Recording(time=TIME, values=np.ones((7, 2000))), "7 channels, the model 8 hinges"),
         (Recording(time=TIME, values=np.zeros((8, 2000))), "no deflection worth measuring"),
     ],

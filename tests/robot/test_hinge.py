@@ -13,7 +13,9 @@ def test_stiffness_of_a_worked_example():
     assert stiffness[0] == pytest.approx(0.5729166666666667, rel=1e-12)
 
 
-@pytest.mark.parametrize(("field", "power"), [("thickness", 3), ("modulus", 1), ("length", -1), ("width", 1)])
+@pytest.mark.parametrize(
+    ("field", "power"), [("thickness", 3), ("modulus", 1), ("length", -1), ("width", 1)]
+)
 def test_stiffness_scales_with_each_measure(field, power):
     base = make_flexures()
     doubled = make_flexures(**{field: 2 * getattr(base, field)})
@@ -41,7 +43,9 @@ def test_geometry_of_the_preset():
 
 def test_every_number_has_a_source_tag():
     assert {fact.tag for fact in FACTS.values()} <= {"P", "A", "B", "C", "D"}
-    assert {FACTS[name].tag for name in ("thickness", "hinge_length")} == {"C"}  # never to be claimed
+    assert {FACTS[name].tag for name in ("thickness", "hinge_length")} == {
+        "C"
+    }  # never to be claimed
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
-"""Anyone's robot: any number of hinges and sensors, objects of one's own, answers that say how sure they are."""
+"""Anyone's robot: any number of hinges and sensors, objects of one's own, answers that say how sure
+they are.
+"""
 
 import json
 from dataclasses import replace
@@ -50,17 +52,27 @@ def run(*words):
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """A folder with a robot of twelve hinges, two objects, and recordings of touches with known truth."""
+    """A folder with a robot of twelve hinges, two objects, and recordings of touches with known
+    truth.
+    """
     folder = tmp_path_factory.mktemp("lab")
     write_robot(folder / "robot.toml", 12)
-    text = (folder / "robot.toml").read_text().replace('# calibration = "calibration.json"', 'calibration = "c.json"')
+    text = (
+        (folder / "robot.toml")
+        .read_text()
+        .replace('# calibration = "calibration.json"', 'calibration = "c.json"')
+    )
     (folder / "robot.toml").write_text(text)
     (folder / "objects.toml").write_text(OBJECTS)
     antenna = load_robot(folder / "robot.toml").antenna
     robot = make_surrogate(np.random.default_rng(3), nominal=antenna, name="my robot")
     save_calibration(robot.calibration, folder / "c.json")
-    touches = make_touches(features=load_objects(folder / "objects.toml"), locations=(0.9,), speeds=(0.3,))
-    for touch, recording in zip(touches, robot.touch(touches, reach=antenna.length / make_robot().length), strict=True):
+    touches = make_touches(
+        features=load_objects(folder / "objects.toml"), locations=(0.9,), speeds=(0.3,)
+    )
+    for touch, recording in zip(
+        touches, robot.touch(touches, reach=antenna.length / make_robot().length), strict=True
+    ):
         save_recording(recording, folder / f"{touch.name}.csv")
     return folder
 
@@ -73,7 +85,11 @@ def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
     np.testing.assert_allclose(robot.antenna.damping, 2.0 * robot.theory.stiffness)
     for words in ("w [mm]", "t [mm]", "ℓ [mm]", "p2 [ms]"):
         assert words in (tmp_path / "r.toml").read_text()
-    plain = [line for line in (tmp_path / "r.toml").read_text().splitlines() if not line.startswith("hinges")]
+    plain = [
+        line
+        for line in (tmp_path / "r.toml").read_text().splitlines()
+        if not line.startswith("hinges")
+    ]
     (tmp_path / "plain.toml").write_text("\n".join(plain))
     for name in ("r.toml", "plain.toml"):  # every hinge is sensed unless another list is given
         np.testing.assert_array_equal(load_robot(tmp_path / name).antenna.sensors, [1, 2, 3, 4, 5])
@@ -107,17 +123,36 @@ def test_the_tip_of_sensed_hinges_is_the_whole_tip_where_the_others_are_straight
     robot = make_robot().replace(sensors=[1, 3, 6])
     angle = np.zeros((8, 5))
     angle[robot.sensors - 1] = np.random.default_rng(0).normal(0, 0.1, (3, 5))
-    np.testing.assert_allclose(compute_tip(robot, angle[robot.sensors - 1]), compute_tip(robot, angle))
+    np.testing.assert_allclose(
+        compute_tip(robot, angle[robot.sensors - 1]), compute_tip(robot, angle)
+    )
     with pytest.raises(InvalidInput, match="the 8 hinges of the antenna, or its 3 sensors"):
         compute_tip(robot, np.zeros((7, 5)))
 
 
 def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
-    said = run("robot", "classify", lab / "bolt.csv", lab / "wedge.csv", "--antenna", lab / "robot.toml",
-               "--objects", lab / "objects.toml", "--speeds", "0.3", "--locations", "0.6,0.9", "--json")  # fmt: skip
+    said = run(
+        "robot",
+        "classify",
+        lab / "bolt.csv",
+        lab / "wedge.csv",
+        "--antenna",
+        lab / "robot.toml",
+        # fmt: skip
+        "--objects",
+        lab / "objects.toml",
+        "--speeds",
+        "0.3",
+        "--locations",
+        "0.6,0.9",
+        "--json",
+    )
     assert said.exit_code == 0, said.output
     for answer in json.loads(said.stdout):
-        assert 0.25 < answer["probability"] <= 1 and answer["runner_up_probability"] <= answer["probability"]
+        assert (
+            0.25 < answer["probability"] <= 1
+            and answer["runner_up_probability"] <= answer["probability"]
+        )
         assert answer["label"]["feature"] in ("bolt", "wedge")
         assert answer["truth"] == {"feature": answer["file"][:-4], "location": 0.9, "speed": 0.3}
         assert answer["right"]["location"] and answer["known"]
@@ -143,7 +178,11 @@ def test_probabilities_are_tempered_and_truth_is_judged():
     right = classifier.score(noisy[60:], [labels[i] for i in index[60:]])
     assert sure.max(axis=1).mean() == pytest.approx(right, abs=0.15)  # as sure as it is right
     answer = judge_touch(classifier, clean[0], {"feature": "box", "speed": 0.1, "size": 4.0})
-    assert answer.label == labels[0] and answer.right == {"feature": False, "speed": True} and answer.known
+    assert (
+        answer.label == labels[0]
+        and answer.right == {"feature": False, "speed": True}
+        and answer.known
+    )
     assert "WRONG: feature" in str(answer)
     assert "no such class" in str(judge_touch(classifier, clean[0], {"feature": "cone"}))
     still = judge_touch(classifier, np.full((2, 40), np.nan), {})
@@ -155,12 +194,16 @@ def test_factors_of_any_antenna_come_back_from_its_release(tmp_path):
     theory = load_robot(tmp_path / "r.toml").theory
     planted = theory.replace(stiffness=1.3 * theory.stiffness, damping=2.4 * theory.stiffness)
     motion = simulate_release(planted, make_posture(planted, 4.0), 600.0)
-    found = fit_factors(Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion), theory=theory)
+    found = fit_factors(
+        Recording(time=np.arange(motion.shape[1]) * 1.0, values=motion), theory=theory
+    )
     assert (found.stiffness_factor, found.damping_factor) == pytest.approx((1.3, 2.4), rel=0.01)
 
 
 def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypatch):
-    monkeypatch.setattr("feeler.robot.parts.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")})
+    monkeypatch.setattr(
+        "feeler.robot.parts.PARTS", {name: PARTS[name] for name in ("gain", "hysteresis")}
+    )
     asked = (
         "--antenna",
         lab / "robot.toml",
@@ -175,10 +218,14 @@ def test_each_part_of_the_gap_is_measured_alone_and_drawn_as_bars(lab, monkeypat
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert found["contacts"] == 2 and list(found["shares"]) == ["gain", "hysteresis"]
-    assert all(0 <= low <= value <= high <= 1 for value, low, high in found["shares"]["gain"].values())
+    assert all(
+        0 <= low <= value <= high <= 1 for value, low, high in found["shares"]["gain"].values()
+    )
     assert json.loads((lab / "gap" / "robot.json").read_text())["contacts"] == 2
     page = (lab / "gap" / "robot.html").read_text()
-    assert "What the gap costs" in page and "hysteresis" in page and page.count("data:image/png") == 1
+    assert (
+        "What the gap costs" in page and "hysteresis" in page and page.count("data:image/png") == 1
+    )
 
 
 def test_a_part_keeps_its_entries_and_no_other():
@@ -200,7 +247,9 @@ def test_a_replayed_recording_arrives_whole_and_no_faster_than_it_was_recorded(t
     assert monotonic() - began > 0.199 and done.exit_code == 0
     samples = list(read_samples(done.output.splitlines(), 8))
     np.testing.assert_allclose([at for at, _ in samples], time)
-    np.testing.assert_allclose(np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(
+        np.transpose([one for _, one in samples]), values, rtol=1e-4, atol=1e-4
+    )
 
 
 def test_a_sketch_has_the_asked_channels_and_rate(tmp_path):

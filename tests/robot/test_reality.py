@@ -1,4 +1,6 @@
-"""Transfer to surrogate robots: perfect without a gap, worse with one; nothing leaks from test to training."""
+"""Transfer to surrogate robots: perfect without a gap, worse with one; nothing leaks from test to
+training.
+"""
 
 import numpy as np
 import pytest
@@ -36,14 +38,17 @@ def classifier(training):
 def test_the_training_set_is_30_classes_and_every_touch_has_a_peak(training):
     assert len(set(training.labels)) == len(training.labels) == 30
     assert training.aligned.touched.all()
-    tip = np.einsum("n,knt->kt", training.antenna.segment_length, np.sin(np.cumsum(training.values, axis=1)))
+    tip = np.einsum(
+        "n,knt->kt", training.antenna.segment_length, np.sin(np.cumsum(training.values, axis=1))
+    )
     peak = tip[:, 1500]
     assert np.all(peak >= tip[:, 1499]) and np.all(peak >= tip[:, 1501])
     assert training.before == 1500
 
 
 @pytest.mark.parametrize(
-    ("speed", "length", "before"), [(0.027, 1, 1500), (0.27, 1, 1500), (0.02, 1, 2025), (0.27, 20, 3000)]
+    ("speed", "length", "before"),
+    [(0.027, 1, 1500), (0.27, 1, 1500), (0.02, 1, 2025), (0.27, 20, 3000)],
 )
 def test_the_window_is_longer_for_slower_touches_and_longer_antennae(speed, length, before):
     robot = make_robot()
@@ -85,7 +90,9 @@ def test_touches_together_equal_touches_alone():
     robot = make_robot()
     stiff = robot.replace(stiffness=1.2 * robot.stiffness)
     together = simulate_pairs([(robot, trials[0]), (stiff, trials[1]), (robot, trials[2])])
-    alone = [simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)]
+    alone = [
+        simulate_touches(a, [t])[0] for a, t in zip((robot, stiff, robot), trials, strict=True)
+    ]
     for one, other in zip(together, alone, strict=True):
         np.testing.assert_array_equal(one, other)
 
@@ -110,11 +117,15 @@ def test_whole_robots_join_the_training_with_their_faults():
     joined = add_robots(training, draw_robots(1.0, 2, seed=9), touches)
     assert joined.labels == training.labels * 3
     np.testing.assert_array_equal(joined.values[:2], training.values)
-    assert np.ptp(training.motions[0][:, :15]) == 0 < np.ptp(joined.motions[2][:, :15])  # a sensor never rests exactly
+    assert (
+        np.ptp(training.motions[0][:, :15]) == 0 < np.ptp(joined.motions[2][:, :15])
+    )  # a sensor never rests exactly
 
 
 def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
-    repeatable = Gap(**{**vars(Gap().scaled(0)), "stiffness_each": 0.4, "mass": 0.4, "length": 0.1, "gain": 0.6})
+    repeatable = Gap(
+        **{**vars(Gap().scaled(0)), "stiffness_each": 0.4, "mass": 0.4, "length": 0.1, "gain": 0.6}
+    )
     robots = draw_robots(1.0, 1, seed=5, gap=repeatable)
     zero, one = sweep_shots(training, (0, 1), robots)
     assert zero.total == one.total == 6
@@ -129,5 +140,8 @@ def test_a_recording_without_contact_says_so(classifier):
 
 @pytest.mark.slow
 def test_transfer_falls_with_the_gap(classifier):
-    shares = [measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0] for s in (0, 1, 3)]
+    shares = [
+        measure_transfer(classifier, touch_robots(draw_robots(s, 10, seed=1))).share()[0]
+        for s in (0, 1, 3)
+    ]
     assert shares[0] > shares[1] > shares[2]

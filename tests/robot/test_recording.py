@@ -13,7 +13,9 @@ from feeler.robot.sensor import fit_sensors
 
 def _write(tmp_path, header, rows, notes=""):
     path = tmp_path / "r.csv"
-    path.write_text(notes + ",".join(header) + "\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    path.write_text(
+        notes + ",".join(header) + "\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n"
+    )
     return path
 
 
@@ -50,7 +52,10 @@ def test_swapped_columns_are_ordered_by_number_and_said(tmp_path):
 
 
 def test_notes_become_labels(tmp_path):
-    notes = "# source: surrogate\n# robot: A\n# feature: ball\n# size: 5 mm\n# location: 0.9\n# speed: 0.027 m/s\n"
+    notes = (
+        "# source: surrogate\n# robot: A\n# feature: ball\n# size: 5 mm\n# location: 0.9\n# speed:"
+        " 0.027 m/s\n"
+    )
     recording = load_recording(_write(tmp_path, _header(), ROWS, notes))
     assert (recording.source, recording.robot) == ("surrogate", "A")
     assert recording.labels == {"feature": "ball", "size": 5.0, "location": 0.9, "speed": 0.027}
@@ -72,11 +77,21 @@ def test_notes_become_labels(tmp_path):
         (_header(time="time"), ROWS, "", "has no time unit; valid: ms, s, us"),
         ([*_header()[:8], "hinge8_rad"], ROWS, "", "mixed units .deg, rad"),
         ([*_header()[:8], "hinge8"], ROWS, "", "mixed units .deg, no unit"),
-        (["time_ms", *(f"c{k}" for k in range(1, 9))], ROWS, "", "unit of the channels is None; valid: rad"),
+        (
+            ["time_ms", *(f"c{k}" for k in range(1, 9))],
+            ROWS,
+            "",
+            "unit of the channels is None; valid: rad",
+        ),
         (_header(), [ROWS[1], ROWS[0]], "", "line 3: time runs backwards, from 1 to 0 ms"),
         (_header(), [["", *range(8)], ROWS[1]], "", "line 2: no time given"),
         (_header(), ROWS[:1], "", "at least 2 samples, got 1"),
-        (_header(), ROWS, "# source: cockroach\n", "unknown source 'cockroach'; valid: robot, surrogate"),
+        (
+            _header(),
+            ROWS,
+            "# source: cockroach\n",
+            "unknown source 'cockroach'; valid: robot, surrogate",
+        ),
         (_header(), ROWS, "# speed: fast\n", "note 'speed' must be a number, got 'fast'"),
     ],
 )
@@ -95,7 +110,8 @@ def test_a_time_unit_may_be_given_by_hand_or_stand_in_a_note(tmp_path):
     path = _write(tmp_path, _header(time="time"), ROWS)
     np.testing.assert_allclose(load_recording(path, time_unit="s").time, [0.0, 1000.0, 2000.0])
     np.testing.assert_allclose(
-        load_recording(_write(tmp_path, _header(time="time"), ROWS, "# time unit: us\n")).time, [0, 1e-3, 2e-3]
+        load_recording(_write(tmp_path, _header(time="time"), ROWS, "# time unit: us\n")).time,
+        [0, 1e-3, 2e-3],
     )
 
 
@@ -176,12 +192,16 @@ def test_long_gaps_refused_bridged_or_kept():
     values = wave.values.copy()
     values[2, 100:150] = np.nan
     holed = Recording(time=wave.time, values=values)
-    with pytest.raises(InvalidInput, match="hinge 3 has 1 gaps longer than 10 ms, the longest 51 ms"):
+    with pytest.raises(
+        InvalidInput, match="hinge 3 has 1 gaps longer than 10 ms, the longest 51 ms"
+    ):
         repair(holed)
     kept = repair(holed, gaps="keep")
     np.testing.assert_array_equal(np.isnan(kept.values[2]), np.isnan(values[2]))
     bridged = repair(holed, gaps="bridge")
-    np.testing.assert_allclose(np.diff(bridged.values[2, 99:151], 2), 0, atol=1e-9)  # a straight line
+    np.testing.assert_allclose(
+        np.diff(bridged.values[2, 99:151], 2), 0, atol=1e-9
+    )  # a straight line
     assert any("hinge 3: 1 gaps over 10 ms, bridged" in line for line in bridged.history)
     assert any("hinge 3: 50 missing values" in line for line in bridged.history)
 
@@ -192,7 +212,9 @@ def test_a_channel_that_starts_late_or_ends_early_has_a_gap_too(gone):
     values = wave.values.copy()
     values[1, gone] = np.nan
     late = Recording(time=wave.time, values=values)
-    with pytest.raises(InvalidInput, match="hinge 2 has 1 gaps longer than 10 ms, the longest 40 ms"):
+    with pytest.raises(
+        InvalidInput, match="hinge 2 has 1 gaps longer than 10 ms, the longest 40 ms"
+    ):
         repair(late)
     kept = repair(late, gaps="keep")
     np.testing.assert_array_equal(np.isnan(kept.values), np.isnan(values))
@@ -221,7 +243,9 @@ def test_bad_channels_are_named_and_never_used_in_silence(fault, words):
 
 def test_a_quiet_quantised_channel_is_not_called_saturated():
     rng = np.random.default_rng(2)
-    values = np.round(rng.normal(0, 0.4, (8, 2000)))  # three levels, long runs at the extremes are noise
+    values = np.round(
+        rng.normal(0, 0.4, (8, 2000))
+    )  # three levels, long runs at the extremes are noise
     assert find_bad_channels(Recording(time=np.arange(2000.0), values=values)) == {}
 
 
@@ -230,7 +254,9 @@ def test_a_channel_is_saturated_eight_noises_away_from_its_median(sds, stuck):
     """White noise of sd 0.1, and 150 samples in a row at one value that far beyond."""
     values = np.random.default_rng(3).normal(0, 0.1, (8, 4000))
     values[4, 1000:1150] = 0.1 * sds
-    assert list(find_bad_channels(Recording(time=np.arange(4000.0), values=values))) == ([5] if stuck else [])
+    assert list(find_bad_channels(Recording(time=np.arange(4000.0), values=values))) == (
+        [5] if stuck else []
+    )
 
 
 @pytest.mark.parametrize(("n", "run"), [(150, 20), (600, 60), (4000, 100)])
@@ -246,13 +272,17 @@ def test_a_channel_with_hysteresis_is_not_called_saturated():
 
     time = np.arange(2000.0)
     swing = np.sin(time / 40) * np.exp(-time / 800)
-    values = play(np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.1)  # rests about 30 ms at each turn
+    values = play(
+        np.stack([swing * (1 + 0.1 * k) for k in range(8)]), 0.1
+    )  # rests about 30 ms at each turn
     assert find_bad_channels(Recording(time=time, values=values)) == {}
 
 
 def test_doubled_and_backward_times_are_refused():
     wave = _wave(n=10)
-    with pytest.raises(InvalidInput, match="1 samples share their time with the one before, the first at 8 ms"):
+    with pytest.raises(
+        InvalidInput, match="1 samples share their time with the one before, the first at 8 ms"
+    ):
         repair(Recording(time=np.minimum(wave.time, 8), values=wave.values))
     with pytest.raises(InvalidInput, match="time runs backwards after sample 4"):
         repair(Recording(time=np.where(wave.time == 5, 0, wave.time), values=wave.values))
@@ -260,16 +290,23 @@ def test_doubled_and_backward_times_are_refused():
 
 def test_absurd_durations_are_refused_before_memory_is_taken():
     with pytest.raises(InvalidInput, match="Is the time unit right"):
-        repair(Recording(time=np.array([0.0, 1e15]), values=np.arange(16.0).reshape(8, 2)), gaps="bridge")
+        repair(
+            Recording(time=np.array([0.0, 1e15]), values=np.arange(16.0).reshape(8, 2)),
+            gaps="bridge",
+        )
 
 
 def test_calibration_of_another_robot_is_refused():
     levels = np.tile(np.linspace(-1, 1, 5), 8)
     fit = fit_sensors(np.repeat(np.arange(1, 9), 5), levels, 10 + levels, robot="A")
-    recording = Recording(time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance", robot="B")
+    recording = Recording(
+        time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance", robot="B"
+    )
     with pytest.raises(InvalidInput, match="belongs to robot 'A', the recording to 'B'"):
         recording.to_angles(fit)
-    angles = Recording(time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance").to_angles(fit)
+    angles = Recording(
+        time=np.arange(3.0), values=np.full((8, 3), 10.5), quantity="capacitance"
+    ).to_angles(fit)
     np.testing.assert_allclose(angles.values, 0.5)
     with pytest.raises(InvalidInput, match="already holds angles"):
         angles.to_angles(fit)
@@ -278,7 +315,10 @@ def test_calibration_of_another_robot_is_refused():
 @settings(max_examples=200, deadline=None)
 @example(["time_ms", "hinge1_deg"], "", "")  # a header and nothing below it
 @given(
-    st.lists(st.sampled_from(["time_ms", "t_s", "hinge1_deg", "c2_pF", "hinge2 (rad)", "c2", "x"]), max_size=4),
+    st.lists(
+        st.sampled_from(["time_ms", "t_s", "hinge1_deg", "c2_pF", "hinge2 (rad)", "c2", "x"]),
+        max_size=4,
+    ),
     st.text(alphabet="0123456789.,-\nNa", max_size=80),
     st.sampled_from(["", "# source: surrogate\n", "# speed: -\n", "# unit: furlong\n"]),
 )
@@ -289,4 +329,6 @@ def test_any_text_gives_a_recording_or_our_error(tmp_path_factory, header, body,
         fixed = repair(load_recording(path, n_channels=None), gaps="bridge", bad_channels="missing")
     except InvalidInput:
         return
-    assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(np.diff(fixed.time) > 0)
+    assert fixed.values.shape == (fixed.values.shape[0], fixed.time.size) and np.all(
+        np.diff(fixed.time) > 0
+    )

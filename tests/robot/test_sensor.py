@@ -1,4 +1,6 @@
-"""Sensor calibration: planted lines come back, their quality is measured, and nothing is extrapolated in silence."""
+"""Sensor calibration: planted lines come back, their quality is measured, and nothing is
+extrapolated in silence.
+"""
 
 import json
 
@@ -20,7 +22,9 @@ def _bench(noise=0.0, repeats=20, seed=0, drift=0.0):
     """Readings of three hinges at known angles, noise [rad] as an angle, drift [rad/ms]."""
     rng = np.random.default_rng(seed)
     levels = np.linspace(-20, 20, 9) * DEGREE
-    hinge, angle = (v.ravel() for v in np.meshgrid([1, 2, 3], np.repeat(levels, repeats), indexing="ij"))
+    hinge, angle = (
+        v.ravel() for v in np.meshgrid([1, 2, 3], np.repeat(levels, repeats), indexing="ij")
+    )
     time = rng.permutation(hinge.size) * 10.0
     seen = angle + noise * rng.standard_normal(angle.size) + drift * time
     k = hinge.astype(int) - 1
@@ -53,14 +57,18 @@ def test_a_bent_characteristic_shows_in_the_residual_but_not_in_the_resolution()
 def test_drift_is_the_trend_of_the_residuals():
     hinge, angle, capacitance, time = _bench(noise=0.01 * DEGREE, drift=1e-6)
     fit = fit_sensors(hinge, angle, capacitance, time=time)
-    np.testing.assert_allclose(fit.drift, -1e-6, rtol=0.05)  # known angle minus an angle that reads ever higher
+    np.testing.assert_allclose(
+        fit.drift, -1e-6, rtol=0.05
+    )  # known angle minus an angle that reads ever higher
     assert np.isnan(fit_sensors(hinge, angle, capacitance).drift).all()
 
 
 def test_apply_inverts_the_readings_within_the_range():
     fit = fit_sensors(*_bench()[:3])
     angle = np.tile(np.linspace(-19, 19, 50) * DEGREE, (3, 1))
-    np.testing.assert_allclose(fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10)
+    np.testing.assert_allclose(
+        fit.apply((angle - OFFSET[:, None]) / SLOPE[:, None]), angle, atol=1e-10
+    )
 
 
 def test_a_reading_may_lie_beyond_the_range_by_a_fiftieth_of_it():
@@ -96,7 +104,10 @@ def test_nothing_is_extrapolated_in_silence():
         (lambda h, a, c: (h[:-1], a, c), "lists of one length"),
         (lambda h, a, c: (h + 1, a, c), "numbered 1, 2, … without a hole, got 2, 3, 4"),
         (lambda h, a, c: (h[:0], a[:0], c[:0]), "without a hole, got none"),
-        (lambda h, a, c: (1.0 + np.arange(257), np.ones(257), np.ones(257)), "at most 256 hinges, got readings of 257"),
+        (
+            lambda h, a, c: (1.0 + np.arange(257), np.ones(257), np.ones(257)),
+            "at most 256 hinges, got readings of 257",
+        ),
         (lambda h, a, c: (h, np.where(h == 2, 0.1, a), c), "hinge 2 has 180 readings at 1 angles"),
         (lambda h, a, c: (h, a, np.where(h == 3, 7.0, c)), "hinge 3 reads 7 at every angle"),
         (lambda h, a, c: (h, a, np.where(h == 3, np.nan, c)), "must be complete"),
@@ -110,13 +121,17 @@ def test_bad_tables(change, message):
 def test_table_file_units_and_name(tmp_path):
     hinge, angle, capacitance, _ = _bench()
     rows = zip(hinge, np.rad2deg(angle), 1e3 * capacitance, strict=True)
-    text = "# robot: A\nhinge,angle_deg,capacitance_fF\n" + "\n".join(f"{h:g},{a!r},{c!r}" for h, a, c in rows)
+    text = "# robot: A\nhinge,angle_deg,capacitance_fF\n" + "\n".join(
+        f"{h:g},{a!r},{c!r}" for h, a, c in rows
+    )
     (tmp_path / "t.csv").write_text(text.replace("np.float64(", "").replace(")", ""))
     fit = load_calibration_table(tmp_path / "t.csv")
     np.testing.assert_allclose(fit.slope, SLOPE, rtol=1e-9)
     assert (fit.robot, fit.unit) == ("A", "pF")
     (tmp_path / "t.csv").write_text("hinge,angle,capacitance_pF\n1,2,3\n")
-    with pytest.raises(InvalidInput, match="no angle column; valid: angle_rad, angle_mrad, angle_deg"):
+    with pytest.raises(
+        InvalidInput, match="no angle column; valid: angle_rad, angle_mrad, angle_deg"
+    ):
         load_calibration_table(tmp_path / "t.csv")
 
 
@@ -148,10 +163,14 @@ def test_saved_and_loaded_is_the_same(tmp_path):
     for name in ("slope", "offset", "low", "high", "residual", "resolution", "drift", "r_squared"):
         np.testing.assert_array_equal(getattr(again, name), getattr(fit, name))
     assert again.robot == "A"
-    assert json.loads((tmp_path / "c.json").read_text())["version"] == 1  # older files must stay readable
+    assert (
+        json.loads((tmp_path / "c.json").read_text())["version"] == 1
+    )  # older files must stay readable
     with pytest.raises(InvalidInput, match="2 readings at 2 angles; a line needs 3 at 2"):
         fit_sensors(np.ones(2, int), np.array([0.0, 0.1]), np.array([1.0, 2.0]))
-    one = fit_sensors(np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([1.0, 2.0, 3.0]))  # of a single hinge
+    one = fit_sensors(
+        np.ones(3, int), np.array([0.0, 0.1, 0.2]), np.array([1.0, 2.0, 3.0])
+    )  # of a single hinge
     save_calibration(one, tmp_path / "one.json")
     assert load_calibration(tmp_path / "one.json").slope == one.slope
 
@@ -177,7 +196,11 @@ def test_damaged_files(tmp_path, change, message):
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.one_of(st.binary(max_size=200), st.just(b"[" * 50_000), st.just(b"[]"), st.just(b'{"format": 1}')))
+@given(
+    st.one_of(
+        st.binary(max_size=200), st.just(b"[" * 50_000), st.just(b"[]"), st.just(b'{"format": 1}')
+    )
+)
 def test_any_bytes_give_our_error(tmp_path_factory, raw):
     path = tmp_path_factory.mktemp("fuzz") / "c.json"
     path.write_bytes(raw)

@@ -1,4 +1,6 @@
-"""The surrogate robot: its faults do what they say, it is labelled everywhere, and no gap means no difference."""
+"""The surrogate robot: its faults do what they say, it is labelled everywhere, and no gap means no
+difference.
+"""
 
 from dataclasses import replace
 
@@ -6,7 +8,14 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.robot import Gap, make_dataset, make_robot, make_surrogate, make_tip_touches, simulate_touches
+from feeler.robot import (
+    Gap,
+    make_dataset,
+    make_robot,
+    make_surrogate,
+    make_tip_touches,
+    simulate_touches,
+)
 from feeler.robot.gap import draw_antenna, draw_trial
 from feeler.robot.recording import load_recording, save_recording
 from feeler.robot.sensing import draw_sensing, play
@@ -23,7 +32,9 @@ def test_the_grid_is_the_papers():
     assert {trial.feature.kind for trial in trials} == {"ball", "box"}
     assert len({trial.location for trial in trials}) == 5
     assert len(make_tip_touches(3)) == 18
-    assert {trial.location for trial in make_tip_touches()} == {max(trial.location for trial in trials)}
+    assert {trial.location for trial in make_tip_touches()} == {
+        max(trial.location for trial in trials)
+    }
 
 
 def test_without_a_gap_the_surrogate_is_the_model():
@@ -76,11 +87,15 @@ def test_compliant_mount_moves_the_whole_antenna_but_is_not_sensed():
 
 
 def test_a_location_is_counted_from_hinge_1_also_on_a_compliant_mount():
-    surrogate = make_surrogate(np.random.default_rng(3), gap=Gap(**{**vars(Gap().scaled(0)), "play": 0.1}))
+    surrogate = make_surrogate(
+        np.random.default_rng(3), gap=Gap(**{**vars(Gap().scaled(0)), "play": 0.1})
+    )
     for location in (0.1, 0.5, 1.0):
         _, trial = surrogate.carry_out([replace(FAST[0], location=location)])[0]
         free = surrogate.antenna.segment_length[1:].sum()
-        assert trial.location * surrogate.antenna.length == pytest.approx(surrogate.mount + location * free)
+        assert trial.location * surrogate.antenna.length == pytest.approx(
+            surrogate.mount + location * free
+        )
 
 
 def test_play_operator_laws():
@@ -90,20 +105,36 @@ def test_play_operator_laws():
     moved = play(signal, 0.7)
     assert np.all(np.abs(moved - signal) <= 0.7 + 1e-12)
     up = np.arange(10.0)[None]
-    np.testing.assert_allclose(play(up, 2.0)[0, 3:], up[0, 3:] - 2.0)  # lags by the half-width, on the way up
+    np.testing.assert_allclose(
+        play(up, 2.0)[0, 3:], up[0, 3:] - 2.0
+    )  # lags by the half-width, on the way up
     wiggle = np.array([[5.0, 4.5, 5.2, 4.9]])
-    np.testing.assert_array_equal(play(wiggle, 1.0), np.full((1, 4), 5.0))  # moves inside the gap are not seen
+    np.testing.assert_array_equal(
+        play(wiggle, 1.0), np.full((1, 4), 5.0)
+    )  # moves inside the gap are not seen
 
 
 @pytest.mark.parametrize(
     ("gap", "check"),
     [
         (Gap().scaled(0), lambda seen: np.allclose(seen[1], 0) and np.allclose(seen[0], 0.1)),
-        (Gap(**{**vars(Gap().scaled(0)), "crosstalk": 0.05}), lambda seen: np.allclose(seen[1], 0.005)),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "crosstalk": 0.05}),
+            lambda seen: np.allclose(seen[1], 0.005),
+        ),
         (Gap(**{**vars(Gap().scaled(0)), "bend": 0.35}), lambda seen: np.allclose(seen[0], 0.11)),
-        (Gap(**{**vars(Gap().scaled(0)), "noise": 0.01}), lambda seen: 0.009 < seen[1].std() < 0.011),
-        (Gap(**{**vars(Gap().scaled(0)), "quantum": 0.03}), lambda seen: np.unique(seen[0]).size == 1),
-        (Gap(**{**vars(Gap().scaled(0)), "drift": 0.02}), lambda seen: 0.002 < seen[1].std() < 0.06),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "noise": 0.01}),
+            lambda seen: 0.009 < seen[1].std() < 0.011,
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "quantum": 0.03}),
+            lambda seen: np.unique(seen[0]).size == 1,
+        ),
+        (
+            Gap(**{**vars(Gap().scaled(0)), "drift": 0.02}),
+            lambda seen: 0.002 < seen[1].std() < 0.06,
+        ),
     ],
 )
 def test_each_fault_of_the_sensing_by_itself(gap, check):
@@ -118,7 +149,9 @@ def test_draws_have_the_stated_spread():
     rng, robot, gap = np.random.default_rng(8), make_robot(), Gap()
     drawn = [draw_antenna(robot, gap, rng) for _ in range(400)]
     common = np.log([a.stiffness.mean() / robot.stiffness.mean() for a in drawn])
-    assert common.std() == pytest.approx(np.hypot(gap.stiffness, gap.stiffness_each / np.sqrt(8)), rel=0.15)
+    assert common.std() == pytest.approx(
+        np.hypot(gap.stiffness, gap.stiffness_each / np.sqrt(8)), rel=0.15
+    )
     assert np.std([a.rest_angle for a in drawn]) == pytest.approx(gap.rest_angle, rel=0.1)
     trials = [draw_trial(FAST[0], gap, rng) for _ in range(400)]
     assert np.std([t.location for t in trials]) == pytest.approx(gap.location, rel=0.15)
@@ -126,10 +159,13 @@ def test_draws_have_the_stated_spread():
 
 
 @pytest.mark.parametrize(
-    ("location", "speed", "reach", "ms"), [(0.5, 0.027, 1, 2643), (0.9, 0.27, 1, 583), (0.75, 0.135, 2, 1161)]
+    ("location", "speed", "reach", "ms"),
+    [(0.5, 0.027, 1, 2643), (0.9, 0.27, 1, 583), (0.75, 0.135, 2, 1161)],
 )
 def test_a_duration_by_hand(location, speed, reach, ms):
-    """20 ms, the sweep of 60 mm (at the middle) less 40 mm per length beyond at that speed, 400 ms; the next whole ms."""
+    """20 ms, the sweep of 60 mm (at the middle) less 40 mm per length beyond at that speed, 400 ms;
+    the next whole ms.
+    """
     assert choose_duration(make_touches(locations=(location,), speeds=(speed,))[0], reach) == ms
 
 
@@ -138,7 +174,9 @@ def test_duration_lets_the_slow_touch_finish():
     motion = simulate_touches(make_robot(), [slow])[0]
     assert motion.shape[1] == choose_duration(slow)
     tip = compute_tip(make_robot(), motion)
-    assert np.argmax(tip) < motion.shape[1] - 300 and tip[-400:].min() < -5  # released, and swung through
+    assert (
+        np.argmax(tip) < motion.shape[1] - 300 and tip[-400:].min() < -5
+    )  # released, and swung through
 
 
 def test_resting_level_is_subtracted_and_said():

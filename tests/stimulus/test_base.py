@@ -9,7 +9,9 @@ from feeler import Ball, BaseMotion, Trial
 from feeler.errors import InvalidInput
 
 TIME = np.linspace(0, 100, 23)
-POSE = np.stack([0.1 * TIME + np.sin(TIME / 9), np.cos(TIME / 7), 0.3 + 0.2 * np.sin(TIME / 11)], axis=1)
+POSE = np.stack(
+    [0.1 * TIME + np.sin(TIME / 9), np.cos(TIME / 7), 0.3 + 0.2 * np.sin(TIME / 11)], axis=1
+)
 MOTIONS = [BaseMotion(velocity=(0.1, -0.2), turn=0.003), BaseMotion(time=TIME, pose=POSE)]
 FOUR = [0, 1, 2, 3]
 
@@ -29,7 +31,9 @@ def test_a_path_has_no_jump_in_its_acceleration():
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_mirror_image_moves_the_other_way_across(motion):
-    np.testing.assert_allclose(motion.mirror().compute_pose(TIME), motion.compute_pose(TIME) * [-1, 1, -1], atol=1e-12)
+    np.testing.assert_allclose(
+        motion.mirror().compute_pose(TIME), motion.compute_pose(TIME) * [-1, 1, -1], atol=1e-12
+    )
     assert motion.mirror().mirror() == motion
 
 

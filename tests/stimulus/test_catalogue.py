@@ -8,10 +8,16 @@ from feeler.stimulus import load_objects
 
 
 def test_a_file_gives_its_features_in_order_and_under_their_names(tmp_path):
-    ball, lid = 'shape = "ball"\nradius = 3.0', 'name = "lid"\nshape = "box"\nhalf_width = 2.0\nhalf_height = 0.5'
+    ball, lid = (
+        'shape = "ball"\nradius = 3.0',
+        'name = "lid"\nshape = "box"\nhalf_width = 2.0\nhalf_height = 0.5',
+    )
     text = f"[[object]]\n{ball}\n[[object]]\n{lid}\n"
     (tmp_path / "o.toml").write_text(text)
-    assert load_objects(tmp_path / "o.toml") == [Ball(radius=3.0), Box(half_width=2.0, half_height=0.5, name="lid")]
+    assert load_objects(tmp_path / "o.toml") == [
+        Ball(radius=3.0),
+        Box(half_width=2.0, half_height=0.5, name="lid"),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -37,6 +43,8 @@ def test_a_wrong_objects_file_is_refused_by_name(tmp_path, text, match):
 
 def test_a_drawing_lies_beside_the_objects_file(tmp_path):
     (tmp_path / "leaf.csv").write_text("x,y\n0,-3\n0,3\n-5,0\n")
-    (tmp_path / "o.toml").write_text('[[object]]\nname = "leaf"\nshape = "outline"\nfile = "leaf.csv"')
+    (tmp_path / "o.toml").write_text(
+        '[[object]]\nname = "leaf"\nshape = "outline"\nfile = "leaf.csv"'
+    )
     (leaf,) = load_objects(tmp_path / "o.toml")
     assert (leaf.name, leaf.size) == ("leaf", 3)

@@ -1,4 +1,6 @@
-"""Outlines from drawings: the same shape from every format, curves within the tolerance, faults named."""
+"""Outlines from drawings: the same shape from every format, curves within the tolerance, faults
+named.
+"""
 
 from itertools import pairwise
 
@@ -32,10 +34,21 @@ def write_dxf(path, draw, units=4):
 def test_every_format_gives_the_same_plate(tmp_path):
     (tmp_path / "a.csv").write_text("x,y\n0,-1\n4,-1\n4,1\n0,1\n")
     write_svg(tmp_path / "a.svg", RECTANGLE)
-    write_dxf(tmp_path / "a.dxf", lambda m: m.add_lwpolyline([(7, 3), (11, 3), (11, 5), (7, 5)], close=True))
-    plates = [Outline.from_file(tmp_path / f"a.{ending}", name="plate") for ending in ("csv", "svg", "dxf")]
+    write_dxf(
+        tmp_path / "a.dxf",
+        lambda m: m.add_lwpolyline([(7, 3), (11, 3), (11, 5), (7, 5)], close=True),
+    )
+    plates = [
+        Outline.from_file(tmp_path / f"a.{ending}", name="plate")
+        for ending in ("csv", "svg", "dxf")
+    ]
     for plate in plates:
-        assert {tuple(corner) for corner in np.round(plate.vertices, 12)} == {(0, 1), (0, -1), (-4, 1), (-4, -1)}
+        assert {tuple(corner) for corner in np.round(plate.vertices, 12)} == {
+            (0, 1),
+            (0, -1),
+            (-4, 1),
+            (-4, -1),
+        }
 
 
 def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
@@ -46,7 +59,9 @@ def test_loose_lines_and_arcs_of_a_drawing_are_joined(tmp_path):
         m.add_arc((0, 1), 1, 90, 270)
         m.add_line((9, 9), (10, 10))
 
-    outline = Outline.from_file(write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001)  # centimetres
+    outline = Outline.from_file(
+        write_dxf(tmp_path / "a.dxf", draw, units=5), tolerance=0.001
+    )  # centimetres
     assert abs(measure_area(outline.vertices)) == pytest.approx(100 * (8 + np.pi / 2), rel=1e-3)
 
 
@@ -55,7 +70,10 @@ def test_only_lines_that_meet_are_joined(tmp_path):
     beside = [(x + 4.5, y) for x, y in square]
 
     def write(*strokes):
-        return write_dxf(tmp_path / "a.dxf", lambda m: [m.add_line(*line) for k in strokes for line in pairwise(k)])
+        return write_dxf(
+            tmp_path / "a.dxf",
+            lambda m: [m.add_line(*line) for k in strokes for line in pairwise(k)],
+        )
 
     with pytest.raises(InvalidInput, match="no closed path"):
         Outline.from_file(write([*square[:-1], (0, 0.5)]))
@@ -83,7 +101,9 @@ def test_one_of_several_is_chosen_and_sized(tmp_path):
     path = write_svg(tmp_path / "a.svg", RECTANGLE + CIRCLE)
     disc = Outline.from_file(path, which="disc", width=3.0)
     assert disc.size == pytest.approx(1.5)
-    assert Outline.from_file(path, which=1) in [Outline.from_file(path, which=name) for name in ("disc", "plate")]
+    assert Outline.from_file(path, which=1) in [
+        Outline.from_file(path, which=name) for name in ("disc", "plate")
+    ]
     assert Outline.from_file(path, which="plate", scale=2.0).size == pytest.approx(4.0)
 
 
@@ -134,10 +154,13 @@ def test_a_drawing_without_unit_is_sized_by_its_width(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("unit", "inch"), [("in", 1), ("mm", 25.4), ("cm", 2.54), ("q", 101.6), ("pt", 72), ("pc", 6), ("m", 0.0254)]
+    ("unit", "inch"),
+    [("in", 1), ("mm", 25.4), ("cm", 2.54), ("q", 101.6), ("pt", 72), ("pc", 6), ("m", 0.0254)],
 )
 def test_an_inch_is_25_4_mm_in_every_unit(tmp_path, unit, inch):
-    """CSS Values and Units 4, absolute lengths: 1in = 2.54cm = 101.6q = 72pt = 6pc; a drawing may also speak of m."""
+    """CSS Values and Units 4, absolute lengths: 1in = 2.54cm = 101.6q = 72pt = 6pc; a drawing may
+    also speak of m.
+    """
     path = write_svg(tmp_path / "a.svg", RECTANGLE, f'width="{inch}{unit}" viewBox="0 0 100 40"')
     assert Outline.from_file(path).size == pytest.approx(4 * 25.4 / 100 / 2)
 
@@ -153,7 +176,9 @@ def test_straight_edges_get_no_corners_of_their_own(tmp_path):
 
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
 def test_a_curve_gets_no_more_corners_than_halving_needs(tmp_path, tolerance):
-    """A circle's polygon needs π / arccos(1 − tolerance / r) corners; halving an arc takes up to twice as many."""
+    """A circle's polygon needs π / arccos(1 − tolerance / r) corners; halving an arc takes up to
+    twice as many.
+    """
     outline = Outline.from_file(write_svg(tmp_path / "a.svg", CIRCLE), tolerance=tolerance)
     needed = np.pi / np.arccos(1 - tolerance / 3.0)
     assert needed <= len(outline.vertices) <= 2 * needed

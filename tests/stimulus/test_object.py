@@ -16,23 +16,46 @@ BALL = Ball(radius=1.0)
 @pytest.mark.parametrize("approach", [90.0, 63.0])
 def test_the_object_of_a_trial_stands_where_the_trial_is_placed(side, approach):
     feature = Outline(vertices=[(0, 0), (-1, 1.5), (-3, 1), (-2, -1)], name="thorn")
-    trial = Trial(feature=feature, location=0.6, speed=0.3, side=side, approach=approach, friction=0.4, name="left one")
+    trial = Trial(
+        feature=feature,
+        location=0.6,
+        speed=0.3,
+        side=side,
+        approach=approach,
+        friction=0.4,
+        name="left one",
+    )
     item, start = make_object(ANTENNA, trial), place(ANTENNA, trial)
     np.testing.assert_array_equal(item.place, start.origin)
     np.testing.assert_array_equal(item.velocity, start.velocity)
     np.testing.assert_array_equal(item.forward, start.forward)
-    assert (item.name, item.friction, item.feature, item.turn) == ("left one", 0.4, trial.shape, 0.0)
+    assert (item.name, item.friction, item.feature, item.turn) == (
+        "left one",
+        0.4,
+        trial.shape,
+        0.0,
+    )
 
 
 def test_unless_said_otherwise_an_object_lies_still_at_the_origin():
     one = Object(feature=Ball(radius=1.0))
-    assert (one.place, one.forward, one.velocity, one.turn) == ((0.0, 0.0), (1.0, 0.0), (0.0, 0.0), 0.0)
+    assert (one.place, one.forward, one.velocity, one.turn) == (
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (0.0, 0.0),
+        0.0,
+    )
     assert one.friction == 1.0
 
 
 def test_plain_data_gives_the_object_back():
     item = Object(
-        feature=Box(half_width=1, half_height=2), place=(-5, 3), forward=(0.6, 0.8), velocity=(1, 0), turn=0.1, name="b"
+        feature=Box(half_width=1, half_height=2),
+        place=(-5, 3),
+        forward=(0.6, 0.8),
+        velocity=(1, 0),
+        turn=0.1,
+        name="b",
     )
     assert Object(**item.to_plain()) == item
 
@@ -51,7 +74,10 @@ def test_objects_and_trials_may_stand_together():
         ([Object(feature=BALL, place=(0.9, 20))], "'ball' starts inside the antenna"),
         ([BALL], "objects must be a sequence, each an object of feeler's Object or"),
         (
-            [Trial(feature=BALL, location=0.5, speed=0.3, base=base) for base in (None, BaseMotion(turn=0.001))],
+            [
+                Trial(feature=BALL, location=0.5, speed=0.3, base=base)
+                for base in (None, BaseMotion(turn=0.001))
+            ],
             "in different ways",
         ),
     ],
@@ -80,9 +106,17 @@ def test_bad_fields_are_named(fields, match):
 
 
 @pytest.mark.parametrize(
-    ("pose", "hit"), [(None, False), ((0.0, 0.0, 0.0), False), ((1.0, 0.0, 0.0), True), ((0.0, 20.0, np.pi / 2), True)]
+    ("pose", "hit"),
+    [
+        (None, False),
+        ((0.0, 0.0, 0.0), False),
+        ((1.0, 0.0, 0.0), True),
+        ((0.0, 20.0, np.pi / 2), True),
+    ],
 )
-def test_a_ball_beside_an_antenna_at_the_origin_is_clear_of_it_and_not_of_one_on_a_base_elsewhere(pose, hit):
+def test_a_ball_beside_an_antenna_at_the_origin_is_clear_of_it_and_not_of_one_on_a_base_elsewhere(
+    pose, hit
+):
     """Its surface is 0.7 mm beside an antenna that stands along +y, 20 mm from the base."""
     ball = Object(feature=BALL, place=(0.7, 20.0), forward=(-1.0, 0.0))
     more = {} if pose is None else {"pose": pose}

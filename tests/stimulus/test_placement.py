@@ -39,7 +39,9 @@ def bisect(antenna, trial):
     points = antenna.shape()
 
     def gap(back):
-        return compute_clearance(points, antenna.radius, trial.shape, target - back * start.forward, start.forward)
+        return compute_clearance(
+            points, antenna.radius, trial.shape, target - back * start.forward, start.forward
+        )
 
     low, high = -0.5, 0.5
     assert gap(low) < 0 < gap(high)
@@ -52,7 +54,9 @@ def bisect(antenna, trial):
 def test_the_closed_form_is_where_bisection_ends(antenna, feature, approach, side):
     trial = Trial(feature=feature, location=0.63, speed=0.3, lead=2.0, approach=approach, side=side)
     start = place(antenna, trial)
-    np.testing.assert_allclose(start.origin + 2.0 * start.velocity, bisect(antenna, trial), atol=1e-11)
+    np.testing.assert_allclose(
+        start.origin + 2.0 * start.velocity, bisect(antenna, trial), atol=1e-11
+    )
     assert np.hypot(*start.forward) == pytest.approx(1.0, abs=1e-15)
     np.testing.assert_allclose(start.velocity, 0.3 * start.forward)
 
@@ -69,24 +73,33 @@ def test_any_convex_outline_touches_when_it_should(points, location, approach, r
 
     try:
         corners = np.array(points)[ConvexHull(points, qhull_options="QJ").vertices]
-        feature = Outline(vertices=corners - [0.0, corners[np.argmax(corners[:, 0]), 1]], rounding=rounding)
+        feature = Outline(
+            vertices=corners - [0.0, corners[np.argmax(corners[:, 0]), 1]], rounding=rounding
+        )
     except (QhullError, InvalidInput):
         return
     trial = Trial(feature=feature, location=location, speed=0.3, approach=approach)
     start, points, radius = place(STRAIGHT, trial), STRAIGHT.shape(), STRAIGHT.radius
 
     def gap(time):
-        return compute_clearance(points, radius, feature, start.origin + time * start.velocity, start.forward)
+        return compute_clearance(
+            points, radius, feature, start.origin + time * start.velocity, start.forward
+        )
 
     assert gap(5.0) == pytest.approx(0.0, abs=1e-9)
     assert min(gap(time) for time in np.linspace(0, 4.99, 20)) > 0
 
 
 @pytest.mark.parametrize("feature", FEATURES, ids=lambda f: f.name)
-@pytest.mark.parametrize("base", [None, BaseMotion(velocity=(0.1, 0.2), turn=0.003)], ids=["clamped", "moving"])
+@pytest.mark.parametrize(
+    "base", [None, BaseMotion(velocity=(0.1, 0.2), turn=0.003)], ids=["clamped", "moving"]
+)
 def test_the_right_side_is_the_mirror_image_to_the_last_bit(feature, base):
     left, right = (
-        place(STRAIGHT, Trial(feature=feature, location=0.6, speed=0.3, approach=70, side=side, base=base))
+        place(
+            STRAIGHT,
+            Trial(feature=feature, location=0.6, speed=0.3, approach=70, side=side, base=base),
+        )
         for side in ("left", "right")
     )
     for name in ("origin", "forward", "velocity"):
@@ -103,7 +116,9 @@ def test_a_hook_is_met_inside_where_it_is_open_and_refused_behind_itself():
     start = place(hook, trial)
     assert 0.7 < start.origin[0] < 4.0
     with pytest.raises(InvalidInput, match="meets another part of it first"):
-        place(hook, Trial(feature=Ball(radius=0.5), location=0.3, speed=0.5, lead=40.0, side="right"))
+        place(
+            hook, Trial(feature=Ball(radius=0.5), location=0.3, speed=0.5, lead=40.0, side="right")
+        )
 
 
 def test_a_feature_that_passes_by_is_refused():
@@ -113,7 +128,9 @@ def test_a_feature_that_passes_by_is_refused():
 
 
 WALK = np.linspace(0, 20, 9)
-PATH = BaseMotion(time=WALK, pose=np.stack([3 + 0.1 * WALK, np.sin(WALK / 9), 0.3 - 0.01 * WALK], axis=1))
+PATH = BaseMotion(
+    time=WALK, pose=np.stack([3 + 0.1 * WALK, np.sin(WALK / 9), 0.3 - 0.01 * WALK], axis=1)
+)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +138,9 @@ PATH = BaseMotion(time=WALK, pose=np.stack([3 + 0.1 * WALK, np.sin(WALK / 9), 0.
 )
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_contact_with_a_carried_antenna_begins_after_the_lead(base, side):
-    trial = Trial(feature=Triangle(half_width=1.5), location=0.7, speed=0.4, lead=5.0, base=base, side=side)
+    trial = Trial(
+        feature=Triangle(half_width=1.5), location=0.7, speed=0.4, lead=5.0, base=base, side=side
+    )
     start = place(STRAIGHT, trial)
 
     def gap(time):
@@ -135,21 +154,34 @@ def test_contact_with_a_carried_antenna_begins_after_the_lead(base, side):
 
 
 def test_a_base_that_flees_is_refused():
-    trial = Trial(feature=Ball(radius=1.0), location=0.5, speed=0.1, base=BaseMotion(velocity=(0.5, 0.0)))
+    trial = Trial(
+        feature=Ball(radius=1.0), location=0.5, speed=0.1, base=BaseMotion(velocity=(0.5, 0.0))
+    )
     with pytest.raises(InvalidInput, match="base moves away"):
         place(STRAIGHT, trial)
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.integers(3, 6), st.floats(0.0, 2 * np.pi), st.floats(0.3, 1.0), st.floats(30, 150), st.floats(-0.06, 0.06))
+@given(
+    st.integers(3, 6),
+    st.floats(0.0, 2 * np.pi),
+    st.floats(0.3, 1.0),
+    st.floats(30, 150),
+    st.floats(-0.06, 0.06),
+)
 def test_any_corner_may_be_the_first(n, turn, location, approach, curve):
-    """A bent antenna's kinks and tip meet any face of a polygon that is drawn from any of its corners."""
+    """A bent antenna's kinks and tip meet any face of a polygon that is drawn from any of its
+    corners.
+    """
     angle = turn + 2 * np.pi * np.arange(n) / n
     corners = 4.0 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     antenna, found = bend(curve), []
     for first in range(n):
         trial = Trial(
-            feature=Outline(vertices=np.roll(corners, first, axis=0)), location=location, speed=0.3, approach=approach
+            feature=Outline(vertices=np.roll(corners, first, axis=0)),
+            location=location,
+            speed=0.3,
+            approach=approach,
         )
         try:
             found.append(place(antenna, trial).origin)

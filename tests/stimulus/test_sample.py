@@ -26,19 +26,28 @@ def test_the_kth_touch_is_the_same_whatever_n(few, many, seed):
 
 def test_unless_said_otherwise_touches_are_those_around_the_papers_ninety():
     """The choices of the docstring, as numbers: what a store of random touches was made of."""
-    chosen = {"size": (1.0, 4.0), "location": (0.4, 0.95), "speed": (0.06, 0.6), "friction": (0.5, 1.0)}
+    chosen = {
+        "size": (1.0, 4.0),
+        "location": (0.4, 0.95),
+        "speed": (0.06, 0.6),
+        "friction": (0.5, 1.0),
+    }
     chosen["approach"] = (70.0, 110.0)
     columns = sample_trials(4000).columns
     for name, (low, high) in chosen.items():
         share = (columns[name] - low) / (high - low)
-        assert share.min() == pytest.approx(0.0, abs=2e-3) and share.max() == pytest.approx(1.0, abs=2e-3), name
+        assert share.min() == pytest.approx(0.0, abs=2e-3) and share.max() == pytest.approx(
+            1.0, abs=2e-3
+        ), name
     for name in ("size", "speed"):
         low, high = chosen[name]
         assert stats.kstest(columns[name], stats.loguniform(low, high).cdf).pvalue > 1e-3
 
 
 def test_features_and_sides_are_equally_likely():
-    columns = sample_trials(6000, features=("ball", "box", "triangle"), sides=("left", "right")).columns
+    columns = sample_trials(
+        6000, features=("ball", "box", "triangle"), sides=("left", "right")
+    ).columns
     assert stats.chisquare(np.bincount(columns["feature"], minlength=3)).pvalue > 1e-3
     assert stats.chisquare(np.bincount(columns["right"].astype(int), minlength=2)).pvalue > 1e-3
 
@@ -70,20 +79,28 @@ def test_choices_are_equally_likely():
 
 
 def test_streams_of_different_names_and_seeds_are_independent():
-    streams = np.stack([draw_shares(seed, name, 20_000) for seed in (0, 1) for name in ("size", "speed")])
+    streams = np.stack(
+        [draw_shares(seed, name, 20_000) for seed in (0, 1) for name in ("size", "speed")]
+    )
     assert np.abs(np.corrcoef(streams) - np.eye(4)).max() < 0.03
 
 
 def test_what_is_said_to_fit_without_looking_does_fit():
-    drawn = sample_trials(300, sizes=(0.2, 20.9), locations=(0.02, 1.0), approach=(5.0, 175.0), seed=4)
-    assert np.isfinite([place(ANTENNA, trial).origin for trial in drawn]).all() and len(drawn) == 300
+    drawn = sample_trials(
+        300, sizes=(0.2, 20.9), locations=(0.02, 1.0), approach=(5.0, 175.0), seed=4
+    )
+    assert (
+        np.isfinite([place(ANTENNA, trial).origin for trial in drawn]).all() and len(drawn) == 300
+    )
 
 
 def test_what_does_not_fit_is_drawn_again():
     wide = sample_trials(300, sizes=[2.0, 30.0])
     assert {*wide.columns["size"]} == {2.0}
     once = sample_trials(300, sizes=2.0)
-    fitted = sample_trials(300, sizes=[2.0, 30.0], antenna=ANTENNA.replace(segment_length=2 * ANTENNA.segment_length))
+    fitted = sample_trials(
+        300, sizes=[2.0, 30.0], antenna=ANTENNA.replace(segment_length=2 * ANTENNA.segment_length)
+    )
     kept = fitted.columns["size"] == 2.0
     assert 100 < kept.sum() < 200
     np.testing.assert_array_equal(wide.columns["speed"][kept], once.columns["speed"][kept])
@@ -111,7 +128,9 @@ def test_ranges_that_no_touch_can_have_are_refused(options, words):
         sample_trials(50, **options)
 
 
-@pytest.mark.parametrize(("options", "words"), [({"stiffness": (0.0, 0.0)}, "factor > 0"), ({"n": 0}, "n must be")])
+@pytest.mark.parametrize(
+    ("options", "words"), [({"stiffness": (0.0, 0.0)}, "factor > 0"), ({"n": 0}, "n must be")]
+)
 def test_antennas_that_cannot_be_are_refused(options, words):
     with pytest.raises(InvalidInput, match=words):
         sample_antennas(**{"n": 3, **options})
@@ -132,19 +151,28 @@ def test_variants_differ_in_what_was_asked_for_alone():
     heavy = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.5, gradient=0.0)[0]
     np.testing.assert_allclose(heavy.segment_mass, 1.5 * ANTENNA.segment_mass)
     tilted = sample_antennas(1, ANTENNA, stiffness=1.0, damping=1.0, mass=1.0, gradient=1.0)[0]
-    assert (tilted.stiffness / ANTENNA.stiffness)[[0, -1]] == pytest.approx(np.exp([-0.5, 0.5]), rel=0.01)
+    assert (tilted.stiffness / ANTENNA.stiffness)[[0, -1]] == pytest.approx(
+        np.exp([-0.5, 0.5]), rel=0.01
+    )
 
 
 def test_sampled_touches_of_sampled_antennas_carry_every_parameter(tmp_path):
     small = feeler.Antenna(
-        segment_length=np.full(8, 2.0), segment_mass=1e-4, radius=0.2, stiffness=0.5, damping=0.3, name="small"
+        segment_length=np.full(8, 2.0),
+        segment_mass=1e-4,
+        radius=0.2,
+        stiffness=0.5,
+        damping=0.3,
+        name="small",
     )
     antennas = sample_antennas(3, small)
     trials = sample_trials(20, antenna=small, sizes=(0.5, 1.0))
     tensors = feeler.touch(antennas, trials, duration=8.0, timestep=0.05)
     for name in ("size", "location", "speed", "approach", "friction", "lead"):
         np.testing.assert_array_equal(tensors[name], trials.columns[name])
-    np.testing.assert_allclose(tensors.antenna_stiffness, antennas.columns["stiffness"][np.arange(20) % 3])
+    np.testing.assert_allclose(
+        tensors.antenna_stiffness, antennas.columns["stiffness"][np.arange(20) % 3]
+    )
     alone = feeler.touch(antennas[1], [trials[k] for k in (1, 4)], duration=8.0, timestep=0.05)
     np.testing.assert_array_equal(alone.angle, tensors.angle[[1, 4]])
     options = {"duration": 8.0, "timestep": 0.05, "store": tmp_path / "a.zarr"}
@@ -167,13 +195,16 @@ def test_a_touch_has_the_numbers_of_its_row():
     drawn = sample_trials(40, base={"x": (-0.1, 0.1), "y": 0.05, "turn": (0.0, 0.01)}, seed=2)
     for k in (0, 13, 39):
         row, trial = {name: values[k] for name, values in drawn.columns.items()}, drawn[k]
-        assert trial.feature.kind == drawn.features[row["feature"]].kind and trial.feature.size == pytest.approx(
-            row["size"]
-        )
+        assert trial.feature.kind == drawn.features[
+            row["feature"]
+        ].kind and trial.feature.size == pytest.approx(row["size"])
         for name in ("location", "speed", "approach", "friction", "lead"):
             assert getattr(trial, name) == row[name]
         assert trial.side == ("right" if row["right"] else "left")
-        assert trial.base.velocity == (row["x"], row["y"]) == (row["x"], 0.05) and trial.base.turn == row["turn"]
+        assert (
+            trial.base.velocity == (row["x"], row["y"]) == (row["x"], 0.05)
+            and trial.base.turn == row["turn"]
+        )
     assert {trial.side for trial in drawn} == {"left", "right"}
     assert {trial.side for trial in sample_trials(20, sides=("left",))} == {"left"}
 

@@ -39,7 +39,9 @@ def capsule():
 
 @pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
 def test_parts_are_convex_set_back_and_read_only(feature):
-    assert max(part[:, 0].max() for part in feature.parts) + feature.rounding == pytest.approx(0.0, abs=1e-15)
+    assert max(part[:, 0].max() for part in feature.parts) + feature.rounding == pytest.approx(
+        0.0, abs=1e-15
+    )
     for part in feature.parts:
         assert part.dtype == float
         assert not part.flags.writeable
@@ -47,7 +49,9 @@ def test_parts_are_convex_set_back_and_read_only(feature):
 
 
 @pytest.mark.parametrize("feature", EXAMPLES, ids=lambda f: f.name)
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda f: pickle.loads(pickle.dumps(f)), lambda f: replace(f)])
+@pytest.mark.parametrize(
+    "copied", [copy.deepcopy, lambda f: pickle.loads(pickle.dumps(f)), lambda f: replace(f)]
+)
 def test_copies_are_equal_and_stay_read_only(feature, copied):
     feature.parts  # noqa: B018 - kept for speed; a copy makes its own
     twin = copied(feature)
@@ -77,7 +81,10 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
     np.testing.assert_array_equal(front[:, 0], 0.0)
     assert len(front) == 2 and front[0, 1] == -front[1, 1]
     for approach in (0.5, 179.5):
-        assert Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach).approach == approach
+        assert (
+            Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach).approach
+            == approach
+        )
     for approach in (0.0, 180.0):
         with pytest.raises(InvalidInput, match="approach"):
             Trial(feature=Ball(radius=1.0), location=0.5, speed=0.3, approach=approach)
@@ -86,14 +93,19 @@ def test_a_wall_s_face_lies_across_the_motion_and_a_trial_may_come_at_any_angle(
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_a_dent_is_one_at_any_size(size):
     def order(dent):
-        return _order(size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]), "dented")
+        return _order(
+            size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0 - dent), (0.0, 1.0)]),
+            "dented",
+        )
 
     assert len(order(1e-11)) == 5  # rounding errors are none
     with pytest.raises(InvalidInput, match="not convex"):
         order(1e-7)
 
 
-@pytest.mark.parametrize("feature", [EXAMPLES[0], EXAMPLES[1], EXAMPLES[3], EXAMPLES[6]], ids=lambda f: f.kind)
+@pytest.mark.parametrize(
+    "feature", [EXAMPLES[0], EXAMPLES[1], EXAMPLES[3], EXAMPLES[6]], ids=lambda f: f.kind
+)
 def test_balls_boxes_triangles_and_flat_walls_are_their_own_mirror_images(feature):
     assert feature.symmetric and feature.mirror() is feature
     for part in feature.parts:
@@ -106,7 +118,9 @@ def test_a_rim_runs_round_a_part_at_its_rounding(rounding):
     (part,) = Box(half_width=1.5, half_height=1.0).parts
     rim = trace_rim(part, rounding)
     ends = [rim.min(axis=0), rim.max(axis=0)]
-    np.testing.assert_allclose(ends, [part.min(axis=0) - rounding, part.max(axis=0) + rounding], atol=1e-2 * rounding)
+    np.testing.assert_allclose(
+        ends, [part.min(axis=0) - rounding, part.max(axis=0) + rounding], atol=1e-2 * rounding
+    )
 
 
 @pytest.mark.parametrize("n", [3, 4, 7])
@@ -145,7 +159,9 @@ def test_labels_default_to_the_kind_and_tell_outlines_apart():
 
 
 def test_a_flat_box_of_no_width_grown_is_nearly_a_ball():
-    """Rounding is a true growth: what is far from the core by ``rounding`` is the surface, also past a corner."""
+    """Rounding is a true growth: what is far from the core by ``rounding`` is the surface, also
+    past a corner.
+    """
     point = np.array([[2.0, 2.0], [2.0, 3.0]])
     box = Box(half_width=1.0, half_height=0.5, rounding=0.25)
     gap = compute_clearance(point, np.array([0.1]), box, np.zeros(2), np.array([1.0, 0.0]))
@@ -157,7 +173,9 @@ def test_a_flat_box_of_no_width_grown_is_nearly_a_ball():
 def test_a_flat_wall_is_as_far_as_the_nearest_end_of_any_segment(nearest, radius):
     points = np.array([[5.0, 0.0], [6.0, 1.0], [7.0, 2.0], [8.0, 3.0]])
     points[nearest, 0] = 4.0
-    gap = compute_clearance(points, np.array(radius), Wall(), np.array([1.0, 9.0]), np.array([1.0, 0.0]))
+    gap = compute_clearance(
+        points, np.array(radius), Wall(), np.array([1.0, 9.0]), np.array([1.0, 0.0])
+    )
     meeting = radius[max(nearest - 1, 0) : nearest + 1]  # of the segments that end there
     assert gap == pytest.approx(4.0 - 1.0 - max(meeting))
 
@@ -204,7 +222,10 @@ def test_a_line_of_text_names_a_drawing(tmp_path):
     [
         (lambda: Ball(radius="x"), "Ball.radius must be finite and > 0 mm, got 'x'"),
         (lambda: Ball(radius=-1), "Ball.radius must be finite and > 0 mm, got -1"),
-        (lambda: Box(half_width=1, half_height=1, rounding=-0.1), "Box.rounding must be finite and ≥ 0"),
+        (
+            lambda: Box(half_width=1, half_height=1, rounding=-0.1),
+            "Box.rounding must be finite and ≥ 0",
+        ),
         (lambda: Triangle(half_width=None), "Triangle.half_height must be finite"),
         (lambda: Ball(radius=1.0, name=3), "Ball.name must be a line"),
         (lambda: make_feature("ball"), r"'ball' needs radius \[mm\]"),
@@ -216,7 +237,10 @@ def test_a_line_of_text_names_a_drawing(tmp_path):
         (lambda: make_feature({"radius": 1.0}), "unknown shape None"),
         (lambda: parse_feature("box:wide", 1.0), "'wide' has no value"),
         (lambda: parse_feature("box:file=a.svg", 1.0), "box has no 'file'"),
-        (lambda: parse_feature("outline:file=a.svg,size=3"), "a drawing has no 'size'; valid: file, width"),
+        (
+            lambda: parse_feature("outline:file=a.svg,size=3"),
+            "a drawing has no 'size'; valid: file, width",
+        ),
     ],
 )
 def test_what_makes_no_shape_is_said(make, match):
@@ -226,7 +250,11 @@ def test_what_makes_no_shape_is_said(make, match):
 
 @pytest.mark.parametrize(
     ("core", "match"),
-    [([], "gave no part"), ([[(0, 0), (2, 0), (0.5, 0.5), (0, 2)]], "not convex"), ([[0, 1]], "corners")],
+    [
+        ([], "gave no part"),
+        ([[(0, 0), (2, 0), (0.5, 0.5), (0, 2)]], "not convex"),
+        ([[0, 1]], "corners"),
+    ],
 )
 def test_a_new_shape_with_bad_parts_is_told_at_first_use(core, match):
     class Bad(Feature):
@@ -252,20 +280,38 @@ def test_a_grown_box_stands_as_far_from_the_antenna_as_a_larger_one(w, h, r):
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_a_hook_is_no_crossing_line_however_small_and_a_bow_is_one_however_large(size):
     hook = np.array([(0.0, 0.1), (-2.0, 1.5), (-1.0, 0.3), (-3.0, -1.0), (-1.0, -1.2)])
-    area = 0.5 * abs(np.sum(hook[:, 0] * np.roll(hook[:, 1], -1) - np.roll(hook[:, 0], -1) * hook[:, 1]))
+    area = 0.5 * abs(
+        np.sum(hook[:, 0] * np.roll(hook[:, 1], -1) - np.roll(hook[:, 0], -1) * hook[:, 1])
+    )
     parts = Outline(vertices=size * hook).parts
-    found = [0.5 * np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) for p in parts]
+    found = [
+        0.5 * np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) for p in parts
+    ]
     assert np.abs(found).sum() == pytest.approx(size**2 * area, rel=1e-9)
     with pytest.raises(InvalidInput):
         Outline(vertices=size * np.array([(0.0, 0.0), (-1.0, 1.0), (0.0, 1.0), (-1.0, 0.0)]))
-    with pytest.raises(InvalidInput, match="self-intersecting"):  # the spike crosses one edge of several
+    with pytest.raises(
+        InvalidInput, match="self-intersecting"
+    ):  # the spike crosses one edge of several
         Outline(
             vertices=size
-            * np.array([(0.0, 0.0), (0.0, 2.0), (-2.0, 2.0), (-2.0, 0.0), (-1.5, 0.0), (-1.0, 3.0), (-0.5, 0.0)])
+            * np.array(
+                [
+                    (0.0, 0.0),
+                    (0.0, 2.0),
+                    (-2.0, 2.0),
+                    (-2.0, 0.0),
+                    (-1.5, 0.0),
+                    (-1.0, 3.0),
+                    (-0.5, 0.0),
+                ]
+            )
         )
 
 
 def test_the_sign_of_zero_names_no_other_outline():
-    one, other = (Outline(vertices=[(zero, zero), (-2.0, 1.0), (-2.0, -1.0)]) for zero in (0.0, -0.0))
+    one, other = (
+        Outline(vertices=[(zero, zero), (-2.0, 1.0), (-2.0, -1.0)]) for zero in (0.0, -0.0)
+    )
     assert one.name == other.name
     assert one == other

@@ -31,7 +31,9 @@ def test_contact_begins_exactly_after_the_lead(feature, side, approach):
     points, radius = ANTENNA.shape(), ANTENNA.radius
 
     def gap(time):
-        return compute_clearance(points, radius, trial.shape, start.origin + time * start.velocity, start.forward)
+        return compute_clearance(
+            points, radius, trial.shape, start.origin + time * start.velocity, start.forward
+        )
 
     assert gap(0.0) > 0
     assert gap(4.999) > 0
@@ -96,9 +98,13 @@ def test_bad_outlines_are_refused(vertices, message):
 
 @pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
 def test_a_trial_s_picture_has_the_feature_on_its_way_to_the_antenna(monkeypatch, side, sign):
-    """The antenna points up; the way begins 0.4 reaches (of 3 half-widths) before it and ends 0.1 before it."""
+    """The antenna points up; the way begins 0.4 reaches (of 3 half-widths) before it and ends 0.1
+    before it.
+    """
     seen = []
-    monkeypatch.setattr("feeler.stimulus.trial.make_picture", lambda *given: seen.append(given) or "")
+    monkeypatch.setattr(
+        "feeler.stimulus.trial.make_picture", lambda *given: seen.append(given) or ""
+    )
     Trial(feature=Ball(radius=1.5), location=0.5, speed=0.3, approach=90.0, side=side)._repr_html_()
     label, ((antenna, _), (way, _)), (rim,) = seen[0]
     assert label == "ball 1.5 mm at 0.5 L, 0.3 m/s"
@@ -136,10 +142,16 @@ def test_convex_parts_fill_a_star(radii):
 @pytest.mark.parametrize("feature", [*FEATURES, Wall()], ids=lambda f: f.kind)
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_trial_is_drawn_with_its_object_on_its_own_side(feature, side):
-    root = ElementTree.fromstring(Trial(feature=feature, location=0.5, speed=0.3, side=side)._repr_html_())
-    line, polygon = (
-        root.find(f".//{{http://www.w3.org/2000/svg}}{tag}").get("points") for tag in ("polyline", "polygon")
+    root = ElementTree.fromstring(
+        Trial(feature=feature, location=0.5, speed=0.3, side=side)._repr_html_()
     )
-    antenna, rim = (np.array([[float(v) for v in p.split(",")] for p in text.split()]) for text in (line, polygon))
+    line, polygon = (
+        root.find(f".//{{http://www.w3.org/2000/svg}}{tag}").get("points")
+        for tag in ("polyline", "polygon")
+    )
+    antenna, rim = (
+        np.array([[float(v) for v in p.split(",")] for p in text.split()])
+        for text in (line, polygon)
+    )
     middle = (rim[:, 0].min() + rim[:, 0].max()) / 2
     assert (middle < antenna[0, 0]) == (side == "left")

@@ -1,4 +1,6 @@
-"""Textured walls: parts fill what lies under the profile, whatever its shape, and profiles that are none are refused."""
+"""Textured walls: parts fill what lies under the profile, whatever its shape, and profiles that are
+none are refused.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,10 @@ STEPS = st.lists(st.tuples(st.floats(0.1, 3.0), st.floats(-2.0, 2.0)), min_size=
 
 @given(STEPS, st.integers(1, 3))
 def test_parts_fill_the_wall_below_the_profile(steps, repeat):
-    place, height = np.cumsum([step for step, _ in steps]), np.array([height for _, height in steps])
+    place, height = (
+        np.cumsum([step for step, _ in steps]),
+        np.array([height for _, height in steps]),
+    )
     height[-1] = height[0]
     wall = Wall(profile=np.stack([place, height], axis=1), repeat=repeat)
     area = sum(measure_area(part) for part in wall.parts)
@@ -47,7 +52,10 @@ def test_textures_are_told_apart_by_name():
 
 
 def test_a_repeated_profile_is_laid_end_to_end_and_centred():
-    one, three = Wall(profile=[(-1, 0), (0, 1), (1, 0)]), Wall(profile=[(-1, 0), (0, 1), (1, 0)], repeat=3)
+    one, three = (
+        Wall(profile=[(-1, 0), (0, 1), (1, 0)]),
+        Wall(profile=[(-1, 0), (0, 1), (1, 0)], repeat=3),
+    )
     assert len(three.parts) == 3
     np.testing.assert_allclose(three.parts[1], one.parts[0])
     np.testing.assert_allclose(three.parts[2] - three.parts[0], np.broadcast_to([0.0, 4.0], (5, 2)))
@@ -56,7 +64,10 @@ def test_a_repeated_profile_is_laid_end_to_end_and_centred():
 @pytest.mark.parametrize(
     ("fields", "match"),
     [
-        ({"profile": [(0, 0), (2, 1), (1, 0)]}, r"no function: .* place 3 \(1 mm\) does not lie beyond place 2"),
+        (
+            {"profile": [(0, 0), (2, 1), (1, 0)]},
+            r"no function: .* place 3 \(1 mm\) does not lie beyond place 2",
+        ),
         ({"profile": [(0, 0), (0, 1)]}, "no function"),
         ({"profile": [(0, 0)]}, "2 to 1000 pairs"),
         ({"profile": [(0, 0, 0), (1, 1, 1), (2, 0, 0), (3, 1, 1)]}, "2 to 1000 pairs"),

@@ -1,4 +1,6 @@
-"""A real antenna: a board that sends while it feels, and recordings. A pseudo-terminal stands in for the board."""
+"""A real antenna: a board that sends while it feels, and recordings. A pseudo-terminal stands in
+for the board.
+"""
 
 import json
 import os
@@ -22,12 +24,18 @@ from feeler.studio.listener import Judge
 from .test_session import Page
 
 ROBOT = make_preset("robot")
-HALF = np.array([0.5, 0.25, 0.125, 0.0, -0.125, -0.25, -0.5, 1.0])  # rad; exact in a few digits and as float32
+HALF = np.array(
+    [0.5, 0.25, 0.125, 0.0, -0.125, -0.25, -0.5, 1.0]
+)  # rad; exact in a few digits and as float32
 
 
 def write_lines(rows, times=None):
     texts = (",".join(f"{number:.6g}" for number in row) for row in rows)
-    lines = texts if times is None else (f"{time:.3f},{text}" for time, text in zip(times, texts, strict=True))
+    lines = (
+        texts
+        if times is None
+        else (f"{time:.3f},{text}" for time, text in zip(times, texts, strict=True))
+    )
     return [b"0.1,0.2\n", *(line.encode() + b"\n" for line in lines)]  # the first began before
 
 
@@ -36,7 +44,12 @@ def hear(lines, antenna=ROBOT, calibration=None, find=lambda antenna: None):
     heard = []
     with pytest.raises(InvalidInput) as error:
         listen(
-            iter(lines), antenna, calibration, find, lambda header, **arrays: heard.append((header, arrays)), Event()
+            iter(lines),
+            antenna,
+            calibration,
+            find,
+            lambda header, **arrays: heard.append((header, arrays)),
+            Event(),
         )
     return heard, str(error.value)
 
@@ -72,7 +85,14 @@ def test_what_is_missing_is_held_and_counted():
 
 def test_numbered_lines_are_read_as_the_sketch_sends_them():
     rows, times = HALF * np.linspace(0, 1, 40)[:, None], 2.0 * np.arange(40)
-    lines = [b"3*00\n", *(frame_sample(k, times[k], rows[k]).encode() + b"\n" for k in range(40) if k not in (20, 21))]
+    lines = [
+        b"3*00\n",
+        *(
+            frame_sample(k, times[k], rows[k]).encode() + b"\n"
+            for k in range(40)
+            if k not in (20, 21)
+        ),
+    ]
     lines[30] = lines[30].replace(b"*", b"1*")  # broken on the way, so it is lost too
     lines.insert(35, lines[34])  # doubled
     heard, _ = hear(lines)
@@ -94,8 +114,23 @@ def test_a_board_that_begins_anew_goes_on():
 
 def make_lines(n):
     ones = np.ones(n)
-    return SensorCalibration(slope=0.5 * ones, offset=-ones, **{
-        name: ones for name in ("low", "high", "residual", "cross_validated", "resolution", "drift", "r_squared")})  # fmt: skip
+    return SensorCalibration(
+        slope=0.5 * ones,
+        offset=-ones,
+        **{
+            # fmt: skip
+            name: ones
+            for name in (
+                "low",
+                "high",
+                "residual",
+                "cross_validated",
+                "resolution",
+                "drift",
+                "r_squared",
+            )
+        },
+    )
 
 
 def test_capacitance_becomes_angle_by_the_calibration():
@@ -109,7 +144,9 @@ def studied():
     return study.make_study(ROBOT, 0.3, lambda doing, share: None, Event())
 
 
-CELLS = st.sampled_from(["nan", "inf", "-1e300", "1e300", "0", "0.1", "7", "x", "", "1_0", "\udcff"])
+CELLS = st.sampled_from(
+    ["nan", "inf", "-1e300", "1e300", "0", "0.1", "7", "x", "", "1_0", "\udcff"]
+)
 
 
 @settings(max_examples=60, deadline=None)
@@ -119,7 +156,9 @@ def test_no_line_brings_a_listener_down(studied, lines):
     good = write_lines(np.zeros((20, 8)), np.arange(20.0))
     heard, error = hear([*good[:13], *noise, *good[13:]], find=lambda antenna: studied)
     assert "is silent" in error or "fell silent" in error or "no angle" in error
-    assert all(np.isfinite(arrays["angle"]).all() for header, arrays in heard if header["part"] == "piece")
+    assert all(
+        np.isfinite(arrays["angle"]).all() for header, arrays in heard if header["part"] == "piece"
+    )
 
 
 @pytest.mark.parametrize(
@@ -141,7 +180,10 @@ def test_what_is_wrong_with_a_board_is_said(lines, words):
 
 
 def test_a_calibration_of_other_hinges_is_refused():
-    assert "for 5 hinges, the board has 8" in hear(write_lines(np.zeros((20, 8))), calibration=make_lines(5))[1]
+    assert (
+        "for 5 hinges, the board has 8"
+        in hear(write_lines(np.zeros((20, 8))), calibration=make_lines(5))[1]
+    )
 
 
 def test_touches_are_judged_one_after_the_other_as_each_alone(studied):
@@ -195,10 +237,20 @@ def test_an_unplugged_board_is_said_and_no_other_file_is_opened(terminal):
 def test_a_recording_of_capacitance_is_played_back_once_its_calibration_is_open(tmp_path, studied):
     table, recording = load_calibration_table(get_example("calibration")), get_example("recording")
     save_calibration(table, tmp_path / "calibration.json")
-    page, message = Page(), {"type": "open", "name": "touch.csv", "text": recording.read_text(), "speed": 0.3}
+    page, message = (
+        Page(),
+        {
+            "type": "open",
+            "name": "touch.csv",
+            "text": recording.read_text(),
+            "speed": 0.3,
+        },
+    )
     page.ask(message).wait()
     assert "Open the sensors' calibration first" in page.find("error")[-1][0]["message"]
-    page.ask({"type": "open", "name": "c.json", "text": (tmp_path / "calibration.json").read_text()}).wait()
+    page.ask(
+        {"type": "open", "name": "c.json", "text": (tmp_path / "calibration.json").read_text()}
+    ).wait()
     assert page.find("opened")[-1][0]["hinges"] == 8
     page.ask(message).wait()
     header, arrays = page.find("opened")[-1]

@@ -1,4 +1,6 @@
-"""The studio in a real Chromium: what is shown is exact, the mouse works, nothing is loaded from elsewhere."""
+"""The studio in a real Chromium: what is shown is exact, the mouse works, nothing is loaded from
+elsewhere.
+"""
 
 import itertools
 import os
@@ -19,7 +21,9 @@ APP = "const app = document.getElementById('studio').studio; "
 @pytest.fixture(scope="module")
 def studio():
     feeler.touch(
-        feeler.presets.cockroach(), feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3), duration=8.0
+        feeler.presets.cockroach(),
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
+        duration=8.0,
     )
     running = Studio(port=0, token="the-same-after-a-restart")
     yield running
@@ -47,18 +51,27 @@ def open_page(browser, address):
 
 def read_shown(browser):
     """The tensor (sensor, time) in the page."""
-    words = "[...Array(app.records.A.index.length).keys()].map(s => [...Array(app.records.A.filled).keys()]"
+    words = (
+        "[...Array(app.records.A.index.length).keys()].map(s =>"
+        " [...Array(app.records.A.filled).keys()]"
+    )
     return np.array(ask(browser, words + ".map(k => app.records.A.angle(s, k)))"), dtype=np.float32)
 
 
 def find_problems(browser):
-    return [line["message"] for line in browser.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
+    return [
+        line["message"]
+        for line in browser.get_log("browser")
+        if line["level"] in ("SEVERE", "WARNING")
+    ]
 
 
 def test_the_page_shows_what_touch_gives_and_asks_nobody_else(studio, browser):
     open_page(browser, studio.address)
     touch = ask(browser, "app.store.state.touch")
-    trial = feeler.Trial(feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"])
+    trial = feeler.Trial(
+        feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"]
+    )
     expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0].astype(np.float32)
     assert np.array_equal(read_shown(browser), expected)
     assert ask(browser, "app.records.A.hash") == hash_tensor(expected)
@@ -83,7 +96,9 @@ def test_the_object_is_dragged_previewed_and_then_exact(studio, browser):
     ask(browser, "app.seek(0)")
     before = ask(browser, "app.store.state.touch.location")
     stage = browser.find_element("css selector", "canvas.stage")
-    mouse = ActionChains(browser, duration=30).move_to_element_with_offset(stage, *map(round, find_object(browser)))
+    mouse = ActionChains(browser, duration=30).move_to_element_with_offset(
+        stage, *map(round, find_object(browser))
+    )
     mouse.click_and_hold()
     for _ in range(8):
         mouse.move_by_offset(8, 0)
@@ -93,7 +108,9 @@ def test_the_object_is_dragged_previewed_and_then_exact(studio, browser):
     wait_for(browser, "app.status == 'exact' && app.records.A.ended")
     touch = ask(browser, "app.store.state.touch")
     assert touch["location"] > before + 0.03
-    trial = feeler.Trial(feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"])
+    trial = feeler.Trial(
+        feature=feeler.Ball(radius=touch["size"]), location=touch["location"], speed=touch["speed"]
+    )
     assert ask(browser, "app.records.A.hash") == hash_tensor(
         feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
     )
@@ -108,7 +125,8 @@ def test_the_base_is_taken_in_the_hand(studio, browser):
     browser.execute_script(APP + "app.startHand(); app.aim(-1, 3, 0, 0.1)")
     wait_for(
         browser,
-        "app.records.A.hand && app.records.A.filled > 10 && app.records.A.data.base[3 * app.records.A.filled - 3] > 0.1",
+        "app.records.A.hand && app.records.A.filled > 10 && app.records.A.data.base[3 *"
+        " app.records.A.filled - 3] > 0.1",
     )
     ask(browser, "app.endHand()")
     wait_for(browser, "!app.handOn && app.records.A.ended")
@@ -138,18 +156,28 @@ def take_base_towards_the_object(browser):
     from selenium.webdriver.common.action_chains import ActionChains
 
     stage = browser.find_element("css selector", "canvas.stage")
-    ends = "[app.drawn.A.px[0], app.drawn.A.py[0], app.drawn.A.px.at(-1)]"  # the base, and how far the tip is [px]
+    ends = (  # the base, and how far the tip is [px]
+        "[app.drawn.A.px[0], app.drawn.A.py[0], app.drawn.A.px.at(-1)]"
+    )
     x, y, tip = ask(browser, ends)
-    wide, high = ask(browser, "['clientWidth', 'clientHeight'].map(n => document.querySelector('canvas.stage')[n])")
+    wide, high = ask(
+        browser,
+        "['clientWidth', 'clientHeight'].map(n => document.querySelector('canvas.stage')[n])",
+    )
     place = round(x - wide / 2), round(y - high / 2)
-    mouse = ActionChains(browser, duration=30).move_to_element_with_offset(stage, *place).click_and_hold()
+    mouse = (
+        ActionChains(browser, duration=30)
+        .move_to_element_with_offset(stage, *place)
+        .click_and_hold()
+    )
     mouse.move_by_offset(0, round(-(tip - x) / 6)).perform()
 
 
 def test_a_state_travels_in_its_address_and_nonsense_does_not_stop_the_page(studio, browser):
     open_page(browser, studio.address)
     browser.execute_script(
-        APP + "app.store.change(s => { s.A.stiffness = [[0, 20], [1, 0.01]]; s.touch.kind = 'box'; })"
+        APP
+        + "app.store.change(s => { s.A.stiffness = [[0, 20], [1, 0.01]]; s.touch.kind = 'box'; })"
     )
     wait_for(browser, "app.records.A.ended && app.status == 'exact'")
     shown = ask(browser, "app.records.A.hash")
@@ -176,9 +204,12 @@ def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser, find_ba
         ("wall", "dark", False),
     ):
         browser.execute_script(
-            APP + f"app.root.dataset.theme = '{theme}'; app.store.change(s => {{ s.mode = '{mode}'; }})"
+            APP
+            + f"app.root.dataset.theme = '{theme}'; app.store.change(s => {{ s.mode = '{mode}'; }})"
         )
-        browser.execute_script(APP + f"app.root.querySelector('.share .menu').hidden = {str(not menu).lower()}")
+        browser.execute_script(
+            APP + f"app.root.querySelector('.share .menu').hidden = {str(not menu).lower()}"
+        )
         wait_for(browser, f"app.root.dataset.mode == '{mode}'")
         assert find_barriers() == [], (mode, theme)
 
@@ -235,7 +266,8 @@ def test_a_recording_is_played_back_and_leaves_as_it_came(studio, browser):
     assert first == pytest.approx(np.tile(0.2 * np.sin(0.1 * np.arange(120)), (8, 1)), abs=6e-5)
     assert ask(browser, "app.store.state.A.preset") == "robot"
     browser.execute_script(
-        APP + "URL.createObjectURL = blob => { blob.text().then(t => { window.left = t; }); return 'data:,left'; };"
+        APP + "URL.createObjectURL = blob => { blob.text().then(t => { window.left = t; }); return"
+        " 'data:,left'; };"
     )
     ask(browser, "app.views.share.save('csv')")
     wait_for(browser, "window.left")
@@ -258,7 +290,10 @@ def test_a_board_is_heard_live_until_it_is_unplugged(browser):
         for first in itertools.count(step=50):
             if unplug.is_set():
                 return os.close(board)
-            lines = (f"{2 * k},{','.join([f'{0.3 * np.sin(k / 50):.4f}'] * 8)}\n" for k in range(first, first + 50))
+            lines = (
+                f"{2 * k},{','.join([f'{0.3 * np.sin(k / 50):.4f}'] * 8)}\n"
+                for k in range(first, first + 50)
+            )
             os.write(board, "".join(lines).encode())
             time.sleep(0.02)
 
@@ -269,8 +304,14 @@ def test_a_board_is_heard_live_until_it_is_unplugged(browser):
         wait_for(browser, f"'{name}' in app.ports")
         thread.start()
         browser.find_element("xpath", "//button[text()='Listen']").click()
-        wait_for(browser, "app.records.A.live && app.records.A.dropped > 0")  # more than the page keeps
-        assert ask(browser, "[app.status, app.records.A.interval, app.store.state.A.preset]") == ["live", 2, "robot"]
+        wait_for(
+            browser, "app.records.A.live && app.records.A.dropped > 0"
+        )  # more than the page keeps
+        assert ask(browser, "[app.status, app.records.A.interval, app.store.state.A.preset]") == [
+            "live",
+            2,
+            "robot",
+        ]
         shown = read_shown(browser)[0]
         assert np.abs(shown).max() == pytest.approx(0.3, abs=1e-3)
         assert np.abs(np.diff(shown)).max() < 0.02  # one curve, though its oldest part was dropped
@@ -312,7 +353,9 @@ def test_two_tabs_and_a_server_that_comes_back(studio, browser):
 
 def test_an_exported_page_plays_alone(browser, tmp_path):
     wish = {"antenna": {}, "kind": "box"}
-    page = make_file({"what": "html", "wish": wish, "other": {**wish, "antenna": {"preset": "matched"}}}).content
+    page = make_file(
+        {"what": "html", "wish": wish, "other": {**wish, "antenna": {"preset": "matched"}}}
+    ).content
     from feeler.studio.exporting import bundle, read_style
 
     assert (len(page) - len((bundle() + read_style()).encode())) / 2 < 30_000  # bytes a touch
@@ -321,7 +364,9 @@ def test_an_exported_page_plays_alone(browser, tmp_path):
     browser.get_log("browser")
     browser.get(path.as_uri())
     wait_for(browser, "app && app.status == 'recorded' && app.records.B.ended && app.time > 1")
-    trial = feeler.Trial(feature=feeler.Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.06)
+    trial = feeler.Trial(
+        feature=feeler.Box(half_width=1.5, half_height=1.5), location=0.7, speed=0.06
+    )
     expected = feeler.touch(feeler.presets.cockroach(), trial)["angle"].values[0]
     assert read_shown(browser) == pytest.approx(expected, abs=1.2e-5)
     assert ask(browser, "performance.getEntriesByType('resource').length") == 0
@@ -329,7 +374,9 @@ def test_an_exported_page_plays_alone(browser, tmp_path):
 
 
 def test_a_notebook_draws_the_same_front_end(browser, tmp_path):
-    """The kernel's widget and the page's ``render`` speak by anywidget's model, which here is a stand-in."""
+    """The kernel's widget and the page's ``render`` speak by anywidget's model, which here is a
+    stand-in.
+    """
     from feeler.studio import show_studio
 
     widget = show_studio("matched")
@@ -354,10 +401,14 @@ def test_a_notebook_draws_the_same_front_end(browser, tmp_path):
         for message in browser.execute_script("return (window.sent || []).splice(0)"):
             widget._handle_custom_msg(message, [])
         while given:
-            browser.execute_script("window.tell(arguments[0])", base64.b64encode(given.pop(0)).decode())
+            browser.execute_script(
+                "window.tell(arguments[0])", base64.b64encode(given.pop(0)).decode()
+            )
         assert time.monotonic() < end
         time.sleep(0.02)
     assert ask(browser, "app.store.state.A.preset") == "matched"
     browser.execute_script("window.leave()")
-    assert [message["type"] for message in browser.execute_script("return window.sent")][-1] == "stop"
+    assert [message["type"] for message in browser.execute_script("return window.sent")][
+        -1
+    ] == "stop"
     widget.close()

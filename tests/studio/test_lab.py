@@ -21,16 +21,31 @@ CELL = "from feeler.studio import show_studio\n\nwidget = show_studio('matched')
 def lab(tmp_path_factory):
     """Address of a JupyterLab of its own that holds one notebook."""
     home = tmp_path_factory.mktemp("lab")
-    cell = {"cell_type": "code", "id": "a", "metadata": {}, "source": CELL, "outputs": [], "execution_count": None}
+    cell = {
+        "cell_type": "code",
+        "id": "a",
+        "metadata": {},
+        "source": CELL,
+        "outputs": [],
+        "execution_count": None,
+    }
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     book = {"cells": [cell], "metadata": kernel, "nbformat": 4, "nbformat_minor": 5}
     (home / "studio.ipynb").write_text(json.dumps(book))
     folders = {f"JUPYTER_{name}_DIR": str(home / name) for name in ("CONFIG", "DATA", "RUNTIME")}
-    options = ["--no-browser", "--allow-root", "--ip=127.0.0.1", "--port=0", f"--ServerApp.root_dir={home}"]
+    options = [
+        "--no-browser",
+        "--allow-root",
+        "--ip=127.0.0.1",
+        "--port=0",
+        f"--ServerApp.root_dir={home}",
+    ]
     more = ["--expose-app-in-browser", "--LabApp.news_url=None", "--IdentityProvider.token=abc"]
     command = [sys.executable, "-m", "jupyterlab", *options, *more]
     with open(home / "log", "w") as log:
-        running = subprocess.Popen(command, env=os.environ | folders, cwd=home, stdout=log, stderr=log)
+        running = subprocess.Popen(
+            command, env=os.environ | folders, cwd=home, stdout=log, stderr=log
+        )
     try:
         yield _find_address(home, running)
     finally:
@@ -43,7 +58,9 @@ def _find_address(home, running):
     while time.monotonic() < end and running.poll() is None:
         for path in (home / "RUNTIME").glob("jpserver-*.json"):
             if text := path.read_text():
-                return f"http://127.0.0.1:{json.loads(text)['port']}/lab/tree/studio.ipynb?token=abc"
+                return (
+                    f"http://127.0.0.1:{json.loads(text)['port']}/lab/tree/studio.ipynb?token=abc"
+                )
         time.sleep(0.05)
     raise AssertionError((home / "log").read_text()[-2000:])
 
@@ -55,7 +72,8 @@ def wait_for(browser, words, seconds=120.0):
             return
         time.sleep(0.05)
     raise AssertionError(
-        f"never came true: {words}; the page says {browser.find_element('tag name', 'body').text[-300:]}"
+        f"never came true: {words}; the page says"
+        f" {browser.find_element('tag name', 'body').text[-300:]}"
     )
 
 
@@ -71,7 +89,8 @@ def test_a_notebook_shows_what_touch_gives_and_asks_nobody_else(lab, browser):
     browser.execute_script(APP + "app.store.change(s => { s.touch.location = 0.8; })")
     wait_for(
         browser,
-        APP + f"app.status == 'exact' && app.records.A.ended && app.records.A.hash != '{hash_tensor(expected)}'",
+        APP + "app.status == 'exact' && app.records.A.ended && app.records.A.hash !="
+        f" '{hash_tensor(expected)}'",
     )
     hosts = browser.execute_script(
         "return performance.getEntriesByType('resource').map(entry => new URL(entry.name).hostname)"

@@ -1,4 +1,6 @@
-"""A race: the observer is Bayes under whatever the person's base did, and whoever is sure first, and right, wins."""
+"""A race: the observer is Bayes under whatever the person's base did, and whoever is sure first,
+and right, wins.
+"""
 
 import numpy as np
 import pytest
@@ -30,10 +32,14 @@ def raced():
 
 
 def test_the_persons_observer_is_bayes(raced):
-    """A second source: one simulation for each known touch, moved by hand, and the posterior of the whole."""
+    """A second source: one simulation for each known touch, moved by hand, and the posterior of the
+    whole.
+    """
     task, felt = raced.task, []
     for k in range(KNOWN):
-        one = feeler.Simulation(task.antenna, task.make_start(k).scene.objects[0], timestep=task.timestep)
+        one = feeler.Simulation(
+            task.antenna, task.make_start(k).scene.objects[0], timestep=task.timestep
+        )
         rows = []
         for n, vx in MOVES:
             one.move_base((vx, 0.0), -0.005)
@@ -90,7 +96,10 @@ def test_what_cannot_be_raced_about_is_said(changes):
 def test_a_race_ends_when_the_person_is_sure_and_only_the_base_can_be_taken():
     page = Page()
     run_hand(
-        page, [{"what": 0, "x": 9.0, "y": 9.0}, {"what": -1, "x": -12.0}], race=True, wish={"kind": "box", "lead": 60.0}
+        page,
+        [{"what": 0, "x": 9.0, "y": 9.0}, {"what": -1, "x": -12.0}],
+        race=True,
+        wish={"kind": "box", "lead": 60.0},
     )
     end, _ = page.find("touch", "end")[0]
     begin, _ = page.find("touch", "begin")[0]

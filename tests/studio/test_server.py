@@ -1,4 +1,6 @@
-"""The server serves one page on this machine to whoever knows the token, and nothing else to nobody else."""
+"""The server serves one page on this machine to whoever knows the token, and nothing else to nobody
+else.
+"""
 
 import http.client
 import socket
@@ -30,7 +32,9 @@ def get(studio, path, **headers):
 
 
 def test_every_file_of_the_page_is_served_and_may_load_nothing_from_elsewhere(studio):
-    assert {name for name, _ in FILES.values()} == {path.name for path in PAGE.iterdir() if path.is_file()}
+    assert {name for name, _ in FILES.values()} == {
+        path.name for path in PAGE.iterdir() if path.is_file()
+    }
     for name in FILES:
         answer, body = get(studio, f"/{studio.token}/{name}")
         assert answer.status == 200
@@ -40,13 +44,23 @@ def test_every_file_of_the_page_is_served_and_may_load_nothing_from_elsewhere(st
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/x/", "/{token}", "/{token}/../../etc/passwd", "/{token}/%2e%2e/pyproject.toml", "/{token}/a.js"]
+    "path",
+    [
+        "/",
+        "/x/",
+        "/{token}",
+        "/{token}/../../etc/passwd",
+        "/{token}/%2e%2e/pyproject.toml",
+        "/{token}/a.js",
+    ],
 )
 def test_everything_else_is_not_found(studio, path):
     assert get(studio, path.format(token=studio.token))[0].status == 404
 
 
-@pytest.mark.parametrize("headers", [{"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Origin": "null"}])
+@pytest.mark.parametrize(
+    "headers", [{"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Origin": "null"}]
+)
 def test_other_sites_are_refused(studio, headers):
     assert get(studio, f"/{studio.token}/", **headers)[0].status == 403
 
@@ -63,7 +77,11 @@ def test_a_foreign_page_gets_no_connection(studio, origin):
 
 
 def test_noise_on_the_port_is_survived(studio):
-    for noise in (b"\0\xff\0", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 1000, b"POST / HTTP/1.1\r\nHost: x\r\n\r\n"):
+    for noise in (
+        b"\0\xff\0",
+        b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 1000,
+        b"POST / HTTP/1.1\r\nHost: x\r\n\r\n",
+    ):
         with socket.create_connection(("127.0.0.1", studio.port)) as connection:
             connection.sendall(noise)
     assert get(studio, f"/{studio.token}/")[0].status == 200
@@ -97,7 +115,9 @@ def test_an_impossible_port_is_said():
 
 def test_the_modules_as_one_have_each_thing_once():
     text = bundle()
-    assert "import " not in "\n".join(line for line in text.splitlines() if line.startswith("import"))
+    assert "import " not in "\n".join(
+        line for line in text.splitlines() if line.startswith("import")
+    )
     assert "\nexport " not in text
     names = [
         line.split()[1].split("(")[0]

@@ -1,4 +1,6 @@
-"""A session shows what feeler computes, to the last bit, and the newest wish ends the work on the older."""
+"""A session shows what feeler computes, to the last bit, and the newest wish ends the work on the
+older.
+"""
 
 import json
 import threading
@@ -17,14 +19,22 @@ from feeler.studio.touching import hash_tensor
 from feeler.studio.wish import TouchWish
 
 SHORT = {"duration": 30.0, "speed": 0.3}
-CHANGED = {"stiffness": [[0.0, 20.0], [0.5, 0.3], [1.0, 2e-3]], "matched": True, "length": 40.0, "sensors": 20}
+CHANGED = {
+    "stiffness": [[0.0, 20.0], [0.5, 0.3], [1.0, 2e-3]],
+    "matched": True,
+    "length": 40.0,
+    "sensors": 20,
+}
 
 
 class Page:
     """What a page hears."""
 
     def __init__(self, **options):
-        self.heard, self.session = [], Session(lambda data: self.heard.append(unpack(data)), **options)
+        self.heard, self.session = (
+            [],
+            Session(lambda data: self.heard.append(unpack(data)), **options),
+        )
 
     def ask(self, message):
         self.session.take(json.dumps(message))
@@ -38,13 +48,17 @@ class Page:
         return self.heard
 
     def find(self, kind, part=None):
-        return [(h, a) for h, a in self.heard if h["type"] == kind and part in (None, h.get("part"))]
+        return [
+            (h, a) for h, a in self.heard if h["type"] == kind and part in (None, h.get("part"))
+        ]
 
     def join(self, name):
         return np.concatenate([arrays[name] for _, arrays in self.find("touch", "piece")])
 
 
-@pytest.mark.parametrize("antenna", [{}, CHANGED, {"preset": "robot"}], ids=["preset", "changed", "robot"])
+@pytest.mark.parametrize(
+    "antenna", [{}, CHANGED, {"preset": "robot"}], ids=["preset", "changed", "robot"]
+)
 def test_what_is_shown_is_what_touch_gives_bit_for_bit(antenna):
     wish = {"antenna": antenna, "kind": "box", **SHORT}
     page = Page().ask({"type": "touch", "id": 3, "wish": wish})
@@ -53,7 +67,7 @@ def test_what_is_shown_is_what_touch_gives_bit_for_bit(antenna):
     tensors = feeler.touch(made.antenna.make(), made.make_trial(), duration=30.0)
     expected = tensors["angle"].values[0].astype(np.float32)
     assert np.array_equal(page.join("angle")[:, made.antenna.make().sensors - 1].T, expected)
-    (end, _) = page.find("touch", "end")[0]
+    end, _ = page.find("touch", "end")[0]
     assert end["hash"] == hash_tensor(expected)
     assert not end["preview"]
 
@@ -87,7 +101,9 @@ def test_whoever_leaves_frees_the_processor():
     page.session.close()
     began = time.monotonic()
     page.wait(5.0)
-    assert time.monotonic() - began < 2.0  # 50 ms on an idle machine; benchmarks/studio.py measures it
+    assert (
+        time.monotonic() - began < 2.0
+    )  # 50 ms on an idle machine; benchmarks/studio.py measures it
     assert not page.find("touch", "end")
 
 
@@ -102,7 +118,11 @@ def test_a_page_that_is_gone_ends_its_work_quietly():
 
 
 def test_several_objects_and_a_wall_are_felt():
-    wish = {"antenna": {}, **SHORT, "objects": [{"kind": "wall", "x": 3.0, "y": 30.0, "heading": -90.0}]}
+    wish = {
+        "antenna": {},
+        **SHORT,
+        "objects": [{"kind": "wall", "x": 3.0, "y": 30.0, "heading": -90.0}],
+    }
     page = Page().ask({"type": "touch", "wish": wish})
     page.wait()
     assert page.join("force").shape[1:] == (2, 2)
@@ -114,7 +134,11 @@ def test_several_objects_and_a_wall_are_felt():
 def test_a_diverging_antenna_is_said_and_the_next_wish_goes_on():
     page = Page()
     hard = {
-        "antenna": {"stiffness": [[0.0, 1e-9], [1.0, 1e-9]], "damping": [[0.0, 1e-12]], "preset": "robot"},
+        "antenna": {
+            "stiffness": [[0.0, 1e-9], [1.0, 1e-9]],
+            "damping": [[0.0, 1e-12]],
+            "preset": "robot",
+        },
         "speed": 4.0,
     }
     page.ask({"type": "touch", "wish": {**hard, "size": 20.0, "duration": 200.0}}).wait()
@@ -124,7 +148,14 @@ def test_a_diverging_antenna_is_said_and_the_next_wish_goes_on():
 
 
 def run_hand(page, aims, pace=1.0, race=False, wish=None):
-    page.ask({"type": "hand", "wish": {"antenna": {}, "location": 0.6} | (wish or {}), "pace": pace, "race": race})
+    page.ask(
+        {
+            "type": "hand",
+            "wish": {"antenna": {}, "location": 0.6} | (wish or {}),
+            "pace": pace,
+            "race": race,
+        }
+    )
     while not page.find("touch", "begin"):
         time.sleep(0.002)
     for aim in aims:
@@ -179,13 +210,21 @@ def test_the_script_gives_the_same_tensor(kind, capsys):
 
 def test_every_other_way_out(tmp_path):
     page = Page()
-    for what, begin in (("toml", b"schema"), ("svg", b"<?xml"), ("png", b"\x89PNG"), ("html", b"<!doctype html>")):
+    for what, begin in (
+        ("toml", b"schema"),
+        ("svg", b"<?xml"),
+        ("png", b"\x89PNG"),
+        ("html", b"<!doctype html>"),
+    ):
         page.ask({"type": "save", "what": what, "wish": {"antenna": CHANGED, **SHORT}}).wait()
         header, arrays = page.find("file")[-1]
         content = arrays["content"].tobytes()[: header["bytes"]]
         assert content.startswith(begin)
         (tmp_path / f"a.{what}").write_bytes(content)
-    assert feeler.load_antenna(tmp_path / "a.toml") == TouchWish.read({"antenna": CHANGED}).antenna.make()
+    assert (
+        feeler.load_antenna(tmp_path / "a.toml")
+        == TouchWish.read({"antenna": CHANGED}).antenna.make()
+    )
 
 
 def test_files_are_opened_and_damaged_ones_are_explained():
@@ -196,7 +235,9 @@ def test_files_are_opened_and_damaged_ones_are_explained():
     rows = "\n".join(f"{k},{','.join([str(0.001 * k)] * 8)}" for k in range(20))
     recording = "time_ms," + ",".join(f"hinge{n}_rad" for n in range(1, 9)) + "\n" + rows
     page.ask({"type": "open", "name": "r.csv", "text": recording}).wait()
-    assert page.find("opened")[1][1]["angle"] == pytest.approx(np.tile(0.001 * np.arange(20)[:, None], 8), abs=1e-6)
+    assert page.find("opened")[1][1]["angle"] == pytest.approx(
+        np.tile(0.001 * np.arange(20)[:, None], 8), abs=1e-6
+    )
     wrong = "\n".join(line.rpartition(",")[0] for line in recording.splitlines())
     for name, content, words in (
         ("a.toml", text.replace("stiffness", "softness"), "softness"),
@@ -236,13 +277,29 @@ VALUES = st.recursive(
     max_leaves=6,
 )
 KEYS = st.sampled_from(
-    ["wish", "slot", "id", "what", "text", "name", "commands", "antenna", "speed", "pace", "x", "other", "port"]
+    [
+        "wish",
+        "slot",
+        "id",
+        "what",
+        "text",
+        "name",
+        "commands",
+        "antenna",
+        "speed",
+        "pace",
+        "x",
+        "other",
+        "port",
+    ]
 )
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
-@given(st.lists(st.tuples(WORDS, st.dictionaries(KEYS, VALUES, max_size=4)), min_size=1, max_size=4))
+@given(
+    st.lists(st.tuples(WORDS, st.dictionaries(KEYS, VALUES, max_size=4)), min_size=1, max_size=4)
+)
 def test_no_message_brings_a_session_down(messages):
     page = Page()
     for kind, rest in messages:

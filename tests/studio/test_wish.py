@@ -36,7 +36,9 @@ def test_a_longer_antenna_has_more_mass_and_the_same_hinges():
 
 def test_a_file_is_an_antenna_and_its_plain_data_come_back():
     text = feeler.antenna.file.write_antenna(feeler.presets.make_preset("constant"))
-    wish = TouchWish(antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}])
+    wish = TouchWish(
+        antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
+    )
     assert TouchWish.read(wish.to_plain()) == wish
     assert wish.antenna.make() == feeler.presets.make_preset("constant")
 

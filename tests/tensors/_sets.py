@@ -7,7 +7,11 @@ import numpy as np
 import xarray as xr
 
 N_TRIALS, N_SENSORS, N_SAMPLES = 8, 5, 40
-CONFIGURATION = {"antenna": {"stiffness": [37.78, 1.0 / 3.0], "name": "exponential"}, "timestep": 0.01, "seed": 7}
+CONFIGURATION = {
+    "antenna": {"stiffness": [37.78, 1.0 / 3.0], "name": "exponential"},
+    "timestep": 0.01,
+    "seed": 7,
+}
 
 
 def make_trial(index: int, n_samples: int = N_SAMPLES) -> xr.Dataset:
@@ -46,7 +50,11 @@ def make_trial(index: int, n_samples: int = N_SAMPLES) -> xr.Dataset:
 def make_set(n_trials: int = N_TRIALS) -> xr.Dataset:
     """All trials in one Dataset."""
     return xr.concat(
-        [make_trial(n) for n in range(n_trials)], "trial", data_vars="minimal", coords="minimal", compat="override"
+        [make_trial(n) for n in range(n_trials)],
+        "trial",
+        data_vars="minimal",
+        coords="minimal",
+        compat="override",
     )
 
 
@@ -71,4 +79,8 @@ def judge(path):
     from nwbinspector import Importance, configure_checks, inspect_nwbfile, load_config
 
     found = inspect_nwbfile(nwbfile_path=path, checks=configure_checks(config=load_config("dandi")))
-    return [(m.check_function_name, m.message) for m in found if m.importance != Importance.BEST_PRACTICE_SUGGESTION]
+    return [
+        (m.check_function_name, m.message)
+        for m in found
+        if m.importance != Importance.BEST_PRACTICE_SUGGESTION
+    ]

@@ -21,11 +21,16 @@ antenna = feeler.Antenna(
     name="small",
 )
 trials = [
-    feeler.Trial(feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0), location=0.5 + 0.01 * i, speed=0.3)
+    feeler.Trial(
+        feature=make_feature(("ball", "box", "triangle")[i % 3], 1.0),
+        location=0.5 + 0.01 * i,
+        speed=0.3,
+    )
     for i in range(N_TRIALS)
 ]
 options = {"duration": 60.0, "timestep": 0.02, "seed": 3}
-SLOW = 2e-3  # s that a disk takes at least, so that there is time to be killed while something is written
+# s that a disk takes at least, so that there is time to be killed while something is written
+SLOW = 2e-3
 
 
 def run(**changes):
@@ -36,11 +41,15 @@ def run(**changes):
 def pick(tensors, indices):
     """Some of the trials, as a run of these alone gives them."""
     made = json.loads(tensors.attrs["trials"])
-    return tensors.isel(trial=indices).assign_attrs(trials=json.dumps([made[n] for n in indices], sort_keys=True))
+    return tensors.isel(trial=indices).assign_attrs(
+        trials=json.dumps([made[n] for n in indices], sort_keys=True)
+    )
 
 
 def work(told, store, workers):
-    """Simulate it into a store with so many threads (0: in two processes), and tell how many trials are finished."""
+    """Simulate it into a store with so many threads (0: in two processes), and tell how many trials
+    are finished.
+    """
     sync = os.fsync
     os.fsync = lambda file: (time.sleep(SLOW), sync(file))[1]
     told.send(0)

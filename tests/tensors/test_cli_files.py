@@ -30,7 +30,12 @@ def call(*arguments):
 @pytest.fixture
 def tensors():
     rng = np.random.default_rng(3)
-    labels = {"feature": ["ball", "wall"], "size": [1.5, np.inf], "location": [0.5, 0.7], "speed": [0.3, 0.06]}
+    labels = {
+        "feature": ["ball", "wall"],
+        "size": [1.5, np.inf],
+        "location": [0.5, 0.7],
+        "speed": [0.3, 0.06],
+    }
     return make_tensors(
         angle=rng.normal(size=(2, 3, 5)),
         time=np.arange(5.0),
@@ -53,7 +58,9 @@ def test_info_says_what_a_file_holds(tmp_path, tensors, name):
 
 def test_info_describes_antennas_and_models(tmp_path):
     assert call("antenna", tmp_path / "a.toml").exit_code == 0
-    save_model(Model(kind="lda", version=4, arrays={"means": np.zeros((2, 3))}), tmp_path / "m.safetensors")
+    save_model(
+        Model(kind="lda", version=4, arrays={"means": np.zeros((2, 3))}), tmp_path / "m.safetensors"
+    )
     out = call("info", tmp_path / "a.toml", tmp_path / "m.safetensors").output
     assert "segments    140, 42 mm" in out
     assert "stiffness: [P]" in out
@@ -77,7 +84,13 @@ def test_validate_accepts_what_is_right_and_names_what_is_wrong(tmp_path, tensor
     assert call("validate", tmp_path / "good.nc", tmp_path / "set.zarr").exit_code == 0
     chunk = tmp_path / "set.zarr" / "angle" / "c.0.0.0"
     chunk.write_bytes(bytes([chunk.read_bytes()[0] ^ 1]) + chunk.read_bytes()[1:])
-    result = call("validate", tmp_path / "good.nc", tmp_path / "bad.nc", tmp_path / "set.zarr", tmp_path / "absent")
+    result = call(
+        "validate",
+        tmp_path / "good.nc",
+        tmp_path / "bad.nc",
+        tmp_path / "set.zarr",
+        tmp_path / "absent",
+    )
     assert result.exit_code == 1
     assert "good.nc: valid" in result.output
     assert "'source' must be one of simulation, robot, surrogate" in result.output
@@ -93,8 +106,12 @@ def test_convert_keeps_everything(tmp_path, tensors):
     got = load(tmp_path / "set.nwb")
     xr.testing.assert_identical(got.drop_attrs(), tensors.drop_attrs())
     assert tensors.attrs.items() <= got.attrs.items()
-    assert isinstance(call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput)
-    assert isinstance(call("convert", tmp_path / "set.zarr", tmp_path / "b.nwb").exception, InvalidInput)
+    assert isinstance(
+        call("convert", tmp_path / "set.zarr", tmp_path / "set.mat").exception, InvalidInput
+    )
+    assert isinstance(
+        call("convert", tmp_path / "set.zarr", tmp_path / "b.nwb").exception, InvalidInput
+    )
 
 
 @pytest.mark.parametrize("verb", ["info", "validate", "convert", "antenna"])
@@ -117,7 +134,13 @@ def test_progress_is_quiet_without_a_terminal_and_json_on_request():
     progress(11, 20)  # ten were there before
     progress(12, 20)
     events = [json.loads(line) for line in lines.getvalue().splitlines()]
-    assert events[0] == {"event": "trials", "done": 11, "total": 20, "per_second": 0.5, "seconds_left": 18.0}
+    assert events[0] == {
+        "event": "trials",
+        "done": 11,
+        "total": 20,
+        "per_second": 0.5,
+        "seconds_left": 18.0,
+    }
     assert events[1]["per_second"] == 0.5
     with ProgressBar("touches", stream=screen) as progress:
         progress(1, 2)

@@ -1,4 +1,6 @@
-"""Real touches on a Dask cluster of two processes: shards written by workers, one of which is killed; the same numbers."""
+"""Real touches on a Dask cluster of two processes: shards written by workers, one of which is
+killed; the same numbers.
+"""
 
 import os
 import signal
@@ -43,7 +45,9 @@ def test_a_killed_worker_costs_its_group_and_no_number_changes(client, tmp_path)
 def test_shards_do_not_pass_the_scheduler(client, tmp_path):
     run(store=tmp_path / "a.zarr", executor=client)
     sent = client.run_on_scheduler(
-        lambda dask_scheduler: sum(ts.nbytes for ts in dask_scheduler.tasks.values() if ts.nbytes > 0)
+        lambda dask_scheduler: sum(
+            ts.nbytes for ts in dask_scheduler.tasks.values() if ts.nbytes > 0
+        )
     )
     assert sent < (tmp_path / "a.zarr" / "angle").stat().st_size + 200_000  # records, not tensors
 
@@ -58,11 +62,15 @@ def test_shards_do_not_pass_the_scheduler(client, tmp_path):
 def test_workers_with_another_feeler_are_refused(tmp_path, monkeypatch, what, words):
     if what == "versions":
         real = job.check_origin
-        monkeypatch.setattr(job, "check_origin", lambda versions, *rest: real(versions | {"numpy": "1.0"}, *rest))
+        monkeypatch.setattr(
+            job, "check_origin", lambda versions, *rest: real(versions | {"numpy": "1.0"}, *rest)
+        )
     else:
         monkeypatch.setattr(job.Job, "code", "other")
         real = job.check_origin
-        monkeypatch.setattr(job, "check_origin", lambda versions, code, modules: real(versions, "other", modules))
+        monkeypatch.setattr(
+            job, "check_origin", lambda versions, code, modules: real(versions, "other", modules)
+        )
     with pytest.raises(StoreError, match=words):
         run(store=tmp_path / "a.zarr")
 

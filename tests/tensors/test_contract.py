@@ -11,7 +11,9 @@ from feeler.tensors.quantities import QUANTITIES, Quantity
 
 from ._sets import make_set
 
-REQUIRED = [name for name, quantity in QUANTITIES.items() if quantity.coordinate and quantity.required]
+REQUIRED = [
+    name for name, quantity in QUANTITIES.items() if quantity.coordinate and quantity.required
+]
 
 
 def change(name, values):
@@ -77,7 +79,9 @@ def test_each_breach_is_named(spoil, words):
 @pytest.mark.parametrize("name", REQUIRED)
 def test_a_missing_coordinate_is_named_but_not_of_a_part(name):
     tensors = make_set().drop_vars(name)
-    assert find_breaches(tensors) == [f"coordinate '{name}' along {QUANTITIES[name].dims[0]} is missing"]
+    assert find_breaches(tensors) == [
+        f"coordinate '{name}' along {QUANTITIES[name].dims[0]} is missing"
+    ]
     assert find_breaches(tensors, whole=False) == []
     assert find_breaches(tensors.drop_vars("angle"), whole=False) == []
 
@@ -95,13 +99,18 @@ def test_what_each_dataset_must_have_and_what_is_recorded_only_when_asked_for():
     }
     optional = {name for name, quantity in QUANTITIES.items() if quantity.optional}
     assert optional == {"velocity", "base_pose", "work", "timestep", "error"}
-    assert {name for name, quantity in QUANTITIES.items() if quantity.required} == {*REQUIRED, "angle"}
+    assert {name for name, quantity in QUANTITIES.items() if quantity.required} == {
+        *REQUIRED,
+        "angle",
+    }
     assert not Quantity(dims=("trial",)).required and not Quantity(dims=("trial",)).optional
 
 
 def test_angles_and_velocities_are_those_of_the_hinges_that_carry_sensors():
     antenna = SimpleNamespace(sensors=np.array([1, 3, 4]))
-    motion = SimpleNamespace(angle=np.arange(8.0).reshape(2, 4), velocity=10 * np.arange(8.0).reshape(2, 4))
+    motion = SimpleNamespace(
+        angle=np.arange(8.0).reshape(2, 4), velocity=10 * np.arange(8.0).reshape(2, 4)
+    )
     for name, factor in (("angle", 1), ("velocity", 10)):
         np.testing.assert_array_equal(
             QUANTITIES[name].make(antenna, motion), factor * np.array([[0, 4], [2, 6], [3, 7]])
@@ -128,12 +137,16 @@ def test_rectified_is_the_greater_of_the_value_and_zero():
     np.testing.assert_array_equal(rectify(make_set().angle), np.maximum(make_set().angle, 0.0))
 
 
-@pytest.mark.parametrize("values", [[[1.0, -4.0], [2.0, 0.0]], [[1.0, 4.0], [2.0, 0.0]], [[-1.0, -4.0], [-2.0, 0.0]]])
+@pytest.mark.parametrize(
+    "values", [[[1.0, -4.0], [2.0, 0.0]], [[1.0, 4.0], [2.0, 0.0]], [[-1.0, -4.0], [-2.0, 0.0]]]
+)
 def test_one_factor_brings_the_greatest_magnitude_to_one(values):
     np.testing.assert_array_equal(scale_common(np.array(values)), np.array(values) / 4.0)
 
 
-@pytest.mark.parametrize("values", [np.zeros((2, 2)), np.array([1.0, np.nan]), np.array([1.0, np.inf])])
+@pytest.mark.parametrize(
+    "values", [np.zeros((2, 2)), np.array([1.0, np.nan]), np.array([1.0, np.inf])]
+)
 def test_what_has_no_greatest_magnitude_cannot_be_scaled(values):
     with pytest.raises(InvalidInput, match="cannot scale tensors whose greatest magnitude is"):
         scale_common(values)

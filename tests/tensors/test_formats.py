@@ -1,4 +1,6 @@
-"""Formats: what is saved comes back identical, other programs can open it, and hostile files do no harm."""
+"""Formats: what is saved comes back identical, other programs can open it, and hostile files do no
+harm.
+"""
 
 import json
 import os
@@ -21,7 +23,9 @@ from feeler.tensors.plain import REQUIRED, complete
 
 from ._sets import judge, make_set, make_trial
 
-pytestmark = pytest.mark.filterwarnings("ignore:The data type")  # Zarr's own note on texts that xarray writes
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:The data type"
+)  # Zarr's own note on texts that xarray writes
 NWB = {"session_start": datetime(2026, 1, 2, tzinfo=UTC), "identifier": "test"}
 OPTIONS = {".nwb": NWB}
 
@@ -64,7 +68,9 @@ def test_xarray_reads_the_netcdf(tmp_path, whole):
     save(whole, tmp_path / "set.nc")
     with xr.open_dataset(tmp_path / "set.nc", engine="h5netcdf") as got:
         for name in whole.variables:
-            np.testing.assert_array_equal(got[name].values.astype(whole[name].dtype), whole[name].values)
+            np.testing.assert_array_equal(
+                got[name].values.astype(whole[name].dtype), whole[name].values
+            )
         assert got.angle.attrs["units"] == "rad"
 
 
@@ -78,7 +84,9 @@ def test_matlab_variables_have_documented_names(tmp_path, whole):
 
 def test_a_mat_file_that_matlab_saved_again_is_read(tmp_path, whole):
     save(whole, tmp_path / "set.mat")
-    content = {k: v for k, v in scipy.io.loadmat(tmp_path / "set.mat").items() if not k.startswith("__")}
+    content = {
+        k: v for k, v in scipy.io.loadmat(tmp_path / "set.mat").items() if not k.startswith("__")
+    }
     content |= {"extra": {"a": [1.0, 2.0]}, "cells": np.array([1, "x"], dtype=object)}
     scipy.io.savemat(tmp_path / "again.mat", content, do_compression=True, long_field_names=True)
     xr.testing.assert_identical(load(tmp_path / "again.mat"), complete(whole))
@@ -92,7 +100,9 @@ def test_foreign_netcdf_and_zarr_of_the_contract_are_read(tmp_path, whole):
         assert set(got.coords) == set(whole.coords)
         for name in whole.variables:
             assert got[name].dims == whole[name].dims
-            np.testing.assert_array_equal(got[name].values.astype(whole[name].dtype), whole[name].values)
+            np.testing.assert_array_equal(
+                got[name].values.astype(whole[name].dtype), whole[name].values
+            )
 
 
 def test_pynwb_validates_the_file(tmp_path, whole):
@@ -102,15 +112,20 @@ def test_pynwb_validates_the_file(tmp_path, whole):
     assert validate(path=str(tmp_path / "set.nwb")) == []
     with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
         file = io.read()
-        np.testing.assert_array_equal(file.acquisition["angle_000003"].data[:], whole.angle.values[3].T)
+        np.testing.assert_array_equal(
+            file.acquisition["angle_000003"].data[:], whole.angle.values[3].T
+        )
         assert file.trials["feature"][1] == "box"
 
 
 @pytest.mark.parametrize(
-    "subject", [{}, {"subject": "c1", "species": "Periplaneta americana", "sex": "F", "age": "P90D"}]
+    "subject",
+    [{}, {"subject": "c1", "species": "Periplaneta americana", "sex": "F", "age": "P90D"}],
 )
 def test_nwbinspector_finds_nothing_critical_and_no_violation(tmp_path, whole, subject):
-    save(whole, tmp_path / "set.nwb", **NWB, **subject, experimenter="Doe, Jane", institution="Home")
+    save(
+        whole, tmp_path / "set.nwb", **NWB, **subject, experimenter="Doe, Jane", institution="Home"
+    )
     assert judge(tmp_path / "set.nwb") == []
 
 
@@ -124,8 +139,13 @@ def test_all_trials_share_one_clock_and_point_at_their_series(tmp_path, whole):
         assert np.all(start[1:] > stop[:-1])
         np.testing.assert_allclose(stop - start, 1e-3 * np.ptp(whole.time.values))
         for k, row in enumerate(trials["timeseries"][:]):
-            assert {one.timeseries.name for one in row} == {f"{v}_{k:06d}" for v in ("angle", "curvature", "tip")}
-            assert all(one.timeseries.starting_time == start[k] and one.timeseries.rate == 1000.0 for one in row)
+            assert {one.timeseries.name for one in row} == {
+                f"{v}_{k:06d}" for v in ("angle", "curvature", "tip")
+            }
+            assert all(
+                one.timeseries.starting_time == start[k] and one.timeseries.rate == 1000.0
+                for one in row
+            )
 
 
 def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
@@ -193,7 +213,10 @@ def bomb_zarr(path, changes):
         ({"data_type": "object"}, "damaged or of another kind"),
         ({"codecs": [{"name": "bytes"}, {"name": "pickle"}]}, "damaged or of another kind"),
         ({"codecs": 3}, "damaged or of another kind"),
-        ({"chunk_key_encoding": {"name": "default", "configuration": {"separator": "/../"}}}, "damaged or of another"),
+        (
+            {"chunk_key_encoding": {"name": "default", "configuration": {"separator": "/../"}}},
+            "damaged or of another",
+        ),
         ({"dimension_names": ["../../x", "sensor", "time"]}, "dims|conflicting"),
     ],
 )
@@ -209,7 +232,9 @@ def test_hostile_hdf5_is_refused(tmp_path):
         file.create_variable("angle", ("a", "b"), "f8", chunks=(1, 1024))
     (tmp_path / "secret").write_bytes(bytes(64))
     with h5py.File(tmp_path / "external.nc", "w") as file:
-        file.create_dataset("angle", shape=(8,), dtype="f8", external=[(str(tmp_path / "secret"), 0, 64)])
+        file.create_dataset(
+            "angle", shape=(8,), dtype="f8", external=[(str(tmp_path / "secret"), 0, 64)]
+        )
     with h5py.File(tmp_path / "link.nc", "w") as file:
         file["angle"] = h5py.ExternalLink(str(tmp_path / "huge.nc"), "/angle")
     with h5py.File(tmp_path / "virtual.nc", "w") as file:
@@ -218,8 +243,16 @@ def test_hostile_hdf5_is_refused(tmp_path):
         file.create_virtual_dataset("angle", layout)
     with h5py.File(tmp_path / "compound.nc", "w") as file:
         file["angle"] = np.zeros(3, [("a", "f8"), ("b", "i4")])
-    words = {"huge": "over the limit", "external": "in another file", "link": "is a link", "virtual": "in another file"}
-    for name, expected in {**words, "compound": "damaged or of another kind|readable are numbers"}.items():
+    words = {
+        "huge": "over the limit",
+        "external": "in another file",
+        "link": "is a link",
+        "virtual": "in another file",
+    }
+    for name, expected in {
+        **words,
+        "compound": "damaged or of another kind|readable are numbers",
+    }.items():
         with pytest.raises(InvalidInput, match=expected):
             load(tmp_path / f"{name}.nc")
 
@@ -350,7 +383,9 @@ def test_a_format_from_outside_goes_from_save_to_load_to_info(tmp_path, plain_js
 
 
 def test_options_that_a_format_needs_are_named(tmp_path, whole):
-    with pytest.raises(InvalidInput, match=r"cannot write \.nwb.*it takes session_start=, identifier="):
+    with pytest.raises(
+        InvalidInput, match=r"cannot write \.nwb.*it takes session_start=, identifier="
+    ):
         save(whole, tmp_path / "set.nwb")
     with pytest.raises(InvalidInput, match=r"cannot write \.nc.*it takes no options"):
         save(whole, tmp_path / "set.nc", trial=3)

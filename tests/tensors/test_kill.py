@@ -1,4 +1,6 @@
-"""Real simulations killed at random moments: the store opens, holds what was reported, and ends the same."""
+"""Real simulations killed at random moments: the store opens, holds what was reported, and ends the
+same.
+"""
 
 import multiprocessing
 import os
@@ -41,9 +43,13 @@ def folder():
 
 
 def start(store, workers):
-    """A process that fills the store, and what it tells; forked where everything is imported, else it would do little else."""
+    """A process that fills the store, and what it tells; forked where everything is imported, else
+    it would do little else.
+    """
     context = multiprocessing.get_context("forkserver")
-    prepare_workers([*USUAL, "feeler.experiment.gather", "feeler.physics.chain", "feeler.tensors.store"])
+    prepare_workers(
+        [*USUAL, "feeler.experiment.gather", "feeler.physics.chain", "feeler.tensors.store"]
+    )
     told, theirs = context.Pipe(duplex=False)
     process = context.Process(target=work, args=(theirs, store, workers))
     process.start()
@@ -60,12 +66,17 @@ def hear(told):
 
 
 def kill_somewhere(process, told, rng):
-    """SIGKILL a process at a random moment of its work; the last number of finished trials that it told."""
+    """SIGKILL a process at a random moment of its work; the last number of finished trials that it
+    told.
+    """
     numbers = [hear(told)]
     if rng.random() < 0.3:
-        time.sleep(rng.uniform(0, 0.5))  # somewhere: mostly while it loads, simulates or opens the store
+        time.sleep(
+            rng.uniform(0, 0.5)
+        )  # somewhere: mostly while it loads, simulates or opens the store
     else:
-        # after some of the groups that are stepped together were told, but not the last: within the next one
+        # after some of the groups that are stepped together were told, but not the last: within the
+        # next one
         numbers += [hear(told) for _ in range(int(rng.integers(1, N_TRIALS // LANES)))]
         time.sleep(rng.uniform(0, 0.02))
     process.kill()
@@ -103,7 +114,9 @@ def kill_often(folder, n_kills, undisturbed):
 
 
 @pytest.mark.parametrize("n_kills", [5, pytest.param(60, marks=pytest.mark.slow)])
-def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(folder, undisturbed, n_kills):
+def test_killed_at_random_moments_the_same_command_ends_with_the_same_numbers(
+    folder, undisturbed, n_kills
+):
     tally, store = kill_often(folder, n_kills, undisturbed)
     print(f"\n{tally}")
     assert any(0 < n < N_TRIALS for n in tally.finished)  # else nothing was resumed
@@ -125,7 +138,9 @@ def kill_worker(executor, number):
     return len(killed[:number])
 
 
-@pytest.mark.parametrize("delay", [0.8, *(pytest.param(0.3 * n, marks=pytest.mark.slow) for n in range(10))])
+@pytest.mark.parametrize(
+    "delay", [0.8, *(pytest.param(0.3 * n, marks=pytest.mark.slow) for n in range(10))]
+)
 def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
     killed = []
     with ProcessExecutor(2) as executor:
@@ -140,7 +155,9 @@ def test_a_killed_worker_costs_nothing(folder, undisturbed, delay):
     xr.testing.assert_identical(result, undisturbed)
 
 
-@pytest.mark.parametrize("error", [MemoryError("Unable to allocate 9 GiB"), WorkerCrashed("a worker process ended")])
+@pytest.mark.parametrize(
+    "error", [MemoryError("Unable to allocate 9 GiB"), WorkerCrashed("a worker process ended")]
+)
 def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, monkeypatch, error):
     real = job.run_lanes
 
@@ -150,7 +167,9 @@ def test_a_trial_that_crashes_its_worker_costs_only_itself(folder, undisturbed, 
         return real(scenes, *how)
 
     monkeypatch.setattr(job, "run_lanes", crash)
-    with pytest.raises((OutOfMemory, WorkerCrashed), match=r"not enough memory|a worker process ended") as caught:
+    with pytest.raises(
+        (OutOfMemory, WorkerCrashed), match=r"not enough memory|a worker process ended"
+    ) as caught:
         run(store=folder / "a.zarr")
     assert isinstance(caught.value, FeelerError)
     rest = [index for index in range(N_TRIALS) if index != 6]
@@ -164,7 +183,10 @@ def test_workers_without_memory_fail_by_name_and_the_store_goes_on(folder):
     def touch(**more):
         return feeler.touch(antenna, trials[:2], store=folder / "a.zarr", **options, **more)
 
-    with ProcessExecutor(1, memory_limit=2**26) as executor, pytest.raises(OutOfMemory, match="reached its memory"):
+    with (
+        ProcessExecutor(1, memory_limit=2**26) as executor,
+        pytest.raises(OutOfMemory, match="reached its memory"),
+    ):
         touch(executor=executor)
     assert find_finished(folder / "a.zarr") == []
     xr.testing.assert_identical(touch(), feeler.touch(antenna, trials[:2], **options))

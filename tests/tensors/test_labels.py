@@ -19,12 +19,16 @@ def touches():
 
 def test_codes_carry_their_trials_and_times_and_are_the_same_numbers(touches):
     angle = abs(touches["angle"])
-    encoder = feeler.ConvolutiveNMF(n_components=2, n_lags=5, n_restarts=1, max_iter=10, random_state=0, warn=False)
+    encoder = feeler.ConvolutiveNMF(
+        n_components=2, n_lags=5, n_restarts=1, max_iter=10, random_state=0, warn=False
+    )
     plain, labelled = encoder.fit(angle.values).transform(angle.values), encoder.transform(angle)
     assert isinstance(plain, np.ndarray) and labelled.dims == ("trial", "component", "time")
     np.testing.assert_array_equal(labelled, plain)
     assert labelled["speed"].values.tolist() == [0.2, 0.3, 0.4] and "sensor" not in labelled.coords
-    xr.testing.assert_identical(labelled["time"].drop_vars(labelled["time"].coords.keys() - {"time"}), angle["time"])
+    xr.testing.assert_identical(
+        labelled["time"].drop_vars(labelled["time"].coords.keys() - {"time"}), angle["time"]
+    )
     tags = get_tags(encoder).input_tags
     assert tags.three_d_array and not tags.two_d_array and tags.positive_only
 
@@ -41,7 +45,9 @@ def test_the_accessor_draws_and_rebuilds(touches, tmp_path):
     assert touches.feeler.antenna == feeler.presets.robot()
     posture = touches.feeler.posture()
     tip = posture.values[:, :, -1]
-    np.testing.assert_allclose(tip, touches["tip"].transpose("trial", "time", "axis").values, atol=1e-6)
+    np.testing.assert_allclose(
+        tip, touches["tip"].transpose("trial", "time", "axis").values, atol=1e-6
+    )
     ax = touches.feeler.plot(trial=1, variable="angle")
     np.testing.assert_array_equal(ax.images[0].get_array(), touches["angle"].values[1])
     movie = touches.feeler.movie(tmp_path / "m.mp4", trial=2, slower=20)
@@ -52,8 +58,14 @@ def test_the_accessor_draws_and_rebuilds(touches, tmp_path):
     ("ask", "match"),
     [
         (lambda ds: ds.feeler.plot(trial=3), "trial must be from 0 to 2, got 3"),
-        (lambda ds: ds.feeler.plot(variable="tip"), "no tensor 'tip' in this Dataset; valid: angle, curvature"),
-        (lambda ds: ds.assign_attrs(configuration="{}").feeler.posture(), "does not say what one antenna"),
+        (
+            lambda ds: ds.feeler.plot(variable="tip"),
+            "no tensor 'tip' in this Dataset; valid: angle, curvature",
+        ),
+        (
+            lambda ds: ds.assign_attrs(configuration="{}").feeler.posture(),
+            "does not say what one antenna",
+        ),
     ],
 )
 def test_what_cannot_be_shown_is_said(touches, ask, match):

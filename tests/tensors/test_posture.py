@@ -35,12 +35,16 @@ def test_a_uniform_arc_is_exact():
     angle = antenna.rest_angle + 0.02 * antenna.segment_length
     trial = feeler.touch(antenna.replace(rest_angle=0.0), trials()[:1], duration=2)
     trial["angle"][:] = angle[antenna.sensors - 1][None, :, None]
-    np.testing.assert_allclose(reconstruct_posture(trial, antenna).values[0, 0], antenna.shape(angle), atol=1e-9)
+    np.testing.assert_allclose(
+        reconstruct_posture(trial, antenna).values[0, 0], antenna.shape(angle), atol=1e-9
+    )
 
 
 def test_another_antenna_is_refused():
     antenna = feeler.presets.cockroach()
     tensors = feeler.touch(antenna, trials()[:1], duration=2)
-    short = feeler.Antenna(segment_length=np.full(9, 1.0), segment_mass=1e-3, radius=0.1, stiffness=1.0, damping=1.0)
+    short = feeler.Antenna(
+        segment_length=np.full(9, 1.0), segment_mass=1e-3, radius=0.1, stiffness=1.0, damping=1.0
+    )
     with pytest.raises(InvalidInput, match="has 9"):
         reconstruct_posture(tensors, short)

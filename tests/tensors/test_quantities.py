@@ -1,4 +1,6 @@
-"""Quantities are one open set: units that others can read, and a new one from outside goes all the way."""
+"""Quantities are one open set: units that others can read, and a new one from outside goes all the
+way.
+"""
 
 import numpy as np
 import pint
@@ -25,7 +27,10 @@ def test_units_are_read_by_pint_and_dims_begin_with_the_trial(name):
 def labour():
     """A quantity of somebody else: twice the first hinge's angle, in words of their own."""
     quantity = Quantity(
-        unit="mJ", meaning="a made-up work", dims=("trial", "time"), make=lambda antenna, motion: 2 * motion.angle[:, 0]
+        unit="mJ",
+        meaning="a made-up work",
+        dims=("trial", "time"),
+        make=lambda antenna, motion: 2 * motion.angle[:, 0],
     )
     QUANTITIES.register("labour", quantity)
     yield
@@ -36,7 +41,9 @@ def test_a_quantity_from_outside_goes_from_touch_to_store_to_dispersion(labour, 
     tensors = feeler.touch(antenna, trials[:3], store=tmp_path / "set.zarr", **options)
     for dataset in (tensors, load(tmp_path / "set.zarr")):
         assert find_breaches(dataset) == []
-        assert dataset.labour.attrs["units"] == "mJ" and "made-up" in dataset.labour.attrs["long_name"]
+        assert (
+            dataset.labour.attrs["units"] == "mJ" and "made-up" in dataset.labour.attrs["long_name"]
+        )
         np.testing.assert_array_equal(dataset.labour, 2 * dataset.angle.isel(sensor=0))
     found = compute_dispersion(load(tmp_path / "set.zarr").labour.values[:, None], indices=("mse",))
     assert found.values("mse", found.groups[0]).min() > 0
@@ -53,13 +60,27 @@ def test_every_parameter_of_a_trial_is_a_coordinate():
         friction=0.4,
     )
     tensors = feeler.touch(antenna, trial, **options)
-    expected = {"kind": "box", "feature": "crumb", "size": 1.0, "location": 0.7, "speed": 0.3, "approach": 80.0}
+    expected = {
+        "kind": "box",
+        "feature": "crumb",
+        "size": 1.0,
+        "location": 0.7,
+        "speed": 0.3,
+        "approach": 80.0,
+    }
     expected |= {"side": "right", "lead": 7.0, "friction": 0.4}
     assert {name: tensors[name].item() for name in expected} == expected
 
 
 def _sensors(n):
-    labels = {"feature": ["x"], "size": [1.0], "location": [0.5], "speed": [1.0], "antenna": ["a"], "seed": [0]}
+    labels = {
+        "feature": ["x"],
+        "size": [1.0],
+        "location": [0.5],
+        "speed": [1.0],
+        "antenna": ["a"],
+        "seed": [0],
+    }
     return {
         "time": np.arange(4.0),
         "segment": np.arange(1, n + 1),
@@ -77,7 +98,11 @@ def test_curvature_follows_from_angle_in_the_type_asked_for():
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [({"strain": 1}, "unknown quantity 'strain'"), ({"angle": None}, "need angle="), ({"trials": {}}, "trials lacks")],
+    [
+        ({"strain": 1}, "unknown quantity 'strain'"),
+        ({"angle": None}, "need angle="),
+        ({"trials": {}}, "trials lacks"),
+    ],
 )
 def test_what_is_missing_or_unknown_is_named(change, words):
     arguments = {"angle": np.ones((1, 3, 4)), **_sensors(3), **change}

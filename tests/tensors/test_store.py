@@ -1,4 +1,6 @@
-"""The store: what was reported as finished is there, whole and unchanged, whatever ended the process."""
+"""The store: what was reported as finished is there, whole and unchanged, whatever ended the
+process.
+"""
 
 import errno
 import json
@@ -58,7 +60,9 @@ def test_any_zarr_reader_sees_the_same_numbers(path):
     assert plain.finished.all()
     whole = make_set()
     for name in whole.variables:
-        np.testing.assert_array_equal(plain[name].values.astype(whole[name].dtype), whole[name].values)
+        np.testing.assert_array_equal(
+            plain[name].values.astype(whole[name].dtype), whole[name].values
+        )
         assert plain[name].dims == whole[name].dims
     assert plain.attrs["configuration"] == whole.attrs["configuration"]
     assert plain.angle.attrs["units"] == "rad"
@@ -156,7 +160,10 @@ def test_the_disk_may_be_full_at_every_single_step(fast, monkeypatch, stride):
 
     for step in range(stride // 3, steps, stride):
         path = fast / f"{step}.zarr"
-        with pytest.MonkeyPatch().context() as patch, pytest.raises(StoreError, match=r"no room left.*Free some space"):
+        with (
+            pytest.MonkeyPatch().context() as patch,
+            pytest.raises(StoreError, match=r"no room left.*Free some space"),
+        ):
             fail_at(patch, step, no_room)
             fill(path, n_trials=2)
         fill(path, n_trials=2)
@@ -195,7 +202,9 @@ def kill_often(tmp_path, n_kills, seed):
         if claimed:
             part = read_store(path)
             numbers = sorted({*find_finished(path)})
-            xr.testing.assert_identical(part.drop_attrs(), whole.isel(trial=numbers).astype(part.dtypes).drop_attrs())
+            xr.testing.assert_identical(
+                part.drop_attrs(), whole.isel(trial=numbers).astype(part.dtypes).drop_attrs()
+            )
         if len({*find_finished(path)} if path.exists() else ()) == 60:
             path = path.with_name(f"again{kills}.zarr")
     assert kills == n_kills
@@ -242,11 +251,16 @@ def test_a_small_file_system_fills_up_and_nothing_is_lost(tmp_path):
     script = tmp_path / "full.py"
     script.write_text(FULL.format(tests=str(Path(__file__).parents[1]), folder=tmp_path / "disk"))
     (tmp_path / "disk").mkdir()
-    steps = f"mount -t tmpfs -o size=2m none {tmp_path}/disk && head -c 1000000 /dev/zero > {tmp_path}/disk/ballast"
+    steps = (
+        f"mount -t tmpfs -o size=2m none {tmp_path}/disk && head -c 1000000 /dev/zero >"
+        f" {tmp_path}/disk/ballast"
+    )
     command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c"]
     if subprocess.run([*command, steps], capture_output=True).returncode:
         pytest.skip("no right to mount a small file system here")
-    run = subprocess.run([*command, f"{steps} && {sys.executable} {script}"], capture_output=True, text=True)
+    run = subprocess.run(
+        [*command, f"{steps} && {sys.executable} {script}"], capture_output=True, text=True
+    )
     stored = len(re.findall(r"^stored \d", run.stdout, re.MULTILINE))
     assert 0 < stored < 8, run.stderr
     assert "no room left for the store" in run.stdout
@@ -285,7 +299,9 @@ with open_store({str(path)!r}, CONFIGURATION, 8) as store:
     print("open", flush=True)
     sys.stdin.read()
 """
-    holder = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     assert holder.stdout.readline() == "open\n"
     with pytest.raises(StoreError, match=f"is being written by process {holder.pid} on"):
         open_store(path, CONFIGURATION, N_TRIALS)
@@ -349,11 +365,18 @@ def test_a_trial_unlike_the_others_is_refused(path, change, words):
         ([1, 1], make_set(2), "one trial for each of its indices"),
         (1, make_trial(1).transpose("time", ...), "trial must come first"),
         (1, make_trial(1).rename(angle="../angle"), "a variable's name"),
-        (1, make_trial(1).assign(when=("trial", np.array(["2020-01-01"], "datetime64[ns]"))), "datetime64"),
+        (
+            1,
+            make_trial(1).assign(when=("trial", np.array(["2020-01-01"], "datetime64[ns]"))),
+            "datetime64",
+        ),
     ],
 )
 def test_what_is_no_trial_is_refused(path, index, trial, words):
-    with open_store(path, CONFIGURATION, N_TRIALS) as store, pytest.raises((InvalidInput, StoreError), match=words):
+    with (
+        open_store(path, CONFIGURATION, N_TRIALS) as store,
+        pytest.raises((InvalidInput, StoreError), match=words),
+    ):
         store.append(index, trial)
 
 
@@ -386,11 +409,15 @@ def test_a_damaged_chunk_is_named_where_it_is_read(path, how):
         read_store(path).load()
 
 
-@pytest.mark.parametrize("how", ["flip", "cut", "swap", "gone"])  # swapped: its bytes are right, only its digest tells
+@pytest.mark.parametrize(
+    "how", ["flip", "cut", "swap", "gone"]
+)  # swapped: its bytes are right, only its digest tells
 def test_a_damaged_chunk_is_named_and_the_same_command_heals_it(path, how):
     fill(path, group_size=2)
     damage(path, how)
-    assert re.search(r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", find_damage(path)[0])
+    assert re.search(
+        r"angle/c\.1\.0\.0 \(trials 2 to 3\) is missing or damaged", find_damage(path)[0]
+    )
     with (
         pytest.warns(UserWarning, match="trials 2 to 3 will be computed again"),
         open_store(path, CONFIGURATION, N_TRIALS) as store,
@@ -422,11 +449,17 @@ def test_nothing_else_is_taken_for_a_store(path, what):
         path.mkdir()
         (path / "thesis.tex").write_text("x")
     if what in ("other zarr", "later format"):
-        (path / "zarr.json").write_text(json.dumps({"zarr_format": 3, "node_type": "group", "attributes": {}}))
+        (path / "zarr.json").write_text(
+            json.dumps({"zarr_format": 3, "node_type": "group", "attributes": {}})
+        )
     if what == "later format":
         (path / "progress").mkdir()
-        (path / "progress" / "store.json").write_bytes(seal(Label(n_trials=8, group=8, configuration={}), format=99))
-    with pytest.raises((StoreError, InvalidInput), match=r"is a file|no store|another format; this feeler reads 3"):
+        (path / "progress" / "store.json").write_bytes(
+            seal(Label(n_trials=8, group=8, configuration={}), format=99)
+        )
+    with pytest.raises(
+        (StoreError, InvalidInput), match=r"is a file|no store|another format; this feeler reads 3"
+    ):
         open_store(path, CONFIGURATION, N_TRIALS)
     assert path.read_text() == "x" if what == "file" else (path / "thesis.tex").exists()
 
@@ -493,7 +526,9 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
             patch.setattr(stored._Numbers, "_read", lambda *_: pytest.fail("read the numbers"))
             lazy = read_store(path)
             assert lazy.sizes["trial"] == N_TRIALS and lazy.feature.values[3] == "Wändli"
-        xr.testing.assert_identical(lazy.isel(trial=[5, 2], time=3).load(), make_set().isel(trial=[5, 2], time=3))
+        xr.testing.assert_identical(
+            lazy.isel(trial=[5, 2], time=3).load(), make_set().isel(trial=[5, 2], time=3)
+        )
         assert xr.open_zarr(path, chunks=None).sizes["trial"] == 100
     shutil.copytree(path, path.with_name("copy.zarr"))
     xr.testing.assert_identical(read_store(path.with_name("copy.zarr")).load(), make_set())
@@ -518,7 +553,11 @@ def test_texts_are_never_cut_to_what_a_damaged_store_says(path):
         store.append(range(n), make_set(n))
     xr.testing.assert_identical(read_store(path).load(), make_set(n))
     whole = (path / "zarr.json").read_text()
-    for width, words in (("2", "longer texts than the store says"), ("999999999", None), ('"x"', None)):
+    for width, words in (
+        ("2", "longer texts than the store says"),
+        ("999999999", None),
+        ('"x"', None),
+    ):
         damaged = re.sub(r'("widths": \{[^}]*"feature": )\d+', rf"\g<1>{width}", whole)
         assert damaged != whole
         (path / "zarr.json").write_text(damaged)
@@ -533,8 +572,13 @@ def test_reading_in_the_same_process_keeps_the_lock(path):
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         store.append(0, make_trial(0))
         shutil.copytree(path, path.with_name("copy.zarr"))
-        code = f"from feeler.tensors.store import open_store; open_store({str(path)!r}, {CONFIGURATION!r}, 8)"
-        other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        code = (
+            f"from feeler.tensors.store import open_store; open_store({str(path)!r},"
+            f" {CONFIGURATION!r}, 8)"
+        )
+        other = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=False
+        )
         assert f"is being written by process {os.getpid()} on" in other.stderr
 
 
@@ -550,7 +594,9 @@ def test_sealed_numbers_are_stored_as_they_are(path):
 
 def test_trials_without_any_value_are_kept_too(path):
     """Touches that end before the contact have no place of contact: a whole shard of nothing."""
-    nothing = make_set().map(lambda values: values * np.nan if values.dtype.kind == "f" else values, keep_attrs=True)
+    nothing = make_set().map(
+        lambda values: values * np.nan if values.dtype.kind == "f" else values, keep_attrs=True
+    )
     with open_store(path, CONFIGURATION, N_TRIALS) as store:
         store.append(range(N_TRIALS), nothing)
     assert read_store(path).angle.isnull().all()
@@ -570,7 +616,10 @@ def test_curvature_is_derived_where_it_is_not_stored(path):
 def test_groups_may_have_any_size(fast, group_size):
     n = 2 * group_size + 1
     trials = np.arange(float(n))
-    tensors = xr.Dataset({"angle": (("trial", "sensor"), np.stack([trials, -trials], axis=1))}, {"trial": np.arange(n)})
+    tensors = xr.Dataset(
+        {"angle": (("trial", "sensor"), np.stack([trials, -trials], axis=1))},
+        {"trial": np.arange(n)},
+    )
     save_store(tensors, fast / "a.zarr", group_size=group_size)
     np.testing.assert_array_equal(read_store(fast / "a.zarr").angle, tensors.angle)
 

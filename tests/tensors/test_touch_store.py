@@ -1,4 +1,6 @@
-"""Touches kept in a store: killed and resumed, on any workers, the numbers are those of an undisturbed run."""
+"""Touches kept in a store: killed and resumed, on any workers, the numbers are those of an
+undisturbed run.
+"""
 
 import importlib
 import os
@@ -37,11 +39,15 @@ def test_a_stored_run_is_identical(tmp_path, undisturbed):
     xr.testing.assert_identical(run(store=tmp_path / "a.zarr"), undisturbed)
     xr.testing.assert_identical(load(tmp_path / "a.zarr"), undisturbed)
     counted = []
-    xr.testing.assert_identical(run(store=tmp_path / "a.zarr", progress=lambda *n: counted.append(n)), undisturbed)
+    xr.testing.assert_identical(
+        run(store=tmp_path / "a.zarr", progress=lambda *n: counted.append(n)), undisturbed
+    )
     assert counted == []
 
 
-@pytest.mark.parametrize("make", [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)], ids=["threads", "processes"])
+@pytest.mark.parametrize(
+    "make", [lambda: ThreadExecutor(3), lambda: ProcessExecutor(2)], ids=["threads", "processes"]
+)
 def test_workers_do_not_change_the_numbers(tmp_path, undisturbed, make):
     with make() as executor:
         xr.testing.assert_identical(run(store=tmp_path / "a.zarr", executor=executor), undisturbed)
@@ -79,7 +85,11 @@ def test_what_says_the_same_in_other_words_is_the_same_configuration(tmp_path, u
 
 def test_other_trials_are_refused_by_name(tmp_path):
     run(store=tmp_path / "a.zarr")
-    other = [*trials[:5], feeler.Trial(feature=feeler.Ball(radius=1.1), location=0.6, speed=0.3), *trials[6:]]
+    other = [
+        *trials[:5],
+        feeler.Trial(feature=feeler.Ball(radius=1.1), location=0.6, speed=0.3),
+        *trials[6:],
+    ]
     with pytest.raises(StoreError, match=r"trial 5\.feature"):
         feeler.touch(antenna, other, store=tmp_path / "a.zarr", **options)
 
@@ -114,7 +124,8 @@ def test_other_code_under_the_same_version_is_refused(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(verb, "describe_code", lambda *modules: other)
         with pytest.raises(
-            StoreError, match=r"made by other code .*code\.feeler\.physics\.chain\.contact.*or use a new store"
+            StoreError,
+            match=r"made by other code .*code\.feeler\.physics\.chain\.contact.*or use a new store",
         ):
             run(store=tmp_path / "a.zarr")
     assert load(tmp_path / "a.zarr").sizes["trial"] == N_TRIALS - 8
@@ -123,8 +134,12 @@ def test_other_code_under_the_same_version_is_refused(tmp_path, monkeypatch):
 
 def test_other_versions_are_refused(tmp_path, monkeypatch):
     run(store=tmp_path / "a.zarr")
-    monkeypatch.setattr(verb, "list_versions", lambda: {**provenance.list_versions(), "numpy": "2.0.0"})
-    with pytest.raises(StoreError, match=r'made by other code .*versions\.numpy: "[0-9.]+" → "2\.0\.0"'):
+    monkeypatch.setattr(
+        verb, "list_versions", lambda: {**provenance.list_versions(), "numpy": "2.0.0"}
+    )
+    with pytest.raises(
+        StoreError, match=r'made by other code .*versions\.numpy: "[0-9.]+" → "2\.0\.0"'
+    ):
         run(store=tmp_path / "a.zarr")
 
 
@@ -135,7 +150,9 @@ def test_a_disk_too_small_is_said_before_anything_is_simulated(tmp_path, monkeyp
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(system, "disk_usage", lambda path: usage(0, 0, 50_000))
     # 12 sensors and 60 samples of 8 bytes, and what goes with them: over 100 kB for 24 trials
-    with pytest.raises(StoreError, match=r"24 trials need about [\d.]+ GiB .* are free\. Free some space"):
+    with pytest.raises(
+        StoreError, match=r"24 trials need about [\d.]+ GiB .* are free\. Free some space"
+    ):
         run(store=tmp_path / "a.zarr")
     assert not list((tmp_path / "a.zarr" / "progress").glob("0*.json"))
 

@@ -18,18 +18,35 @@ START = datetime(2026, 5, 1, 9, tzinfo=UTC)
 
 @pytest.fixture(scope="module")
 def trials():
-    films = [make_synthetic_tracks(np.random.default_rng(k), duration=2e3 * (k + 1), noise=0.1) for k in range(2)]
+    films = [
+        make_synthetic_tracks(np.random.default_rng(k), duration=2e3 * (k + 1), noise=0.1)
+        for k in range(2)
+    ]
     films[1].position[5, 2] = np.nan
     return films
 
 
 @pytest.mark.parametrize("unit", ["px", "mm"])
 def test_poses_come_back_as_they_were(tmp_path, trials, unit):
-    path, films = tmp_path / "a.nwb", [film.scaled(10.0) if unit == "mm" else film for film in trials]
-    save_poses(films, path, session_start=START, identifier="walk", edges=[("head", "abdomen")], subject="c1")
+    path, films = (
+        tmp_path / "a.nwb",
+        [film.scaled(10.0) if unit == "mm" else film for film in trials],
+    )
+    save_poses(
+        films,
+        path,
+        session_start=START,
+        identifier="walk",
+        edges=[("head", "abdomen")],
+        subject="c1",
+    )
     for k, film in enumerate(films):
         back = load_tracks(path, individual=f"trial_{k:06d}")
-        assert (back.landmarks, back.unit, back.interval) == (film.landmarks, unit, pytest.approx(film.interval))
+        assert (back.landmarks, back.unit, back.interval) == (
+            film.landmarks,
+            unit,
+            pytest.approx(film.interval),
+        )
         np.testing.assert_allclose(back.position, film.position, rtol=1e-12)
         assert back.source == film.source == "synthetic"
 
@@ -37,14 +54,22 @@ def test_poses_come_back_as_they_were(tmp_path, trials, unit):
 def test_all_films_share_one_clock(tmp_path, trials):
     from pynwb import NWBHDF5IO
 
-    save_poses(trials, tmp_path / "a.nwb", session_start=START, identifier="walk", edges=[("head", "left_tip")])
+    save_poses(
+        trials,
+        tmp_path / "a.nwb",
+        session_start=START,
+        identifier="walk",
+        edges=[("head", "left_tip")],
+    )
     with NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
         file = io.read()
         start, stop = file.trials["start_time"][:], file.trials["stop_time"][:]
         assert start[1] == stop[0] + 1 and stop[0] == pytest.approx(1e-3 * trials[0].time[-1])
         poses = file.processing["behavior"]["trial_000001"]
         assert all(one.starting_time == start[1] for one in poses.pose_estimation_series.values())
-        assert {row.timeseries.name for row in file.trials["timeseries"][1]} == {*trials[0].landmarks}
+        assert {row.timeseries.name for row in file.trials["timeseries"][1]} == {
+            *trials[0].landmarks
+        }
         nodes, (edge,) = poses.skeleton.nodes[:], poses.skeleton.edges[:]
         assert [nodes[k] for k in edge] == ["head", "left_tip"]
 
@@ -58,7 +83,12 @@ def test_all_films_share_one_clock(tmp_path, trials):
     ],
 )
 def test_what_cannot_be_written_is_said(tmp_path, trials, change, match):
-    given = {"trials": trials, "path": tmp_path / "a.nwb", "session_start": START, "identifier": "walk"} | change
+    given = {
+        "trials": trials,
+        "path": tmp_path / "a.nwb",
+        "session_start": START,
+        "identifier": "walk",
+    } | change
     with pytest.raises(InvalidInput, match=match):
         save_poses(given.pop("trials"), given.pop("path"), **given)
     assert not any(tmp_path.iterdir())
@@ -87,7 +117,9 @@ def test_the_verb_writes_poses_of_which_the_inspector_is_silent_and_reads_them(t
         tmp_path / "out",
         "--json",
     ]
-    first = CliRunner().invoke(app, [str(w) for w in (*words, "--session-start", START.isoformat(), "--subject", "c1")])
+    first = CliRunner().invoke(
+        app, [str(w) for w in (*words, "--session-start", START.isoformat(), "--subject", "c1")]
+    )
     assert first.exit_code == 0 and judge(tmp_path / "out" / "tracks.nwb") == [], first.output
     words = ["tracks", tmp_path / "out" / "tracks.nwb", "--individual", "trial_000001", "--json"]
     again = CliRunner().invoke(app, [str(w) for w in words])

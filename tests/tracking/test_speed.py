@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tracking import Tracks, compute_antenna_angle, find_sweeps, make_synthetic_tracks, measure_exploration
+from feeler.tracking import (
+    Tracks,
+    compute_antenna_angle,
+    find_sweeps,
+    make_synthetic_tracks,
+    measure_exploration,
+)
 from feeler.tracking.speed import bridge_gaps, differentiate, smooth
 
 DEGREES = np.deg2rad(1.0) * 1e-3  # °/s in rad/ms
@@ -29,7 +35,9 @@ def test_planted_peak_speed_is_recovered(peak, frame_rate):
 def test_lateral_speed_is_angular_speed_times_length():
     tracks = make_synthetic_tracks(np.random.default_rng(3), noise=0.0)
     result = measure_exploration([tracks, tracks], length=42.0)
-    assert result.lateral_speed == pytest.approx(0.0635, abs=2e-4)  # 86.67 °/s × 42 mm, the paper's 6 cm/s
+    assert result.lateral_speed == pytest.approx(
+        0.0635, abs=2e-4
+    )  # 86.67 °/s × 42 mm, the paper's 6 cm/s
 
 
 def test_filter_gain_at_the_cutoff_is_one_half():
@@ -73,7 +81,9 @@ def test_a_gap_of_exactly_the_longest_is_bridged(lost, bridged):
     angle[12 : 12 + lost] = np.nan
     filled, count = bridge_gaps(angle, max_gap=5)
     assert count == bridged
-    np.testing.assert_allclose(filled[12 : 12 + lost], 0.1 * np.arange(12, 12 + lost) if bridged else np.nan)
+    np.testing.assert_allclose(
+        filled[12 : 12 + lost], 0.1 * np.arange(12, 12 + lost) if bridged else np.nan
+    )
 
 
 def test_no_speed_is_invented_across_a_long_gap():
@@ -108,8 +118,12 @@ def test_a_synthetic_animal_holds_its_left_antenna_on_its_left():
     forward = tracks.of("head") - tracks.of("abdomen")
     for side, name in ((1.0, "left_tip"), (-1.0, "right_tip")):
         out = tracks.of(name) - tracks.of("head")
-        turned = np.arctan2(forward[:, 0] * out[:, 1] - forward[:, 1] * out[:, 0], (forward * out).sum(axis=1))
-        np.testing.assert_allclose(np.degrees(turned), side * 35.0, atol=1e-3)  # y upwards: left is anticlockwise
+        turned = np.arctan2(
+            forward[:, 0] * out[:, 1] - forward[:, 1] * out[:, 0], (forward * out).sum(axis=1)
+        )
+        np.testing.assert_allclose(
+            np.degrees(turned), side * 35.0, atol=1e-3
+        )  # y upwards: left is anticlockwise
 
 
 @pytest.mark.parametrize("scale", [0.0, -2.0, np.inf, np.nan])
@@ -176,11 +190,16 @@ def test_peaks_lie_between_frames_at_their_times_and_heights(phase):
 
 
 def test_peaks_below_the_prominence_are_no_sweeps():
-    """Swings of 3 and of 0.5 mrad/ms: a threshold between them keeps the great ones, one above them none."""
+    """Swings of 3 and of 0.5 mrad/ms: a threshold between them keeps the great ones, one above them
+    none.
+    """
     time = 10.0 * np.arange(2000)
     swing = np.where((time // 2000) % 2 == 0, 3e-3, 0.5e-3) * np.sin(2 * np.pi * time / 1000) ** 2
     angle = np.cumsum(swing) * 10.0
-    counts = [find_sweeps(angle, 10.0, min_prominence=least).peak_speed.size for least in (1e-4, 1e-3, 4e-3)]
+    counts = [
+        find_sweeps(angle, 10.0, min_prominence=least).peak_speed.size
+        for least in (1e-4, 1e-3, 4e-3)
+    ]
     assert counts == [40, 20, 0]
 
 
@@ -206,7 +225,9 @@ def test_the_error_is_of_the_mean_and_holds_the_noise():
 
 def test_synthetic_animals_walk_and_are_as_large_as_they_say():
     """10 mm/s, 28 mm of body and 42 mm of antenna at 8 px/mm; head and abdomen lie along the body."""
-    tracks = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, frame_rate=50.0, duration=2000.0)
+    tracks = make_synthetic_tracks(
+        np.random.default_rng(3), noise=0.0, frame_rate=50.0, duration=2000.0
+    )
     abdomen, head, tip = (tracks.of(name) / 8.0 for name in ("abdomen", "head", "right_tip"))
     assert tracks.n_frames == 100 and tracks.interval == 20.0
     np.testing.assert_allclose(np.linalg.norm(np.diff(abdomen, axis=0), axis=1) / 20.0, 0.01)
@@ -215,8 +236,12 @@ def test_synthetic_animals_walk_and_are_as_large_as_they_say():
 
 
 def test_the_mean_is_over_all_sides_that_swept():
-    both = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(90 * DEGREES, 60 * DEGREES))
-    still = make_synthetic_tracks(np.random.default_rng(3), noise=0.0, peak_speed=(30 * DEGREES, 0.0))
+    both = make_synthetic_tracks(
+        np.random.default_rng(3), noise=0.0, peak_speed=(90 * DEGREES, 60 * DEGREES)
+    )
+    still = make_synthetic_tracks(
+        np.random.default_rng(3), noise=0.0, peak_speed=(30 * DEGREES, 0.0)
+    )
     found = measure_exploration([both, replace(still, source="tracked")])
     assert np.isnan(found.mean_peak[1, 1]) and found.n_peaks[1, 1] == 0
     assert found.mean == pytest.approx(60 * DEGREES, rel=1e-3)
@@ -245,6 +270,10 @@ def test_no_trials_and_no_common_frames():
     with pytest.raises(InvalidInput, match="at least one trial"):
         measure_exploration([])
     tracks = make_synthetic_tracks(np.random.default_rng(0))
-    lost = Tracks(position=np.full_like(tracks.position, np.nan), landmarks=tracks.landmarks, interval=tracks.interval)
+    lost = Tracks(
+        position=np.full_like(tracks.position, np.nan),
+        landmarks=tracks.landmarks,
+        interval=tracks.interval,
+    )
     with pytest.raises(InvalidInput, match="no angle to measure"):
         measure_exploration([lost])

@@ -1,4 +1,6 @@
-"""The door for delimited text: what it reads, and that nothing else comes out of it than numbers or our error."""
+"""The door for delimited text: what it reads, and that nothing else comes out of it than numbers or
+our error.
+"""
 
 import os
 
@@ -13,10 +15,17 @@ from feeler.tensors.table import parse_table, read_table
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 def test_delimiters_notes_and_missing_cells(tmp_path, delimiter):
-    rows = ["# Rate: 1000 Hz", "# source: synthetic", '"a" b'.replace(" ", delimiter), "1 ".replace(" ", delimiter)]
+    rows = [
+        "# Rate: 1000 Hz",
+        "# source: synthetic",
+        '"a" b'.replace(" ", delimiter),
+        "1 ".replace(" ", delimiter),
+    ]
     rows += ["NaN 2.5e-1".replace(" ", delimiter), ""]
     path = tmp_path / "t.csv"
-    path.write_bytes(b"\xef\xbb\xbf" + "\r\n".join(rows).encode())  # byte-order mark and Windows line ends
+    path.write_bytes(
+        b"\xef\xbb\xbf" + "\r\n".join(rows).encode()
+    )  # byte-order mark and Windows line ends
     table = read_table(path)
     assert table.columns == ("a", "b")
     assert table.notes == {"rate": "1000 Hz", "source": "synthetic"}

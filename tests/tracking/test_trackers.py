@@ -1,8 +1,9 @@
 """Files of trackers: what is planted comes back, likelihood counts, hostile files stay harmless.
 
-DLC_one and DLC_two (.csv, .h5) were written by pandas 3.1 with PyTables 3.11, as DeepLabCut writes them (``to_hdf`` with
-key ``df_with_missing`` and format ``table``). SLEAP's analysis file, Anipose's table and movement's netCDF follow their
-published layouts: sleap.io.convert, anipose triangulate, movement.io.
+DLC_one and DLC_two (.csv, .h5) were written by pandas 3.1 with PyTables 3.11, as DeepLabCut writes
+them (``to_hdf`` with key ``df_with_missing`` and format ``table``). SLEAP's analysis file,
+Anipose's table and movement's netCDF follow their published layouts: sleap.io.convert, anipose
+triangulate, movement.io.
 """
 
 import json
@@ -17,7 +18,13 @@ from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
-from feeler.tracking import compute_antenna_angle, load_tracks, measure_exploration, measure_posture, trackers
+from feeler.tracking import (
+    compute_antenna_angle,
+    load_tracks,
+    measure_exploration,
+    measure_posture,
+    trackers,
+)
 from feeler.tracking.trackers import Found, _project
 from feeler.tracking.tracks import Tracks, _doubt
 
@@ -27,17 +34,23 @@ SPEED, RATE = np.deg2rad(204.2e-3), 200.0  # rad/ms, frames/s
 
 
 def plant(rng, outliers=0.0, noise=0.3):
-    """Names, positions (frame, landmark, axis) [px, y down] and likelihoods of antennae that sit 18 px beside the head."""
+    """Names, positions (frame, landmark, axis) [px, y down] and likelihoods of antennae that sit 18
+    px beside the head.
+    """
     time = np.arange(2000) * 1e3 / RATE
     names = (*NAMES, "left_base", "right_base")
     swing = np.deg2rad(40) + SPEED / (2 * np.pi * 1e-3) * np.cos(2 * np.pi * 1e-3 * time)
     head, place = np.array([300.0, 300.0]), {}
-    place["head"], place["abdomen"] = (np.tile(v, (time.size, 1)) for v in (head, head - [200.0, 0.0]))
+    place["head"], place["abdomen"] = (
+        np.tile(v, (time.size, 1)) for v in (head, head - [200.0, 0.0])
+    )
     for side, sign in (("left", 1.0), ("right", -1.0)):
         base = head + np.array([0.0, 18.0 * sign])
         place[f"{side}_base"] = np.tile(base, (time.size, 1))
         place[f"{side}_tip"] = base + 240 * np.stack([np.cos(swing), sign * np.sin(swing)], axis=1)
-    position = np.stack([place[name] for name in names], axis=1) + rng.normal(0, noise, (time.size, len(names), 2))
+    position = np.stack([place[name] for name in names], axis=1) + rng.normal(
+        0, noise, (time.size, len(names), 2)
+    )
     lost = rng.random((time.size, len(names))) < outliers
     position[lost] += rng.uniform(-200, 200, (lost.sum(), 2))
     return names, position * [1.0, -1.0], np.where(lost, 0.1, 0.95)
@@ -69,17 +82,33 @@ def write_anipose(path, names, position, likelihood):
     columns = {}
     for k, name in enumerate(names):
         columns |= {f"{name}_{axis}": position[:, k, j] for j, axis in enumerate("xy")}
-        columns |= {f"{name}_z": 0 * position[:, k, 0] + 7, f"{name}_error": 0 * position[:, k, 0] + 1.5}
+        columns |= {
+            f"{name}_z": 0 * position[:, k, 0] + 7,
+            f"{name}_error": 0 * position[:, k, 0] + 1.5,
+        }
         columns |= {f"{name}_ncams": 0 * position[:, k, 0] + 3, f"{name}_score": likelihood[:, k]}
-    columns |= {f"M_{i}{j}": np.full(len(position), float(i == j)) for i in range(3) for j in range(3)}
-    columns |= {f"center_{i}": np.zeros(len(position)) for i in range(3)} | {"fnum": np.arange(len(position))}
-    np.savetxt(path, np.stack(list(columns.values()), axis=1), delimiter=",", header=",".join(columns), comments="")
+    columns |= {
+        f"M_{i}{j}": np.full(len(position), float(i == j)) for i in range(3) for j in range(3)
+    }
+    columns |= {f"center_{i}": np.zeros(len(position)) for i in range(3)} | {
+        "fnum": np.arange(len(position))
+    }
+    np.savetxt(
+        path,
+        np.stack(list(columns.values()), axis=1),
+        delimiter=",",
+        header=",".join(columns),
+        comments="",
+    )
 
 
 def write_movement(path, names, position, likelihood):
     xr.Dataset(
         {
-            "position": (("time", "space", "keypoints", "individuals"), position.transpose(0, 2, 1)[..., None]),
+            "position": (
+                ("time", "space", "keypoints", "individuals"),
+                position.transpose(0, 2, 1)[..., None],
+            ),
             "confidence": (("time", "keypoints", "individuals"), likelihood[..., None]),
         },
         coords={
@@ -108,12 +137,16 @@ WRITERS = {
 BASES = {"bases": ("left_base", "right_base")}
 
 
-@pytest.mark.parametrize(("name", "outliers"), [("dlc.csv", 0.0), *((name, 0.03) for name in WRITERS)])
+@pytest.mark.parametrize(
+    ("name", "outliers"), [("dlc.csv", 0.0), *((name, 0.03) for name in WRITERS)]
+)
 def test_planted_speed_comes_back_within_its_stated_error(tmp_path, name, outliers):
     planted = plant(np.random.default_rng(1), outliers)
     WRITERS[name](tmp_path / name, *planted)
     plane = "xy" if name == "pose_3d.csv" else None
-    tracks = load_tracks(tmp_path / name, frame_rate=None if name.endswith(".nc") else RATE, plane=plane)
+    tracks = load_tracks(
+        tmp_path / name, frame_rate=None if name.endswith(".nc") else RATE, plane=plane
+    )
     assert sum(tracks.doubted.values()) == (planted[2] < 0.6).sum()
     found = measure_exploration([tracks], max_gap=5, landmarks=BASES)
     np.testing.assert_array_equal(found.n_peaks, [[20, 20]])
@@ -124,7 +157,9 @@ def test_planted_speed_comes_back_within_its_stated_error(tmp_path, name, outlie
 def test_the_head_in_place_of_the_base_is_wrong_and_outliers_without_likelihood_are_worse(tmp_path):
     names, position, likelihood = plant(np.random.default_rng(1), 0.03)
     write_deeplabcut(tmp_path / "t.csv", names, position, likelihood)
-    clean, all_of_them = (load_tracks(tmp_path / "t.csv", frame_rate=RATE, min_likelihood=m) for m in (0.6, 0.0))
+    clean, all_of_them = (
+        load_tracks(tmp_path / "t.csv", frame_rate=RATE, min_likelihood=m) for m in (0.6, 0.0)
+    )
     assert measure_exploration([clean], max_gap=5).mean < 0.96 * SPEED
     assert measure_exploration([all_of_them], landmarks=BASES).n_peaks.sum() != 40
 
@@ -141,9 +176,15 @@ def test_deeplabcuts_own_files(ending):
     tracks = load_tracks(DATA / f"DLC_one.{ending}", frame_rate=30)
     k = np.delete(np.arange(50.0), 7)
     assert tracks.landmarks == NAMES and tracks.doubted == dict.fromkeys(NAMES, 1)
-    np.testing.assert_allclose(np.delete(tracks.of("head"), 7, axis=0), np.stack([5 + k, -(2 * k - 2)], axis=1))
-    other = load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30, individual="two", landmarks=("head",))
-    np.testing.assert_allclose(np.delete(other.of("head"), 7, axis=0), np.stack([15 + k, -(2 * k - 12)], axis=1))
+    np.testing.assert_allclose(
+        np.delete(tracks.of("head"), 7, axis=0), np.stack([5 + k, -(2 * k - 2)], axis=1)
+    )
+    other = load_tracks(
+        DATA / f"DLC_two.{ending}", frame_rate=30, individual="two", landmarks=("head",)
+    )
+    np.testing.assert_allclose(
+        np.delete(other.of("head"), 7, axis=0), np.stack([15 + k, -(2 * k - 12)], axis=1)
+    )
     with pytest.raises(InvalidInput, match="several individuals; choose one of one, two"):
         load_tracks(DATA / f"DLC_two.{ending}", frame_rate=30)
 
@@ -183,7 +224,10 @@ def test_a_plane_is_the_two_axes_that_it_names(plane, axes):
 def test_the_ends_of_what_may_be_asked_for_may_be_asked_for():
     slow = load_tracks(DATA / "DLC_one.csv", frame_rate=0.5)
     assert slow.interval == 2000.0
-    assert load_tracks(DATA / "DLC_one.csv", frame_rate=30, min_likelihood=1.0).n_frames == slow.n_frames
+    assert (
+        load_tracks(DATA / "DLC_one.csv", frame_rate=30, min_likelihood=1.0).n_frames
+        == slow.n_frames
+    )
 
 
 def test_places_in_space_need_a_plane_and_foreign_hdf5_is_refused(tmp_path):
@@ -211,7 +255,9 @@ def test_curvature_is_the_bend_over_the_mean_length_of_both_pieces():
     heading, length = np.array([0.1, 0.5, 0.3]), np.array([3.0, 5.0, 8.0])
     steps = length[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
     position = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])[None].repeat(2, axis=0)
-    found = measure_posture(Tracks(position=position, landmarks=tuple("abcd"), interval=10.0), tuple("abcd"))
+    found = measure_posture(
+        Tracks(position=position, landmarks=tuple("abcd"), interval=10.0), tuple("abcd")
+    )
     np.testing.assert_allclose(found["curvature"], [[0.4 / 4, -0.2 / 6.5]] * 2)
     np.testing.assert_allclose(found["piece_length"], length)
 
@@ -222,7 +268,9 @@ def test_an_arc_has_one_curvature_and_bends_that_add_up(n):
     arc = radius * np.stack([np.sin(turn), 1 - np.cos(turn)], axis=1)
     spin = np.linspace(0, 7, 11)  # however it points, it bends alike
     turned = np.stack([arc @ [[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]] for a in spin])
-    tracks = Tracks(position=turned + 3, landmarks=tuple(f"p{k}" for k in range(n)), interval=5.0).scaled(2.0)
+    tracks = Tracks(
+        position=turned + 3, landmarks=tuple(f"p{k}" for k in range(n)), interval=5.0
+    ).scaled(2.0)
     posture = measure_posture(tracks, tracks.landmarks)
     np.testing.assert_allclose(posture.bend.sum("joint"), 1.2 * (n - 2) / (n - 1))
     chord = 2 * 25.0 * np.sin(0.6 / (n - 1))
@@ -236,21 +284,48 @@ def test_an_arc_has_one_curvature_and_bends_that_add_up(n):
 
 def test_tracks_writes_table_figure_and_numbers(tmp_path):
     write_deeplabcut(tmp_path / "walk.csv", *plant(np.random.default_rng(1), 0.03))
-    words = ["tracks", tmp_path / "walk.csv", "--frame-rate", RATE, "--bases", "left_base,right_base", "--max-gap", 5]
+    words = [
+        "tracks",
+        tmp_path / "walk.csv",
+        "--frame-rate",
+        RATE,
+        "--bases",
+        "left_base,right_base",
+        "--max-gap",
+        5,
+    ]
     said = CliRunner().invoke(app, [str(w) for w in (*words, "--out", tmp_path / "out", "--json")])
     assert said.exit_code == 0, said.output
     found = json.loads(said.stdout)
     assert found == json.loads((tmp_path / "out/tracks.json").read_text())
     assert found["mean"] == pytest.approx(204.2, abs=2 * max(found["trials"][0]["error"]))
     assert found["trials"][0]["doubted"]["left_tip"] > 0
-    table = np.genfromtxt(tmp_path / "out/tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    table = np.genfromtxt(
+        tmp_path / "out/tracks.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
     left = table[table["side"] == "left"]
     tracks = load_tracks(tmp_path / "walk.csv", frame_rate=RATE)
     raw = np.rad2deg(compute_antenna_angle(tracks, **BASES)[0])
     assert np.nanmedian(np.abs(left["angle_deg"] - raw)) < 0.2
     assert (tmp_path / "out/tracks.png").stat().st_size > 10_000
-    said = CliRunner().invoke(app, [str(w) for w in ("tracks", DATA / "DLC_one.csv", "--frame-rate", 30, "--points",
-                                    "left_tip,head,abdomen", "--out", tmp_path / "p", "--json")])  # fmt: skip
+    said = CliRunner().invoke(
+        app,
+        [
+            str(w)
+            for w in (
+                "tracks",
+                DATA / "DLC_one.csv",
+                "--frame-rate",
+                30,
+                "--points",
+                # fmt: skip
+                "left_tip,head,abdomen",
+                "--out",
+                tmp_path / "p",
+                "--json",
+            )
+        ],
+    )
     assert said.exit_code == 0 and json.loads(said.stdout)[0]["whole"] == 49
     assert xr.open_dataset(tmp_path / "p/DLC_one.posture.nc", engine="h5netcdf").sizes["joint"] == 1
 
@@ -260,7 +335,9 @@ def test_a_frame_as_sure_as_was_asked_for_counts_and_less_is_left_out_and_counte
     position[2, 1] = np.nan  # lost already: not doubted
     likelihood = np.array([[0.6, 0.59], [0.61, 1.0], [0.0, 0.1]])
     found, doubted = _doubt(Found(names=("a", "b"), position=position, likelihood=likelihood), 0.6)
-    np.testing.assert_array_equal(np.isnan(found[:, :, 0]), [[False, True], [False, False], [True, True]])
+    np.testing.assert_array_equal(
+        np.isnan(found[:, :, 0]), [[False, True], [False, False], [True, True]]
+    )
     np.testing.assert_array_equal(found[1], position[1])
     assert doubted == {"a": 1, "b": 1}
 
@@ -269,7 +346,9 @@ def test_a_frame_as_sure_as_was_asked_for_counts_and_less_is_left_out_and_counte
 def test_a_table_whose_columns_are_not_those_named_is_refused(tmp_path, monkeypatch, values):
     labels = [("scorer", "head", axis) for axis in ("x", "y", "likelihood")] * 2
     about = {"kind": "DeepLabCut", "labels": labels}
-    monkeypatch.setattr(trackers, "open_guarded", lambda *_: (about, {"values": values, "frame": np.arange(4)}))
+    monkeypatch.setattr(
+        trackers, "open_guarded", lambda *_: (about, {"values": values, "frame": np.arange(4)})
+    )
     (tmp_path / "x.h5").write_bytes(b"")
     with pytest.raises(InvalidInput, match=r"x\.h5: 6 columns are named, the table has shape"):
         trackers._read_hdf5_file(tmp_path / "x.h5", None)

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.tracking import LANDMARKS, Tracks, compute_antenna_angle, load_tracks, make_synthetic_tracks, save_dltdv
+from feeler.tracking import (
+    LANDMARKS,
+    Tracks,
+    compute_antenna_angle,
+    load_tracks,
+    make_synthetic_tracks,
+    save_dltdv,
+)
 
 
 def _write_pose(path, points, header, y_sign, offset):
@@ -14,7 +21,12 @@ def _write_pose(path, points, header, y_sign, offset):
 
 
 # abdomen behind head on the y axis; left antenna 30° to the left, right antenna 45° to the right
-POSE = [(100 - 50 * np.sin(np.pi / 6), 300 + 50 * np.cos(np.pi / 6)), (150.0, 350.0), (100.0, 300.0), (100.0, 100.0)]
+POSE = [
+    (100 - 50 * np.sin(np.pi / 6), 300 + 50 * np.cos(np.pi / 6)),
+    (150.0, 350.0),
+    (100.0, 300.0),
+    (100.0, 100.0),
+]
 DLTDV = ",".join(f"pt{i}_cam1_{a}" for i in (1, 2, 3, 4) for a in "XY")
 GENERIC = ",".join(f"{name}_{a}" for name in LANDMARKS for a in "xy")
 
@@ -38,13 +50,17 @@ def test_every_convention_gives_the_same_angles(tmp_path, header, origin, sign, 
 def test_wrong_origin_flips_the_sides(tmp_path):
     path = _write_pose(tmp_path / "t.csv", POSE, DLTDV, -1, 1)
     tracks = load_tracks(path, frame_rate=30, origin="bottom-left")
-    np.testing.assert_allclose(compute_antenna_angle(tracks)[:, 0], -np.deg2rad([30, 45]), atol=1e-9)
+    np.testing.assert_allclose(
+        compute_antenna_angle(tracks)[:, 0], -np.deg2rad([30, 45]), atol=1e-9
+    )
 
 
 def test_second_camera_and_own_names(tmp_path):
     header = "pt1_cam1_X,pt1_cam1_Y,pt1_cam2_X,pt1_cam2_Y"
     (tmp_path / "t.csv").write_text(f"{header}\n1,2,3,4\n")
-    tracks = load_tracks(tmp_path / "t.csv", frame_rate=100, camera=2, landmarks=("nose",), origin="bottom-left")
+    tracks = load_tracks(
+        tmp_path / "t.csv", frame_rate=100, camera=2, landmarks=("nose",), origin="bottom-left"
+    )
     np.testing.assert_array_equal(tracks.of("nose"), [[2.0, 3.0]])
     assert tracks.interval == 10.0
 

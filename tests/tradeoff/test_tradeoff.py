@@ -1,4 +1,6 @@
-"""Speed against accuracy: the task is one for all speeds, windows hold what they say, and best is best."""
+"""Speed against accuracy: the task is one for all speeds, windows hold what they say, and best is
+best.
+"""
 
 import json
 
@@ -37,7 +39,9 @@ def test_all_speeds_meet_the_same_touches(declared):
 
 
 def test_draws_stay_in_their_ranges(declared):
-    trials = [trial for number in range(20) for trial in draw_touches(declared, number, BALLS, [0.7])]
+    trials = [
+        trial for number in range(20) for trial in draw_touches(declared, number, BALLS, [0.7])
+    ]
     assert max(abs(t.location - 0.7) for t in trials) <= declared.jitter["location"]
     assert max(abs(t.approach - 90) for t in trials) <= declared.jitter["approach"]
     assert {t.name for t in trials} == {"ball"}
@@ -46,31 +50,47 @@ def test_draws_stay_in_their_ranges(declared):
 
 
 def test_a_window_is_the_samples_that_it_names(declared, measured):
-    """20 ms at 0.6 m/s and 12 mm are not in the table of one kind only: what is the same window tells the same."""
+    """20 ms at 0.6 m/s and 12 mm are not in the table of one kind only: what is the same window
+    tells the same.
+    """
     trials = draw_touches(declared, 1, BALLS, speed=0.6)
     angle = feeler.touch(feeler.presets.cockroach(), trials, duration=60.0)["angle"].values
     found = measured.isel(set=1).sel(speed=0.6)
     common = compute_information(angle[:, :, 6:26], 0.03, n_draws=declared.draws, random_state=1)
-    assert float(found["bits"].sel(level="common 0.03", window="20 ms")) == pytest.approx(common.bits, abs=1e-3)
-    every = compute_information(angle[:, :, 7:46:2], 0.03, n_draws=declared.draws, random_state=1)
-    assert float(found["bits"].sel(level="common 0.03", window="24 mm, 20 samples")) == pytest.approx(
-        every.bits, abs=1e-3
+    assert float(found["bits"].sel(level="common 0.03", window="20 ms")) == pytest.approx(
+        common.bits, abs=1e-3
     )
+    every = compute_information(angle[:, :, 7:46:2], 0.03, n_draws=declared.draws, random_state=1)
+    assert float(
+        found["bits"].sel(level="common 0.03", window="24 mm, 20 samples")
+    ) == pytest.approx(every.bits, abs=1e-3)
 
 
 def test_more_samples_tell_more(measured):
     for kind in ("time", "distance"):
-        mean = measured["bits"].mean("set").isel(window=np.flatnonzero(measured["kind"].values == kind))
+        mean = (
+            measured["bits"]
+            .mean("set")
+            .isel(window=np.flatnonzero(measured["kind"].values == kind))
+        )
         assert np.all(np.diff(mean.values, axis=-1) > -0.02)  # the drawn noise differs a little
-    assert np.all(measured["bits"].sel(window="800 ms") == measured["bits"].sel(window="whole touch"))
+    assert np.all(
+        measured["bits"].sel(window="800 ms") == measured["bits"].sel(window="whole touch")
+    )
 
 
 def test_relative_noise_is_of_the_whole_touchs_peak(declared, measured):
     trials = draw_touches(declared, 0, BALLS, speed=1.2)
     length = feeler.presets.cockroach().length
-    angle = feeler.touch(feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2))["angle"].values
-    known = compute_information(scale_peaks(angle)[:, :, 6:], 1.0, n_draws=declared.draws, random_state=0)
-    found = measured["accuracy"].isel(set=0).sel(speed=1.2, level="relative 1", window="whole touch")
+    angle = feeler.touch(feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2))[
+        "angle"
+    ].values
+    known = compute_information(
+        scale_peaks(angle)[:, :, 6:], 1.0, n_draws=declared.draws, random_state=0
+    )
+    found = (
+        measured["accuracy"].isel(set=0).sel(speed=1.2, level="relative 1", window="whole touch")
+    )
     assert float(found) == pytest.approx(known.accuracy, abs=1e-3)
 
 
@@ -95,7 +115,10 @@ def test_best_and_what_is_not_told_from_it():
     )
     found = find_best(data, "a")
     assert found["best"].values.tolist() == [0.2, 0.1]
-    assert found["least"].values.tolist() == [0.1, 0.1]  # 0.2 is best at x, but three sets do not tell it from 0.1
+    assert found["least"].values.tolist() == [
+        0.1,
+        0.1,
+    ]  # 0.2 is best at x, but three sets do not tell it from 0.1
     assert found["most"].values.tolist() == [0.2, 0.1]
     assert found["gain"].values == pytest.approx([0.15, 0.6])
 
@@ -119,10 +142,24 @@ def test_every_speed_has_its_matched_samples_on_the_grid():
 
 
 def test_the_verb_writes_page_picture_and_numbers(tmp_path):
-    arguments = ["tradeoff", "--out", str(tmp_path), "--sets", "1", "--speed", "0.6", "--speed", "1.2"]
-    done = CliRunner().invoke(app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"])
+    arguments = [
+        "tradeoff",
+        "--out",
+        str(tmp_path),
+        "--sets",
+        "1",
+        "--speed",
+        "0.6",
+        "--speed",
+        "1.2",
+    ]
+    done = CliRunner().invoke(
+        app, [*arguments, "--objects", "ball:radius=1.5", "--antenna", "constant", "--json"]
+    )
     assert done.exit_code == 0, done.output
-    assert {p.name for p in tmp_path.iterdir()} >= {f"tradeoff.{end}" for end in ("html", "png", "csv", "json")}
+    assert {p.name for p in tmp_path.iterdir()} >= {
+        f"tradeoff.{end}" for end in ("html", "png", "csv", "json")
+    }
     kept = json.loads((tmp_path / "tradeoff.json").read_text())
     assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()

@@ -25,20 +25,26 @@ from feeler.wall.peak import Peak, find_sweep_peak, place_top
 from feeler.wall.sensitivity import CHOICES, Case
 
 N, STEP = 80, 0.5
-ANTENNA = Antenna(segment_length=np.full(N, STEP), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2)
+ANTENNA = Antenna(
+    segment_length=np.full(N, STEP), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2
+)
 LENGTH = N * STEP
 
 
 def fit(distance, position, used=None, resolution=0.1):
     used = np.ones(len(distance), bool) if used is None else used
-    return fit_distance(np.array(distance), np.array(position), used, np.zeros(len(distance), bool), resolution)
+    return fit_distance(
+        np.array(distance), np.array(position), used, np.zeros(len(distance), bool), resolution
+    )
 
 
 def make_case(antenna, r2, friction=0.3, **measure):
     known = replace(fit([3.0, 2.0, 1.0], [3.0, 2.0, 1.0]), r2=r2)
     measure = {"quantity": "bend", "method": "smooth"} | measure
     posture = Posture(friction=friction)
-    return Case(antenna=antenna, posture=posture, measure=measure, n_contact=3, n_inverted=3, map=known)
+    return Case(
+        antenna=antenna, posture=posture, measure=measure, n_contact=3, n_inverted=3, map=known
+    )
 
 
 def test_the_table_of_set_ups_by_hand():
@@ -55,10 +61,22 @@ def test_the_table_of_set_ups_by_hand():
 
 def test_orders_are_counted_by_every_choice():
     """Strictly falling is in order; equal values are not; one missing value leaves it open."""
-    orders = [((0.9, 0.5, 0.1), 0.0), ((0.9, 0.5, 0.5), 0.3), ((0.9, np.nan, 0.1), 0.3), ((0.1, 0.5, 0.9), 1.0)]
+    orders = [
+        ((0.9, 0.5, 0.1), 0.0),
+        ((0.9, 0.5, 0.5), 0.3),
+        ((0.9, np.nan, 0.1), 0.3),
+        ((0.1, 0.5, 0.9), 1.0),
+    ]
     names = ("exponential", "linear", "constant")
-    cases = [make_case(name, r2, f) for values, f in orders for name, r2 in zip(names, values, strict=True)]
-    cases += [make_case(name, r2, 0.3, method="hinge") for name, r2 in zip(names, (0.9, 0.5, 0.1), strict=True)]
+    cases = [
+        make_case(name, r2, f)
+        for values, f in orders
+        for name, r2 in zip(names, values, strict=True)
+    ]
+    cases += [
+        make_case(name, r2, 0.3, method="hinge")
+        for name, r2 in zip(names, (0.9, 0.5, 0.1), strict=True)
+    ]
     table = count_orderings(cases[:6] + cases[9:])
     assert table["all", ""] == {"yes": 2, "no": 2, "undefined": 0}
     assert table["friction", 0.0] == {"yes": 1, "no": 0, "undefined": 0}
@@ -68,17 +86,25 @@ def test_orders_are_counted_by_every_choice():
     assert {key for key, _ in table} == {"all", *CHOICES}
     assert count_orderings(cases[6:9])["all", ""] == {"yes": 0, "no": 0, "undefined": 1}
     assert count_orderings(cases[:2], names)["all", ""] == {"yes": 0, "no": 0, "undefined": 1}
-    assert count_orderings(cases[9:12], names[::-1])["all", ""] == {"yes": 1, "no": 0, "undefined": 0}
+    assert count_orderings(cases[9:12], names[::-1])["all", ""] == {
+        "yes": 1,
+        "no": 0,
+        "undefined": 0,
+    }
 
 
 @pytest.mark.parametrize("level", [0.95, 0.5])
 def test_the_interval_of_a_median_is_that_of_its_exact_bootstrap(level):
-    """Of n values (n odd) the resampled median is at most the k-th with P(B ≥ (n + 1) / 2), B ~ binomial(n, k / n)."""
+    """Of n values (n odd) the resampled median is at most the k-th with P(B ≥ (n + 1) / 2), B ~
+    binomial(n, k / n).
+    """
     n = 101
     values = np.sort(np.random.default_rng(5).normal(2.0, 0.3, n))
     share = binom.sf((n + 1) / 2 - 1, n, np.arange(1, n + 1) / n)
     expected = [np.searchsorted(share, (1 + sign * level) / 2) for sign in (-1, 1)]
-    median, low, high = bootstrap_median(values, np.random.default_rng(1), n_resamples=20_000, level=level)
+    median, low, high = bootstrap_median(
+        values, np.random.default_rng(1), n_resamples=20_000, level=level
+    )
     assert median == np.median(values)
     for found, k in zip((low, high), expected, strict=True):
         assert values[k - 1] <= found <= values[k + 1]
@@ -103,16 +129,22 @@ def test_a_peak_has_the_curvature_of_its_place_with_its_sign():
 def test_peaks_of_a_sweep_are_those_in_contact_of_what_was_asked_for():
     angle, bend = np.zeros((3, N)), np.zeros((3, N))
     angle[:, 10], bend[:, 20], bend[2, 0] = 0.1, 0.1, 0.5
-    sweep = SimpleNamespace(antenna=ANTENNA, angle=angle, bend=bend, contact=np.array([False, True, True]))
+    sweep = SimpleNamespace(
+        antenna=ANTENNA, angle=angle, bend=bend, contact=np.array([False, True, True])
+    )
     found = find_sweep_peak.__wrapped__(sweep, method="hinge")
     np.testing.assert_allclose(found.position, [np.nan, 10.0, 0.0])
     np.testing.assert_allclose(found.curvature, [np.nan, 0.2, 1.0])
     assert found.at_base.tolist() == [False, False, True]
-    np.testing.assert_allclose(find_sweep_peak.__wrapped__(sweep, quantity="total", method="hinge").position[1:], 5.0)
+    np.testing.assert_allclose(
+        find_sweep_peak.__wrapped__(sweep, quantity="total", method="hinge").position[1:], 5.0
+    )
 
 
 @pytest.mark.parametrize(("prebend", "expected"), [("rest", [0, 2, 3]), ("none", [0, 1, 2, 3])])
-def test_a_map_is_fitted_where_the_posture_stands_in_balance_with_its_peak_off_the_base(prebend, expected):
+def test_a_map_is_fitted_where_the_posture_stands_in_balance_with_its_peak_off_the_base(
+    prebend, expected
+):
     sweep = SimpleNamespace(
         antenna=ANTENNA, posture=Posture(prebend=prebend), distance=np.arange(20.0, 14.0, -1.0),
         contact=np.ones(6, bool), inverted=np.array([1, 0, 1, 1, 1, 1], bool), balanced=np.array([1, 1, 1, 1, 0, 1], bool),
@@ -131,22 +163,40 @@ def test_residuals_are_the_distance_over_the_line_and_three_points_are_enough():
     found = fit([9.0, 6.0, 4.0, 1.0], [3.0, 2.0, 1.0, np.nan])
     slope, intercept = np.polyfit([3.0, 2.0, 1.0], [9.0, 6.0, 4.0], 1)
     np.testing.assert_allclose(
-        found.residual[:3], [9 - 3 * slope - intercept, 6 - 2 * slope - intercept, 4 - slope - intercept]
+        found.residual[:3],
+        [9 - 3 * slope - intercept, 6 - 2 * slope - intercept, 4 - slope - intercept],
     )
-    assert np.isnan(found.residual[3]) and found.used.tolist() == [True, True, True, False] and not found.undefined
+    assert (
+        np.isnan(found.residual[3])
+        and found.used.tolist() == [True, True, True, False]
+        and not found.undefined
+    )
     assert fit([9.0, 6.0, 4.0], [1.0, 2.0, 3.0]).monotone
     assert not fit([9.0, 6.0, 4.0], [2.0, 2.0, 3.0]).monotone
 
 
 def test_of_two_runs_the_longer_one_counts_and_of_equal_ones_the_first():
-    assert fit([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [3.0, 2.0, 5.0, 4.0, 3.0, 3.05]).told_apart == (5.0, 7.0)
+    assert fit([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [3.0, 2.0, 5.0, 4.0, 3.0, 3.05]).told_apart == (
+        5.0,
+        7.0,
+    )
     assert fit([9.0, 8.0, 7.0, 6.0], [3.0, 2.0, 2.0, 1.0]).told_apart == (8.0, 9.0)
-    assert fit([9.0, 8.0], [3.0, 2.9], resolution=0.1 + 1e-9).told_apart == pytest.approx((np.nan, np.nan), nan_ok=True)
+    assert fit([9.0, 8.0], [3.0, 2.9], resolution=0.1 + 1e-9).told_apart == pytest.approx(
+        (np.nan, np.nan), nan_ok=True
+    )
 
 
 def test_tracking_errors_by_hand():
-    fields = dict.fromkeys(("time", "body"), np.zeros(4)) | {"target": 10.0, "collided": False, "map": None}
-    run = Run(distance=np.array([10.0, 13.0, 6.0, 10.0]), estimate=np.array([np.nan, 12.0, 6.0, 12.0]), **fields)
+    fields = dict.fromkeys(("time", "body"), np.zeros(4)) | {
+        "target": 10.0,
+        "collided": False,
+        "map": None,
+    }
+    run = Run(
+        distance=np.array([10.0, 13.0, 6.0, 10.0]),
+        estimate=np.array([np.nan, 12.0, 6.0, 12.0]),
+        **fields,
+    )
     assert run.error == pytest.approx(np.sqrt(25 / 4))
     assert run.estimate_error == pytest.approx(np.sqrt(5 / 3))
     assert run.nearest == 6.0
@@ -165,7 +215,10 @@ def test_a_slack_hook_is_an_arc_that_takes_its_share_and_ends_at_its_heading(sha
 
 @pytest.mark.parametrize(("reading", "degrees"), [("midline", 40.0), ("total", 20.0)])
 def test_reach_is_that_of_the_farthest_point_with_its_radius(reading, degrees):
-    posture, a = Posture(inter_antennal_angle=40.0, reading=reading, prebend="none"), np.radians(degrees)
+    posture, a = (
+        Posture(inter_antennal_angle=40.0, reading=reading, prebend="none"),
+        np.radians(degrees),
+    )
     assert posture.reach(ANTENNA) == pytest.approx(LENGTH * np.sin(a) + 0.1)
     slack = posture.replace(prebend="rest", hook_share=0.25, tip_heading=180.0)
     radius = (
@@ -180,7 +233,9 @@ def test_a_thin_tip_reaches_as_far_as_it_is_thin():
     points = ANTENNA.shape(base_angle=posture.base_angle)[:, 0]
     assert posture.reach(thin) == pytest.approx(points[-1] + 0.1)
     blunt = ANTENNA.replace(radius=np.where(np.arange(N) == N // 2, 12.0, 0.1))
-    assert posture.reach(blunt) == pytest.approx(points[N // 2 + 1] + 12.0)  # where the thick segment ends
+    assert posture.reach(blunt) == pytest.approx(
+        points[N // 2 + 1] + 12.0
+    )  # where the thick segment ends
 
 
 def test_a_fold_lies_straight_to_the_wall_bends_by_its_radius_and_comes_straight_back():
@@ -197,7 +252,9 @@ def test_the_first_and_the_last_face_go_on_by_100_mm():
     course = Course(lengths=(30.0, 50.0), turns=(60.0,))
     heading = np.radians(-60.0)
     corner, way = np.array([0.0, 30.0]), np.array([np.sin(heading), np.cos(heading)])
-    np.testing.assert_allclose(course.line, [[0.0, -100.0], corner, corner + 150.0 * way], atol=1e-9)
+    np.testing.assert_allclose(
+        course.line, [[0.0, -100.0], corner, corner + 150.0 * way], atol=1e-9
+    )
 
 
 def test_turns_are_measured_to_the_left_in_degrees():
@@ -223,16 +280,25 @@ def test_a_wall_is_one_block_where_it_only_turns_away_and_by_less_than_150_degre
     assert len(course.make_object().feature.parts) == n_blocks
 
 
-@pytest.mark.parametrize(("posture", "angle"), [(Posture(), 30.0), (Posture(reading="total", side="left"), 15.0)])
+@pytest.mark.parametrize(
+    ("posture", "angle"), [(Posture(), 30.0), (Posture(reading="total", side="left"), 15.0)]
+)
 def test_tensors_of_a_wall_carry_the_numbers_of_its_set_up(posture, angle):
     antenna = cockroach()
     touch = slide(antenna, posture, (9.0, 8.0), speed=0.4, duration=4.0, timestep=0.1)
     data, total = touch.make_dataset(), touch.make_dataset(relative=False)
-    np.testing.assert_allclose(data["location"], np.array([9.0, 8.0]) / np.sin(np.radians(angle)) / antenna.length)
+    np.testing.assert_allclose(
+        data["location"], np.array([9.0, 8.0]) / np.sin(np.radians(angle)) / antenna.length
+    )
     assert data["speed"].values.tolist() == [0.4, 0.4] and np.isinf(data["size"]).all()
-    assert data["distance"].attrs["units"] == "mm" and data["distance"].values.tolist() == [9.0, 8.0]
+    assert data["distance"].attrs["units"] == "mm" and data["distance"].values.tolist() == [
+        9.0,
+        8.0,
+    ]
     for k, motion in enumerate(touch.motions):
         sensed = motion.angle[:, antenna.sensors - 1].T
         np.testing.assert_allclose(total["angle"][k], sensed)
-        np.testing.assert_allclose(data["angle"][k], sensed - touch.antenna.rest_angle[antenna.sensors - 1][:, None])
+        np.testing.assert_allclose(
+            data["angle"][k], sensed - touch.antenna.rest_angle[antenna.sensors - 1][:, None]
+        )
         np.testing.assert_allclose(data["tip"][k], touch.points[k, :, -1])

@@ -18,7 +18,9 @@ def test_figure_3_draws_what_was_computed():
     data = fig3.compute({"exponential": cockroach()}, effort=SCALES["smoke"], timestep=0.1)
     figure = Figure(figsize=(7, 8))
     fig3.plot(data, figure)
-    assert data.slides.make_dataset()["distance"].values.tolist() == sorted(fig3.SLIDE_DISTANCES, reverse=True)
+    assert data.slides.make_dataset()["distance"].values.tolist() == sorted(
+        fig3.SLIDE_DISTANCES, reverse=True
+    )
     assert np.array_equal(data.maps["exponential"].used, data.sweeps["exponential"].inverted)
     assert len(figure.axes) == 6
 
@@ -31,7 +33,9 @@ def test_every_distance_is_drawn_with_its_wall():
     walls, lines = ax.collections
     assert len(lines.get_segments()) == len(walls.get_segments()) == 2 * len(DISTANCES)
     for k, (line, wall) in enumerate(zip(lines.get_segments(), walls.get_segments(), strict=True)):
-        gap = line[:, 0].min() - wall[0, 0]  # the wall is on the left: no node behind it, and one on it in contact
+        gap = (
+            line[:, 0].min() - wall[0, 0]
+        )  # the wall is on the left: no node behind it, and one on it in contact
         assert gap > 0 and (gap < 0.4) == sweep.contact[k % len(DISTANCES)]
     assert [label.get_text() for label in ax.get_yticklabels()] == ["exponential", "again"]
 
@@ -45,7 +49,9 @@ def test_a_part_of_the_family_lies_within_it(part):
 
 
 def make_family(r2):
-    return Family(names=("exponential", "linear", "constant"), choices=(), r2=np.array(r2), cases=())
+    return Family(
+        names=("exponential", "linear", "constant"), choices=(), r2=np.array(r2), cases=()
+    )
 
 
 @pytest.mark.parametrize(
@@ -65,7 +71,9 @@ def test_shares_are_of_the_set_ups_in_which_everything_is_defined(r2, share):
 
 def test_where_too_little_is_defined_nothing_is_judged():
     family = make_family([[0.9, 0.8, 0.7], *[[np.nan, 0.8, 0.7]] * 3])
-    assert family.share(np.array([True])) == {"undefined": "R² is defined for every profile in 1 of 4 set-ups only"}
+    assert family.share(np.array([True])) == {
+        "undefined": "R² is defined for every profile in 1 of 4 set-ups only"
+    }
 
 
 def test_an_undefined_r2_is_never_a_number():
@@ -73,7 +81,10 @@ def test_an_undefined_r2_is_never_a_number():
     family = compute(
         antennas,
         part="smoke",
-        known=[(n, approach(a, list_setups("smoke")[0][0], (12.0, 9.0, 6.0))) for n, a in antennas.items()],
+        known=[
+            (n, approach(a, list_setups("smoke")[0][0], (12.0, 9.0, 6.0)))
+            for n, a in antennas.items()
+        ],
     )
     assert family.r2.shape == (3, 2)
     for case in family.cases:
@@ -98,4 +109,7 @@ def test_the_family_is_drawn_with_its_medians():
     ax = Figure().subplots()
     plot(family, ax, {"exponential": 0.985, "linear": 0.924, "constant": 0.704})
     assert ax.get_title() == "2 of 3 set-ups have all R²"
-    assert [line.get_color() for line in ax.get_lines()[:2]] == [PALETTE[0], "#BBBBBB"]  # in the paper's order, and not
+    assert [line.get_color() for line in ax.get_lines()[:2]] == [
+        PALETTE[0],
+        "#BBBBBB",
+    ]  # in the paper's order, and not

@@ -1,4 +1,6 @@
-"""The closed loop: with the true distance its limit is the closed form's, and an antenna only takes away from it."""
+"""The closed loop: with the true distance its limit is the closed form's, and an antenna only takes
+away from it.
+"""
 
 from dataclasses import replace
 
@@ -22,14 +24,18 @@ def test_a_body_that_is_told_the_distance_is_stable_below_the_limit_and_not_abov
     """Of the rod, whose long steps make it quick; low-pass and period add some 7 ms to the delay."""
     frequency, more = 0.03, 7.0
     assert frequency * (10.0 + more) < LIMIT < frequency * 40.0
-    found = map_stability(cockroach(), [10.0, 40.0], [frequency], oracle=True, engine="rod-inertia", timestep=1.0)
+    found = map_stability(
+        cockroach(), [10.0, 40.0], [frequency], oracle=True, engine="rod-inertia", timestep=1.0
+    )
     assert found.stable.tolist() == [[True], [False]]
 
 
 def test_a_delayed_and_weakened_swing_has_its_gain_and_phase():
     time = np.arange(0.0, 400.0)
     omega = 2 * np.pi * 0.01
-    ratio = _compare_swings(omega, time, 3 + np.sin(omega * time), 5 + 0.5 * np.sin(omega * (time - 10)))
+    ratio = _compare_swings(
+        omega, time, 3 + np.sin(omega * time), 5 + 0.5 * np.sin(omega * (time - 10))
+    )
     assert abs(ratio) == pytest.approx(0.5, rel=1e-3)
     assert np.angle(ratio) == pytest.approx(-0.1 * 2 * np.pi, rel=1e-3)
 
@@ -37,28 +43,44 @@ def test_a_delayed_and_weakened_swing_has_its_gain_and_phase():
 @pytest.mark.parametrize("lost", [0, 399])
 def test_a_swing_that_was_not_felt_all_the_time_has_no_gain(lost):
     time = np.arange(0.0, 400.0)
-    assert np.isnan(_compare_swings(0.06, time, np.sin(0.06 * time), np.where(time == lost, np.nan, np.sin(time))))
+    assert np.isnan(
+        _compare_swings(
+            0.06, time, np.sin(0.06 * time), np.where(time == lost, np.nan, np.sin(time))
+        )
+    )
 
 
 def test_slow_weaving_is_felt_at_its_distance_and_ahead_by_its_heading():
-    """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g + iωc/v, g the map's slope."""
+    """What is felt is g d + c · heading, and the heading is the distance's rate over the speed: g +
+    iωc/v, g the map's slope.
+    """
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
-    slow, fast = measure_wall_response(antenna, calibrate(antenna, **rod), [1.0, 2.0], cycles=2, **rod)
+    slow, fast = measure_wall_response(
+        antenna, calibrate(antenna, **rod), [1.0, 2.0], cycles=2, **rod
+    )
     assert 0.8 < slow.real < 1.3
     assert fast.real == pytest.approx(slow.real, rel=0.03)
     assert fast.imag == pytest.approx(2 * slow.imag, rel=0.05) and slow.imag > 0
 
 
 @pytest.mark.parametrize(("hertz", "amplitude", "timestep"), [(4.0, 1.0, 1.0), (8.0, 0.5, 2.0)])
-def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(monkeypatch, hertz, amplitude, timestep):
-    """A heading of ωA/v · sin ωt at a speed v takes the body to A (1 − cos ωt) from where it began, 12 mm from the wall."""
+def test_the_body_weaves_as_far_and_as_often_as_it_was_asked_to(
+    monkeypatch, hertz, amplitude, timestep
+):
+    """A heading of ωA/v · sin ωt at a speed v takes the body to A (1 − cos ωt) from where it began,
+    12 mm from the wall.
+    """
     seen = []
     monkeypatch.setattr(loop, "_compare_swings", lambda *given: seen.append(given) or 0j)
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": timestep}
-    measure_wall_response(antenna, calibrate(antenna, **rod), [hertz], amplitude=amplitude, cycles=2, **rod)
+    measure_wall_response(
+        antenna, calibrate(antenna, **rod), [hertz], amplitude=amplitude, cycles=2, **rod
+    )
     ((omega, time, true, _),) = seen
     assert omega == pytest.approx(2e-3 * np.pi * hertz)
-    assert (time[0], time[-1]) == pytest.approx((1000 / hertz, 2000 / hertz), abs=2.1)  # the second cycle
+    assert (time[0], time[-1]) == pytest.approx(
+        (1000 / hertz, 2000 / hertz), abs=2.1
+    )  # the second cycle
     swing = amplitude * (1 - np.cos(omega * time))
     away = np.sign((true - 12.0)[time.size // 2 - 9]) * swing
     np.testing.assert_allclose(true, 12.0 + away, atol=0.05 * amplitude)
@@ -68,7 +90,9 @@ def test_without_a_map_no_gain_is_stable_and_with_one_a_small_gain_is():
     antenna, rod = cockroach(), {"engine": "rod-inertia", "timestep": 1.0}
     known = calibrate(antenna, **rod)
     assert map_stability(antenna, [10.0], [0.01], known=known, **rod).stable.tolist() == [[True]]
-    lost = map_stability(antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt"), **rod)
+    lost = map_stability(
+        antenna, [10.0], [0.01], known=replace(known, undefined="nothing was felt"), **rod
+    )
     assert lost.stable.tolist() == [[False]] and np.isnan(lost.spread).all()
 
 

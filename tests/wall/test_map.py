@@ -25,13 +25,24 @@ from feeler.wall.peak import compute_smooth_curvature
 
 @pytest.fixture
 def fine() -> Antenna:
-    return Antenna(segment_length=np.full(200, 0.2), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2)
+    return Antenna(
+        segment_length=np.full(200, 0.2),
+        segment_mass=1e-5,
+        radius=0.1,
+        stiffness=1e-2,
+        damping=1e-2,
+    )
 
 
 @pytest.mark.parametrize("centre", [10.03, 20.11, 31.27])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_smooth_peak_is_found_between_hinges(fine, centre, sign):
-    bump = sign * 0.3 * np.exp(-0.5 * ((fine.hinge_position - centre) / 2.0) ** 2) * fine.segment_length
+    bump = (
+        sign
+        * 0.3
+        * np.exp(-0.5 * ((fine.hinge_position - centre) / 2.0) ** 2)
+        * fine.segment_length
+    )
     smooth, hinge = find_peak(fine, bump), find_peak(fine, bump, method="hinge")
     assert abs(smooth.position[0] - centre) < 0.01
     assert abs(hinge.position[0] - centre) <= 0.1 + 1e-9
@@ -40,11 +51,15 @@ def test_smooth_peak_is_found_between_hinges(fine, centre, sign):
 
 def test_smoothing_keeps_the_curvature_of_an_arc_up_to_the_ends(fine):
     place = np.linspace(0, fine.length, 50)
-    np.testing.assert_allclose(compute_smooth_curvature(fine, 0.07 * fine.segment_length, place)[0], 0.07, rtol=1e-9)
+    np.testing.assert_allclose(
+        compute_smooth_curvature(fine, 0.07 * fine.segment_length, place)[0], 0.07, rtol=1e-9
+    )
 
 
 def test_peak_counts_bending_per_length_not_per_hinge():
-    antenna = Antenna(segment_length=[1.0, 0.2, 1.0], segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2)
+    antenna = Antenna(
+        segment_length=[1.0, 0.2, 1.0], segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2
+    )
     assert find_peak(antenna, [0.1, 0.05, 0.1], method="hinge").position[0] == 1.0
 
 
@@ -60,7 +75,11 @@ def test_a_line_is_fitted_exactly():
     position = np.linspace(35, 10, 12)
     distance = 0.5 * position + 1.5
     found = fit_distance(distance, position, np.ones(12, bool), np.zeros(12, bool), 0.1)
-    assert np.isclose(found.r2, 1.0) and np.isclose(found.slope, 0.5) and np.isclose(found.intercept, 1.5)
+    assert (
+        np.isclose(found.r2, 1.0)
+        and np.isclose(found.slope, 0.5)
+        and np.isclose(found.intercept, 1.5)
+    )
     assert found.monotone and found.error < 1e-9
     assert found.told_apart == (distance[-1], distance[0])
     assert np.isclose(found.predict(20.0), 11.5)
@@ -75,7 +94,9 @@ def test_r2_and_left_out_error_are_numpys_and_by_hand():
     errors = []
     for k in range(9):
         keep = np.arange(9) != k
-        errors.append(distance[k] - np.polyval(np.polyfit(position[keep], distance[keep], 1), position[k]))
+        errors.append(
+            distance[k] - np.polyval(np.polyfit(position[keep], distance[keep], 1), position[k])
+        )
     assert np.isclose(found.error, np.sqrt(np.mean(np.square(errors))))
 
 
@@ -98,7 +119,9 @@ def test_told_apart_is_the_longest_run_that_moves_one_way(way):
 
 
 def test_peaks_at_the_base_hinge_are_reported_and_not_fitted():
-    found = map_distance(approach(cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0)))
+    found = map_distance(
+        approach(cockroach("constant"), Posture(prebend="none", friction=0.0), (16.0, 12.0, 8.0))
+    )
     assert found.at_base.all() and not found.used.any() and found.undefined
 
 
@@ -131,14 +154,24 @@ def test_sweeps_go_to_the_executor_that_is_given():
             return super().submit(*args, **kwargs)
 
     executor = Counting(1)
-    options = {"distances": (9.0, 8.0), "measures": ({"quantity": "bend", "method": "smooth"},), "executor": executor}
-    compare({"exponential": cockroach()}, make_postures(({"reading": "midline"}, {"reading": "total"})), **options)
+    options = {
+        "distances": (9.0, 8.0),
+        "measures": ({"quantity": "bend", "method": "smooth"},),
+        "executor": executor,
+    }
+    compare(
+        {"exponential": cockroach()},
+        make_postures(({"reading": "midline"}, {"reading": "total"})),
+        **options,
+    )
     assert executor.asked == 2
 
 
 def test_the_sensitivity_table_counts_every_set_up():
     antennas = {name: cockroach(name) for name in ("exponential", "linear")}
-    postures = make_postures(({"reading": "midline"}, {"reading": "total"}), ({"prebend": "none", "friction": 0.0},))
+    postures = make_postures(
+        ({"reading": "midline"}, {"reading": "total"}), ({"prebend": "none", "friction": 0.0},)
+    )
     measures = ({"quantity": "bend", "method": "smooth"},)
     cases = compare(antennas, postures, distances=(9.0, 8.0, 7.0, 6.0), measures=measures)
     assert len(cases) == 4

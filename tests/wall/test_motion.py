@@ -25,7 +25,9 @@ from feeler.wall.sensitivity import BENDS, FRICTIONS
 
 @pytest.mark.parametrize("profile", ["exponential", "linear", "constant", "matched"])
 def test_the_j_slides_and_stays_at_every_distance(profile):
-    """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward, at every sample."""
+    """The wall passes 18 mm backward: the tip stays behind, pressed to the wall, pointing backward,
+    at every sample.
+    """
     antenna = cockroach(profile)
     distances = [d for d in DISTANCES if d < Posture().reach(antenna)]
     touch = slide(antenna, Posture(), distances, duration=60.0, timestep=0.05)
@@ -38,18 +40,23 @@ def test_the_j_slides_and_stays_at_every_distance(profile):
 
 def test_a_wall_sliding_on_the_left_is_the_mirror_image():
     right, left = (
-        slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1) for side in ("right", "left")
+        slide(cockroach(), Posture(side=side), [12.0], duration=20.0, timestep=0.1)
+        for side in ("right", "left")
     )
     np.testing.assert_allclose(left.motions[0].angle, -right.motions[0].angle, atol=1e-9)
 
 
 @pytest.mark.parametrize("engine", ["rod-inertia", "chain"])
 def test_the_user_s_engine_and_workers_slide(engine):
-    touch = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1, engine=engine, workers=1)
+    touch = slide(
+        cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1, engine=engine, workers=1
+    )
     usual = slide(cockroach(), Posture(), (16.0, 12.0), duration=10.0, timestep=0.1)
     for found, expected in zip(touch.motions, usual.motions, strict=True):
         assert not np.array_equal(found.angle, expected.angle)
-        np.testing.assert_allclose(np.cumsum(found.angle, axis=1), np.cumsum(expected.angle, axis=1), atol=0.05)
+        np.testing.assert_allclose(
+            np.cumsum(found.angle, axis=1), np.cumsum(expected.angle, axis=1), atol=0.05
+        )
 
 
 def test_tensors_of_a_wall_keep_the_contract():
@@ -89,7 +96,9 @@ def test_distance_from_a_course_by_hand():
     np.testing.assert_allclose(towards.measure([[-5.0, 50.0], [3.0, 50.0]]), [5.0, -3.0])
     np.testing.assert_allclose(away.measure([[-4.0, 103.0]]), [5.0])  # from the corner itself
     direction = np.array([-np.sin(np.pi / 4), np.cos(np.pi / 4)])
-    on_second = np.array([0.0, 100.0]) + 50 * direction + 7 * np.array([-direction[1], direction[0]])
+    on_second = (
+        np.array([0.0, 100.0]) + 50 * direction + 7 * np.array([-direction[1], direction[0]])
+    )
     np.testing.assert_allclose(towards.measure([on_second]), [7.0])
 
 
@@ -103,7 +112,11 @@ def test_the_wall_that_engines_see_is_the_wall_that_is_measured(turns):
     seen = np.array(
         [
             compute_clearance(
-                np.stack([p, p + 1e-9]), np.zeros(1), wall.feature, np.array(wall.place), np.array(wall.forward)
+                np.stack([p, p + 1e-9]),
+                np.zeros(1),
+                wall.feature,
+                np.array(wall.place),
+                np.array(wall.forward),
             )
             for p in points
         ]
@@ -114,7 +127,9 @@ def test_the_wall_that_engines_see_is_the_wall_that_is_measured(turns):
 
 
 def test_corners_turn_towards_and_away():
-    np.testing.assert_allclose(make_turn(90 - 45, (50.0, 50.0)).corners[-1], [-50 / 2**0.5, 50 + 50 / 2**0.5])
+    np.testing.assert_allclose(
+        make_turn(90 - 45, (50.0, 50.0)).corners[-1], [-50 / 2**0.5, 50 + 50 / 2**0.5]
+    )
     np.testing.assert_allclose(make_turn(-30, (50.0, 50.0)).corners[-1], [25.0, 50 + 25 * 3**0.5])
 
 
@@ -142,14 +157,20 @@ def test_a_turn_is_followed(known, turn):
 @pytest.mark.parametrize("offset", [-2.0, 2.0])
 @pytest.mark.parametrize("damping_ratio", [0.5, 1.0, 2.0])
 def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_ratio):
-    """Beside a straight wall e'' + v K_d e' + v K_p e = 0, that is e'' + 2 ζ ω e' + ω² e = 0; no overshoot from ζ = 1 on."""
+    """Beside a straight wall e'' + v K_d e' + v K_p e = 0, that is e'' + 2 ζ ω e' + ω² e = 0; no
+    overshoot from ζ = 1 on.
+    """
     omega = 0.02
     controller = Controller(frequency=omega, damping_ratio=damping_ratio, delay=0.0, smoothing=1e-3)
     course = Course(lengths=(150.0,), turns=())
     run = follow(cockroach(), course, controller=controller, start=12.0 + offset, oracle=True)
-    root = np.sqrt(complex(damping_ratio**2 - 1)) * omega + 1e-9  # of s² + 2 ζ ω s + ω², from their mean
+    root = (
+        np.sqrt(complex(damping_ratio**2 - 1)) * omega + 1e-9
+    )  # of s² + 2 ζ ω s + ω², from their mean
     decay, t = damping_ratio * omega, run.time
-    assert t[-1] == pytest.approx((150.0 - 20.0) / 0.45, abs=1.0)  # it ends 20 mm before the wall does
+    assert t[-1] == pytest.approx(
+        (150.0 - 20.0) / 0.45, abs=1.0
+    )  # it ends 20 mm before the wall does
     expected = np.real(np.exp(-decay * t) * (np.cosh(root * t) + decay / root * np.sinh(root * t)))
     error = (run.distance - 12.0) / offset
     np.testing.assert_allclose(error, expected, atol=0.02)
@@ -157,13 +178,23 @@ def test_the_distance_obeys_the_law_that_the_controller_states(offset, damping_r
 
 
 def test_choices_of_the_controller_and_of_the_declared_family():
-    """[C]: mm, rad/ms, 1, ms, rad/ms, ms; frictions of the walls that claims about walls are judged over."""
+    """[C]: mm, rad/ms, 1, ms, rad/ms, ms; frictions of the walls that claims about walls are judged
+    over.
+    """
     usual = Controller()
     assert (usual.target, usual.frequency, usual.damping_ratio) == (12.0, 0.02, 1.0)
     assert (usual.delay, usual.max_turn, usual.smoothing) == (10.0, 0.03, 5.0)
     assert [one["friction"] for one in FRICTIONS] == [0.0, 0.3, 1.0]
-    assert pytest.approx(np.linspace(25, 5, 20)) == DISTANCES and pytest.approx(np.arange(6, 23)) == CALIBRATION  # mm
-    hooks = [{"hook_share": 0.25}, {"hook_share": 0.5}, {"hook_share": 0.5, "tip_heading": 150.0}, {"hook_share": 1.0}]
+    assert (
+        pytest.approx(np.linspace(25, 5, 20)) == DISTANCES
+        and pytest.approx(np.arange(6, 23)) == CALIBRATION
+    )  # mm
+    hooks = [
+        {"hook_share": 0.25},
+        {"hook_share": 0.5},
+        {"hook_share": 0.5, "tip_heading": 150.0},
+        {"hook_share": 1.0},
+    ]
     assert list(BENDS) == [*hooks, {"prebend": "rotation"}, {"prebend": "none"}]
 
 
@@ -172,17 +203,23 @@ def test_the_controller_waits_filters_and_has_a_limit():
     turns = [steer(13.0) for _ in range(60)]
     assert turns[:3] == [0.0] * 3 and turns[3] > 0
     gain = 0.02**2 / 0.45
-    assert turns[3] == pytest.approx((gain + 2 * 0.02 / 0.45) / 6)  # a low-pass of 5 ms gives a sixth at once
+    assert turns[3] == pytest.approx(
+        (gain + 2 * 0.02 / 0.45) / 6
+    )  # a low-pass of 5 ms gives a sixth at once
     assert turns[-1] == pytest.approx(gain, rel=1e-2)
     slow = Controller(delay=0.0, smoothing=5.0).begin(speed=0.45, period=2.0)
-    assert slow(13.0) == pytest.approx((gain + 2 * 0.02 / 0.45 / 2) * 2 / 7)  # the same change in twice the time
+    assert slow(13.0) == pytest.approx(
+        (gain + 2 * 0.02 / 0.45 / 2) * 2 / 7
+    )  # the same change in twice the time
     late = Controller(delay=6.0).begin(speed=0.45, period=2.0)
     assert [late(13.0) > 0 for _ in range(5)] == [False] * 3 + [True] * 2  # 6 ms are three periods
     wild = Controller(delay=0.0, max_turn=0.03).begin(speed=0.45, period=1.0)
     assert [wild(1e3), wild(-1e3)] == [0.03, -0.03]
 
 
-@pytest.mark.parametrize(("engine", "timestep"), [("rod", 1.0), ("rod-inertia", 0.5), ("chain-consistent", 0.05)])
+@pytest.mark.parametrize(
+    ("engine", "timestep"), [("rod", 1.0), ("rod-inertia", 0.5), ("chain-consistent", 0.05)]
+)
 def test_any_engine_can_carry_the_antenna_along_the_wall(known, engine, timestep):
     course = Course(lengths=(60.0,), turns=())
     usual, run = (
@@ -195,13 +232,22 @@ def test_any_engine_can_carry_the_antenna_along_the_wall(known, engine, timestep
 
 def test_a_body_that_meets_the_wall_has_ended_there():
     blind = Controller(frequency=1e-3)
-    run = follow(cockroach(), make_turn(70.0), controller=blind, oracle=True, engine="rod-inertia", timestep=1.0)
+    run = follow(
+        cockroach(),
+        make_turn(70.0),
+        controller=blind,
+        oracle=True,
+        engine="rod-inertia",
+        timestep=1.0,
+    )
     assert run.collided and run.distance[-1] <= BODY_LOST
     assert np.all(run.distance[:-1] > BODY_LOST)
 
 
 def test_a_map_is_read_after_the_antenna_has_settled(monkeypatch):
-    """A runner whose peak moves by 10 µm a millisecond: the median is that of the time of listening."""
+    """A runner whose peak moves by 10 µm a millisecond: the median is that of the time of
+    listening.
+    """
 
     class Moving:
         period, time = 2.0, 0.0

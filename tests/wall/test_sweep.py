@@ -20,7 +20,12 @@ FEW = (22.0, 16.0, 10.0, 6.0)
 @pytest.fixture(scope="module")
 def uniform() -> Antenna:
     return Antenna(
-        segment_length=np.full(40, 1.0), segment_mass=1e-5, radius=0.1, stiffness=1e-2, damping=1e-2, sensors=None
+        segment_length=np.full(40, 1.0),
+        segment_mass=1e-5,
+        radius=0.1,
+        stiffness=1e-2,
+        damping=1e-2,
+        sensors=None,
     )
 
 
@@ -48,7 +53,9 @@ def test_no_node_is_behind_the_wall(uniform):
 
 
 def test_equilibrium_minimises_energy_among_shapes_in_front_of_the_wall(uniform):
-    """A random small change that does not push any touching node into the wall cannot lower the energy."""
+    """A random small change that does not push any touching node into the wall cannot lower the
+    energy.
+    """
     sweep = approach(uniform, Posture(prebend="none", friction=0.0), [12.0])
     rng = np.random.default_rng(4)
     energy = 0.5 * np.sum(uniform.stiffness * sweep.angle[0] ** 2)
@@ -57,12 +64,16 @@ def test_equilibrium_minimises_energy_among_shapes_in_front_of_the_wall(uniform)
     for _ in range(400):
         angle = sweep.angle[0] + 1e-3 * rng.standard_normal(40)
         x = uniform.shape(angle, base_angle=sweep.posture.base_angle)[:, 0]
-        lower += x.max() <= edge and 0.5 * np.sum(uniform.stiffness * angle**2) < energy * (1 - 1e-6)
+        lower += x.max() <= edge and 0.5 * np.sum(uniform.stiffness * angle**2) < energy * (
+            1 - 1e-6
+        )
     assert lower == 0
 
 
 def test_tip_load_of_a_straight_antenna_matches_the_small_bend_of_a_cantilever(uniform):
-    """Only the tip touches: θ_n is the tip force times its lever over k, so that force is one number."""
+    """Only the tip touches: θ_n is the tip force times its lever over k, so that force is one
+    number.
+    """
     reach = uniform.length * np.sin(np.radians(30))
     sweep = approach(uniform, Posture(prebend="none", friction=0.0), [reach - 0.2])
     points = sweep.points[0]
@@ -75,14 +86,19 @@ def test_tip_load_of_a_straight_antenna_matches_the_small_bend_of_a_cantilever(u
 def test_frictionless_equilibrium_does_not_depend_on_the_distances_visited_before():
     antenna = cockroach("linear")
     posture = Posture(friction=0.0)
-    many, one = approach(antenna, posture, (22.0, 18.0, 14.0, 10.0)), approach(antenna, posture, [10.0])
+    many, one = (
+        approach(antenna, posture, (22.0, 18.0, 14.0, 10.0)),
+        approach(antenna, posture, [10.0]),
+    )
     np.testing.assert_allclose(many.angle[-1], one.angle[0], atol=2e-5)
 
 
 @pytest.mark.parametrize("prebend", ["rest", "none"])
 def test_left_is_the_mirror_image_of_right(prebend):
     antenna = cockroach()
-    right, left = (approach(antenna, Posture(side=side, prebend=prebend), FEW) for side in ("right", "left"))
+    right, left = (
+        approach(antenna, Posture(side=side, prebend=prebend), FEW) for side in ("right", "left")
+    )
     assert np.array_equal(left.angle, -right.angle)
     np.testing.assert_allclose(left.points, right.points * [-1, 1], atol=1e-12)
 
@@ -90,7 +106,8 @@ def test_left_is_the_mirror_image_of_right(prebend):
 def test_a_straight_antenna_laid_in_a_j_unfolds_without_friction_and_stays_with_it():
     antenna = cockroach()
     loose, held = (
-        approach(antenna, Posture(prebend="placed", friction=friction), (18.0, 16.0, 14.0)) for friction in (0.0, 1.0)
+        approach(antenna, Posture(prebend="placed", friction=friction), (18.0, 16.0, 14.0))
+        for friction in (0.0, 1.0)
     )
     assert loose.contact.all() and not loose.inverted.any()
     assert held.inverted.all()
@@ -110,7 +127,9 @@ POSTURES = [Posture(friction=0.0), Posture(prebend="none", friction=0.0)]
 @pytest.mark.parametrize("posture", POSTURES, ids=["hook", "straight"])
 @pytest.mark.parametrize("engine", ["rod", "rod-inertia"])
 def test_the_rod_stays_at_its_own_equilibrium(posture, engine):
-    """Let go a tenth too far, it is back within the antenna's own slow creep; ``rod-inertia`` has a softer contact."""
+    """Let go a tenth too far, it is back within the antenna's own slow creep; ``rod-inertia`` has a
+    softer contact.
+    """
     start, end = _simulate(posture, engine, 400.0, 1.0)
     assert start > 2.5
     assert end < 0.5
@@ -118,7 +137,9 @@ def test_the_rod_stays_at_its_own_equilibrium(posture, engine):
 
 @pytest.mark.parametrize("posture", POSTURES, ids=["hook", "straight"])
 def test_simulated_antenna_comes_to_rest_at_the_static_answer(posture):
-    """The chain engine (MuJoCo's equations) starts bent a tenth too much, 3° to 14° away, and ends there."""
+    """The chain engine (MuJoCo's equations) starts bent a tenth too much, 3° to 14° away, and ends
+    there.
+    """
     start, end = _simulate(posture, "chain", 120.0, 0.05)
     assert start > 2.5
     assert end < 0.5
@@ -142,7 +163,9 @@ def _simulate(
     at = posture.replace(friction=friction)
     scene = make_wall_scene(sweep.antenna, at, 12.0, contact=get_contact("hard"), angle=start)
     end = run_scene(scene, Clock(duration=duration, timestep=timestep), engine).angle[-1]
-    first, last = (np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end))
+    first, last = (
+        np.degrees(np.abs(np.cumsum(angle - sweep.angle[0])).max()) for angle in (start, end)
+    )
     return float(first), float(last)
 
 
@@ -163,10 +186,14 @@ def test_bad_distances_are_named(distances, message):
 
 
 def test_a_fold_that_starts_inside_the_wall_is_refused():
-    """An arc of 5 mm that begins at the base and turns from its heading α until it points back needs 5 (1 + cos α) mm."""
+    """An arc of 5 mm that begins at the base and turns from its heading α until it points back
+    needs 5 (1 + cos α) mm.
+    """
     posture = Posture(prebend="placed", fold_radius=5.0)
     bound = 5.0 * (1 + np.cos(posture.base_angle)) + cockroach().radius.max()
-    with pytest.raises(InvalidInput, match=f"it needs {bound:.3g} mm, the wall stands at {bound - 1:.3g} mm"):
+    with pytest.raises(
+        InvalidInput, match=f"it needs {bound:.3g} mm, the wall stands at {bound - 1:.3g} mm"
+    ):
         approach(cockroach(), posture, [bound - 1])
     for distance, fits in ((bound - 0.01, False), (bound + 0.01, True)):
         with nullcontext() if fits else pytest.raises(InvalidInput, match="starts inside the wall"):
@@ -184,7 +211,9 @@ def test_a_tip_that_points_backward_after_a_whole_turn_is_no_inverted_j():
 
 
 def test_one_pre_bend_is_laid_and_the_other_is_turned_from_behind():
-    """Laid, the antenna begins as the fold that ``lay`` gives; turned, the wall has bent it on its way, base forward."""
+    """Laid, the antenna begins as the fold that ``lay`` gives; turned, the wall has bent it on its
+    way, base forward.
+    """
     antenna, posture = cockroach(), Posture(prebend="placed", friction=1.0)
     laid, wall = _begin(antenna, posture, 12.0)
     fold = np.diff(posture.lay(antenna, wall), prepend=posture.base_angle)

@@ -1,8 +1,10 @@
-"""feeler's chain engine as a solver of cosseratbench: a planar, inextensible chain of rigid elements.
+"""feeler's chain engine as a solver of cosseratbench: a planar, inextensible chain of rigid
+elements.
 
-It takes part with one rod whose start is clamped or pinned and whose other end is free, bent in one plane by gravity
-and a constant force at its end. What a planar hinge chain cannot do, and says so: stretch, shear, twist, bending out of
-a plane, a second held end, driven ends, other rods, and contact with obstacles other than feeler's own features.
+It takes part with one rod whose start is clamped or pinned and whose other end is free, bent in one
+plane by gravity and a constant force at its end. What a planar hinge chain cannot do, and says so:
+stretch, shear, twist, bending out of a plane, a second held end, driven ends, other rods, and
+contact with obstacles other than feeler's own features.
 """
 
 import numpy as np
@@ -58,12 +60,18 @@ class ChainSolver:
 
     def _make_clock(self, scenario: Scenario, rod: Rod, n_elements: int, n_frames: int) -> Clock:
         material, length = rod.material, rod.length / n_elements
-        wave = np.sqrt(material.youngs_modulus * rod.second_moment_of_area / (material.density * rod.area))
+        wave = np.sqrt(
+            material.youngs_modulus * rod.second_moment_of_area / (material.density * rod.area)
+        )
         stiffest = 4 * wave / length**2
         interval = scenario.duration * S / (n_frames - 1)
         wanted = STEP * self.time_step_scale / stiffest * S
         steps = int(np.ceil(interval / wanted))
-        return Clock(duration=interval * (n_frames - 0.5), sample_interval=interval, timestep=interval / steps)
+        return Clock(
+            duration=interval * (n_frames - 0.5),
+            sample_interval=interval,
+            timestep=interval / steps,
+        )
 
 
 def _check(scenario: Scenario) -> Rod:
@@ -95,7 +103,9 @@ def _find_plane(scenario: Scenario, rod: Rod, nodes: np.ndarray) -> np.ndarray:
 
 
 def _choose_damping(scenario: Scenario) -> float:
-    """Damping over stiffness [s]: critical for the slowest mode where only the equilibrium counts, else none."""
+    """Damping over stiffness [s]: critical for the slowest mode where only the equilibrium counts,
+    else none.
+    """
     return 2.0 / scenario.slowest_frequency() if scenario.quasi_static else 0.0
 
 
@@ -103,7 +113,9 @@ def _make_scene(scenario: Scenario, rod: Rod, nodes: np.ndarray, axes: np.ndarra
     n, material = len(nodes) - 1, rod.material
     length = rod.length / n
     stiffness = np.full(n, material.youngs_modulus * rod.second_moment_of_area / length * M)
-    stiffness[0] = 0.0 if rod.start is EndCondition.PINNED else 2 * stiffness[0]  # half an element from the clamp
+    stiffness[0] = (
+        0.0 if rod.start is EndCondition.PINNED else 2 * stiffness[0]
+    )  # half an element from the clamp
     steps = np.diff(nodes, axis=0) @ axes.T
     heading = np.unwrap(np.arctan2(steps[:, 0], steps[:, 1]))
     antenna = Antenna(
@@ -127,5 +139,7 @@ def _make_trajectory(
     scene: Scene, time: np.ndarray, angle: np.ndarray, rod: Rod, start: np.ndarray, axes: np.ndarray
 ) -> Trajectory:
     points = scene.antenna.shape(angle, scene.base[2]) / M @ axes + start
-    directors = np.stack([parallel_transport(frame, np.asarray(rod.normal, dtype=float)) for frame in points])
+    directors = np.stack(
+        [parallel_transport(frame, np.asarray(rod.normal, dtype=float)) for frame in points]
+    )
     return Trajectory(time / S, (points,), (directors,))

@@ -1,10 +1,17 @@
 """Active touch: a body that moves its antenna in order to know.
 
-Environments for Gymnasium are in ``feeler.active.environment``, which needs the extra ``active``; nothing else here does.
+Environments for Gymnasium are in ``feeler.active.environment``, which needs the extra ``active``;
+nothing else here does.
 """
 
 from feeler.active.arena import Arena, Reading
-from feeler.active.compare import compare_policies, confirm_steering, judge_energy, judge_learned, judge_steering
+from feeler.active.compare import (
+    compare_policies,
+    confirm_steering,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+)
 from feeler.active.deciding import decide, measure_calibration
 from feeler.active.declared import Contest, load_contest
 from feeler.active.follow import FollowTask

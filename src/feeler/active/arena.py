@@ -23,9 +23,13 @@ class Reading:
     """What the bodies know; arrays (lane, …) of their own."""
 
     angle: np.ndarray
-    """The last samples of every sensor with their noise (lane, window, sensor) [rad], the newest last."""
+    """The last samples of every sensor with their noise (lane, window, sensor) [rad], the newest
+    last.
+    """
     base: np.ndarray
-    """Way gone ahead [mm], heading [rad], speed [mm/ms] and turn rate [rad/ms] of the base (lane, 4)."""
+    """Way gone ahead [mm], heading [rad], speed [mm/ms] and turn rate [rad/ms] of the base (lane,
+    4).
+    """
     time: np.ndarray
     """Since the beginning (lane, 1) [ms]."""
 
@@ -33,9 +37,9 @@ class Reading:
 class Arena:
     """Episodes of one task in SIMD lanes.
 
-    The first action of an episode sets the speed with which the body arrives, the antenna carried along unbent; from then on
-    speed changes by at most ``task.acceleration`` in a millisecond. So an episode of one constant speed is a touch at that
-    speed, to the last bit.
+    The first action of an episode sets the speed with which the body arrives, the antenna carried
+    along unbent; from then on speed changes by at most ``task.acceleration`` in a millisecond. So
+    an episode of one constant speed is a touch at that speed, to the last bit.
 
     Parameters
     ----------
@@ -57,8 +61,8 @@ class Arena:
         self._window = np.zeros((n, task.window, len(self.sensors)))
         self._base = np.zeros((n, 4))
         self._time, self._paid, self.work = np.zeros(n), np.zeros(n), np.zeros(n)
-        """Work done on the antennas (lane,) [µJ]: what bringing them to the speed of arrival took, and all since; what they
-        give back when they are slowed down is taken off."""
+        """Work done on the antennas (lane,) [µJ]: what bringing them to the speed of arrival took,
+        and all since; what they give back when they are slowed down is taken off."""
         self._fresh = np.ones(n, bool)
         self._rate, self._heading = [(0.0, 0.0, 0.0)] * n, np.zeros(n)
         self.state: State | None = None
@@ -66,17 +70,26 @@ class Arena:
     def save(self) -> tuple[Any, ...]:
         """This moment of all lanes, for :meth:`load`."""
         kept = (self._base, self._time, self._paid, self.work, self._fresh)
-        return self.simulations.snapshot(), [*self._rate], self.state, *(array.copy() for array in kept)
+        return (
+            self.simulations.snapshot(),
+            [*self._rate],
+            self.state,
+            *(array.copy() for array in kept),
+        )
 
     def load(self, saved: tuple[Any, ...]) -> None:
         """Go back to a moment, to the last bit; what was felt and its noise are left as they are."""
         snapshot, rate, self.state, *kept = saved
         self.simulations.restore(snapshot)
         self._rate = [*rate]
-        self._base, self._time, self._paid, self.work, self._fresh = (array.copy() for array in kept)
+        self._base, self._time, self._paid, self.work, self._fresh = (
+            array.copy() for array in kept
+        )
 
     def begin(self, lane: int, rng: np.random.Generator, start: Start | None = None) -> None:
-        """Begin an episode in one lane; it draws what it meets (or is given it) and its noise from ``rng``."""
+        """Begin an episode in one lane; it draws what it meets (or is given it) and its noise from
+        ``rng``.
+        """
         self.starts[lane] = self.task.begin(rng) if start is None else start
         self._rngs[lane], self._used[lane], self._fresh[lane] = rng, BLOCK, True
         self._base[lane], self._time[lane], self.work[lane] = 0.0, 0.0, 0.0
@@ -89,30 +102,38 @@ class Arena:
         """A sample (lane, sensor) of some lanes with its noise."""
         for lane in lanes:
             if self._used[lane] == BLOCK:
-                self._noise[lane], self._used[lane] = self._rngs[lane].standard_normal(self._noise.shape[1:]), 0
+                self._noise[lane], self._used[lane] = (
+                    self._rngs[lane].standard_normal(self._noise.shape[1:]),
+                    0,
+                )
         self._window[lanes, :-1] = self._window[lanes, 1:]
         self._window[lanes, -1] = angle + self.task.noise * self._noise[lanes, self._used[lanes]]
         self._used[lanes] += 1
 
     def check_action(self, action: np.ndarray) -> np.ndarray:
-        """Speeds and turn rates (lane, 2), if the bodies may move so; else an error that names the first lane."""
+        """Speeds and turn rates (lane, 2), if the bodies may move so; else an error that names the
+        first lane.
+        """
         action = np.asarray(action, dtype=float)
         if action.shape != (self.n, 2):
             raise InvalidInput(
-                f"an action is a speed and a turn rate for each lane, ({self.n}, 2); got {action.shape}."
+                f"an action is a speed and a turn rate for each lane, ({self.n}, 2); got"
+                f" {action.shape}."
             )
         limits = np.array([self.task.max_speed, self.task.max_turn])
         wrong = np.flatnonzero(~(np.abs(action) <= limits * (1 + 1e-6)).all(axis=1))
         if wrong.size:
             speed, turn = action[wrong[0]]
             raise InvalidInput(
-                f"the action of lane {wrong[0]} is outside the space: speed {speed:g} mm/ms (at most ±{limits[0]:g}), turn "
-                f"{turn:g} rad/ms (at most ±{limits[1]:g}). Nothing has moved; clip it."
+                f"the action of lane {wrong[0]} is outside the space: speed {speed:g} mm/ms (at"
+                f" most ±{limits[0]:g}), turn {turn:g} rad/ms (at most ±{limits[1]:g}). Nothing has"
+                " moved; clip it."
             )
         return action
 
     def step(self, action: np.ndarray, lanes: Iterable[int] | None = None) -> None:
-        """Go on by a millisecond with actions (lane, 2); ``lanes`` (default all) are those whose episodes go on.
+        """Go on by a millisecond with actions (lane, 2); ``lanes`` (default all) are those whose
+        episodes go on.
 
         Raises
         ------
@@ -130,7 +151,9 @@ class Arena:
         sound = [lane for lane in active if self.simulations.failed[lane] is None]
         self._push(sound, state.angle[sound][:, self.sensors])
         self._base[sound, 1] = state.base[sound, 2] - self._heading[sound]
-        self.work[sound] = (self._paid + MICRO * (state.base_work + np.nansum(state.object_work, axis=1)))[sound]
+        self.work[sound] = (
+            self._paid + MICRO * (state.base_work + np.nansum(state.object_work, axis=1))
+        )[sound]
 
     def _command(self, lane: int, speed: float, turn: float) -> None:
         """Move one base by its action."""
@@ -156,13 +179,19 @@ class Arena:
     @property
     def reading(self) -> Reading:
         """What the bodies know now."""
-        return Reading(angle=self._window.copy(), base=self._base.copy(), time=self._time[:, None].copy())
+        return Reading(
+            angle=self._window.copy(), base=self._base.copy(), time=self._time[:, None].copy()
+        )
 
     @property
     def felt(self) -> np.ndarray:
         """What the sensors would say without noise (lane, sensor) [rad]."""
         rest = np.array([start.scene.initial_angle[self.sensors] for start in self.starts])
-        return rest if self.state is None else np.where(self._fresh[:, None], rest, self.state.angle[:, self.sensors])
+        return (
+            rest
+            if self.state is None
+            else np.where(self._fresh[:, None], rest, self.state.angle[:, self.sensors])
+        )
 
     @property
     def targets(self) -> np.ndarray:
@@ -176,12 +205,19 @@ class Arena:
     @property
     def touching(self) -> np.ndarray:
         """Whether (lane,) the antenna is in contact: what the body is not told."""
-        return np.zeros(self.n, bool) if self.state is None else np.isfinite(self.state.contact_place) & ~self._fresh
+        return (
+            np.zeros(self.n, bool)
+            if self.state is None
+            else np.isfinite(self.state.contact_place) & ~self._fresh
+        )
 
     @property
     def failed(self) -> list[Exception | None]:
         """The error that ended each lane's episode, or None."""
-        return [None if fresh else error for error, fresh in zip(self.simulations.failed, self._fresh, strict=True)]
+        return [
+            None if fresh else error
+            for error, fresh in zip(self.simulations.failed, self._fresh, strict=True)
+        ]
 
     @property
     def over(self) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""Compare policies: what an ideal observer knows by each deadline, and what the way there costs, over sets of touches."""
+"""Compare policies: what an ideal observer knows by each deadline, and what the way there costs,
+over sets of touches.
+"""
 
 import json
 import os
@@ -38,7 +40,8 @@ def compare_policies(
     journal: Path | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Accuracy of an ideal observer that moves by each policy, and the work on its antenna, at every deadline.
+    """Accuracy of an ideal observer that moves by each policy, and the work on its antenna, at
+    every deadline.
 
     Parameters
     ----------
@@ -47,27 +50,42 @@ def compare_policies(
     own
         Policies of your own by name, beside these.
     journal
-        File to which each policy and set is written as it finishes, and from which they are taken where they are there.
+        File to which each policy and set is written as it finishes, and from which they are taken
+        where they are there.
 
     Returns
     -------
     xarray.Dataset
-        ``accuracy`` (the observer's own expectation, which is unbiased), ``hits`` (share named right) and ``work`` [µJ] by
-        (policy, set, deadline); NaN where a policy that looks ahead was not run on a set.
+        ``accuracy`` (the observer's own expectation, which is unbiased), ``hits`` (share named
+        right) and ``work`` [µJ] by (policy, set, deadline); NaN where a policy that looks ahead was
+        not run on a set.
     """
-    wanted = [*comparison.fixed, *comparison.steered, *comparison.ahead] if policies is None else [*policies]
+    wanted = (
+        [*comparison.fixed, *comparison.steered, *comparison.ahead]
+        if policies is None
+        else [*policies]
+    )
     known = {name: parse_policy(name) for name in wanted} | dict(own or {})
     if not known:
         raise InvalidInput("there is no policy to compare; name at least one.")
     kept, code = _read(journal), fingerprint_code(CODE) if journal is not None else ""
     jobs = [
-        (name, number) for number, name in product(range(comparison.sets), known) if _counts(comparison, name, number)
+        (name, number)
+        for number, name in product(range(comparison.sets), known)
+        if _counts(comparison, name, number)
     ]
     rows: dict[tuple[str, int], dict[str, list[float]]] = {}
     observer, at = None, -1
     for done, (name, number) in enumerate(jobs, start=1):
         key = json.dumps(
-            [compute_digest(antenna)[:16], name, number, _describe(comparison, name), code, _digest_file(name)]
+            [
+                compute_digest(antenna)[:16],
+                name,
+                number,
+                _describe(comparison, name),
+                code,
+                _digest_file(name),
+            ]
         )
         if key not in kept:
             if at != number:
@@ -83,14 +101,22 @@ def compare_policies(
         rows[name, number] = kept[key]
         if progress:
             progress(done, len(jobs))
-    nothing = {field: [np.nan] * len(comparison.deadlines) for field in ("accuracy", "hits", "work")}
+    nothing = {
+        field: [np.nan] * len(comparison.deadlines) for field in ("accuracy", "hits", "work")
+    }
     fields = {
-        field: np.array([[rows.get((n, s), nothing)[field] for s in range(comparison.sets)] for n in known])
+        field: np.array(
+            [[rows.get((n, s), nothing)[field] for s in range(comparison.sets)] for n in known]
+        )
         for field in nothing
     }
     dims = ("policy", "set", "deadline")
     coords = {"policy": list(known), "deadline": list(comparison.deadlines)}
-    return xr.Dataset({field: (dims, values) for field, values in fields.items()}, coords, {"antenna": antenna.name})
+    return xr.Dataset(
+        {field: (dims, values) for field, values in fields.items()},
+        coords,
+        {"antenna": antenna.name},
+    )
 
 
 def _counts(comparison: Contest, name: str, number: int) -> bool:
@@ -107,7 +133,11 @@ def _describe(comparison: Contest, name: str) -> list[Any]:
 def _digest_file(name: str) -> str:
     """What a policy of one's own says now: another text, another result."""
     path = Path(name.partition(":")[0])
-    return compute_digest(path.read_text(encoding="utf-8"))[:16] if path.suffix == ".py" and path.is_file() else ""
+    return (
+        compute_digest(path.read_text(encoding="utf-8"))[:16]
+        if path.suffix == ".py" and path.is_file()
+        else ""
+    )
 
 
 def _read(journal: Path | None) -> dict[str, dict[str, list[float]]]:
@@ -123,7 +153,8 @@ def _read(journal: Path | None) -> dict[str, dict[str, list[float]]]:
             raise ValueError("its last line is none of a journal")
     except (ValueError, KeyError, TypeError) as error:
         raise InvalidInput(
-            f"{journal} is no journal of policies ({error}). Name another; this file is left as it is."
+            f"{journal} is no journal of policies ({error}). Name another; this file is left as"
+            " it is."
         ) from error
     os.truncate(journal, whole)
     return found
@@ -141,25 +172,32 @@ def _summarise(episodes: Episodes, comparison: Contest) -> dict[str, list[float]
 
 @checked
 def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
-    """Does steering pay? By deadline, the best fixed and the best steered policy, chosen on sets of even number and judged on
-    the others.
+    """Does steering pay? By deadline, the best fixed and the best steered policy, chosen on sets of
+    even number and judged on the others.
 
     Returns
     -------
     xarray.Dataset
-        ``fixed`` and ``steered`` (names), ``fixed_accuracy``, ``steered_accuracy`` [%], their ``gain`` ± ``half`` [points]
-        with its 95 % interval over sets, and ``pays`` (deadline,).
+        ``fixed`` and ``steered`` (names), ``fixed_accuracy``, ``steered_accuracy`` [%], their
+        ``gain`` ± ``half`` [points] with its 95 % interval over sets, and ``pays`` (deadline,).
     """
     held = np.arange(measured.sizes["set"]) % 2 == 1
     if not held.any():
-        raise InvalidInput("to judge, at least two sets are needed: one to choose on and one to judge on.")
+        raise InvalidInput(
+            "to judge, at least two sets are needed: one to choose on and one to judge on."
+        )
     chosen, judged = measured.isel(set=~held)["accuracy"], measured.isel(set=held)["accuracy"]
     names = {
         kind: [name for name in measured["policy"].values if name in listed]
-        for kind, listed in (("fixed", comparison.fixed), ("steered", (*comparison.steered, *comparison.ahead)))
+        for kind, listed in (
+            ("fixed", comparison.fixed),
+            ("steered", (*comparison.steered, *comparison.ahead)),
+        )
     }
     if not all(names.values()):
-        raise InvalidInput("to judge, both fixed and steered policies of the comparison must have been run.")
+        raise InvalidInput(
+            "to judge, both fixed and steered policies of the comparison must have been run."
+        )
     columns: dict[str, list[Any]] = {"fixed": [], "steered": []}
     values, found = [], []
     for deadline in measured["deadline"].values:
@@ -182,25 +220,34 @@ def judge_steering(measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
         "pays": (gain >= comparison.gain) & (gain - half > 0),
     }
     return xr.Dataset(
-        {name: ("deadline", value) for name, value in data.items()}, {"deadline": measured["deadline"].values}
+        {name: ("deadline", value) for name, value in data.items()},
+        {"deadline": measured["deadline"].values},
     )
 
 
 @checked
 def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> xr.Dataset:
-    """The policies that :func:`judge_steering` chose, on sets from number ``first`` on: nothing is chosen anew.
+    """The policies that :func:`judge_steering` chose, on sets from number ``first`` on: nothing is
+    chosen anew.
 
     Returns
     -------
     xarray.Dataset
-        ``fixed_accuracy``, ``steered_accuracy`` [%] and their ``gain`` ± ``half`` [points], its 95 % interval over sets,
-        by deadline.
+        ``fixed_accuracy``, ``steered_accuracy`` [%] and their ``gain`` ± ``half`` [points], its 95
+        % interval over sets, by deadline.
     """
     if not 0 <= first < measured.sizes["set"] - 1:
-        raise InvalidInput(f"at least two sets from number {first} on are needed, got {measured.sizes['set']} in all.")
+        raise InvalidInput(
+            f"at least two sets from number {first} on are needed, got {measured.sizes['set']} in"
+            " all."
+        )
     fresh = 100 * measured["accuracy"].isel(set=slice(first, None))
     own = {
-        kind: fresh.sel(policy=verdict[kind].astype(str), deadline=verdict["deadline"]).drop_vars("policy")
+        kind: (
+            fresh.sel(policy=verdict[kind].astype(str), deadline=verdict["deadline"]).drop_vars(
+                "policy"
+            )
+        )
         for kind in ("fixed", "steered")
     }
     gains = average_sets(own["steered"] - own["fixed"])
@@ -212,7 +259,8 @@ def confirm_steering(measured: xr.Dataset, verdict: xr.Dataset, first: int) -> x
 
 @checked
 def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> xr.Dataset:
-    """What learning gains over the policies that :func:`judge_steering` chose, on the sets it judges on.
+    """What learning gains over the policies that :func:`judge_steering` chose, on the sets it
+    judges on.
 
     Parameters
     ----------
@@ -222,8 +270,9 @@ def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
     Returns
     -------
     xarray.Dataset
-        ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes; ``fixed_gain`` ± ``fixed_half``
-        and ``steered_gain`` ± ``steered_half`` [points] over the best fixed and the best steered policy (deadline,).
+        ``learned`` [%], the mean over seeds, ``least`` and ``most`` being the extremes;
+        ``fixed_gain`` ± ``fixed_half`` and ``steered_gain`` ± ``steered_half`` [points] over the
+        best fixed and the best steered policy (deadline,).
     """
     verdict, accuracy = judge_steering(measured, comparison), 100 * learned["accuracy"]
     seeds = accuracy.mean("set")
@@ -240,7 +289,9 @@ def judge_learned(learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
 
 @checked
 def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
-    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy that keep to it, in %."""
+    """For each deadline [ms] and budget of work [µJ]: the best fixed and the best steered policy
+    that keep to it, in %.
+    """
     rows = []
     for deadline, budget in product(measured["deadline"].values, comparison.budgets):
         one = measured.sel(deadline=deadline)
@@ -248,7 +299,11 @@ def judge_energy(measured: xr.Dataset, comparison: Contest) -> list[list[Any]]:
         row: list[Any] = [float(deadline), budget]
         for listed in (comparison.fixed, (*comparison.steered, *comparison.ahead)):
             names = [str(name) for name in measured["policy"].values if name in listed]
-            right = {name: float(mean.sel(policy=name)) for name in names if float(work.sel(policy=name)) <= budget}
+            right = {
+                name: float(mean.sel(policy=name))
+                for name in names
+                if float(work.sel(policy=name)) <= budget
+            }
             best = max(right, key=right.__getitem__, default="none")
             row += [best, right.get(best, np.nan)]
         rows.append(row)

@@ -10,8 +10,11 @@ from feeler.errors import InvalidInput
 
 
 @checked
-def decide(belief: Annotated[np.ndarray, "episode sample object"], threshold: float) -> tuple[np.ndarray, np.ndarray]:
-    """Sample at which the greatest belief first reaches a threshold (episode,), and the answer then.
+def decide(
+    belief: Annotated[np.ndarray, "episode sample object"], threshold: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sample at which the greatest belief first reaches a threshold (episode,), and the answer
+    then.
 
     Who never is so sure answers with the last sample.
     """
@@ -25,19 +28,24 @@ def decide(belief: Annotated[np.ndarray, "episode sample object"], threshold: fl
 
 @checked
 def measure_calibration(
-    belief: Annotated[np.ndarray, "answer object"], target: Annotated[np.ndarray, "answer"], n_bins: int = 10
+    belief: Annotated[np.ndarray, "answer object"],
+    target: Annotated[np.ndarray, "answer"],
+    n_bins: int = 10,
 ) -> xr.Dataset:
     """A reliability diagram: how often answers of each degree of sureness are right.
 
     Returns
     -------
     xarray.Dataset
-        By bin of sureness (the greatest belief): ``sureness`` (mean), ``right`` (share), ``count``; attribute ``error``, the mean
+        By bin of sureness (the greatest belief): ``sureness`` (mean), ``right`` (share), ``count``;
+        attribute ``error``, the mean
         |right − sureness| over all answers (expected calibration error), and ``accuracy``.
     """
     belief, target = np.asarray(belief, dtype=float), np.asarray(target)
     if len(belief) != len(target) or not len(target) or n_bins < 1:
-        raise InvalidInput(f"{len(belief)} beliefs need as many targets, at least one, got {len(target)}.")
+        raise InvalidInput(
+            f"{len(belief)} beliefs need as many targets, at least one, got {len(target)}."
+        )
     sure, right = belief.max(axis=1), belief.argmax(axis=1) == target
     place = np.minimum((sure * n_bins).astype(int), n_bins - 1)
     count = np.bincount(place, minlength=n_bins)
@@ -45,5 +53,8 @@ def measure_calibration(
         mean = np.bincount(place, sure, n_bins) / count
         share = np.bincount(place, right, n_bins) / count
     error = float(np.nansum(count * np.abs(share - mean)) / len(target))
-    data = {name: ("bin", values) for name, values in (("sureness", mean), ("right", share), ("count", count))}
+    data = {
+        name: ("bin", values)
+        for name, values in (("sureness", mean), ("right", share), ("count", count))
+    }
     return xr.Dataset(data, attrs={"error": error, "accuracy": float(right.mean())})

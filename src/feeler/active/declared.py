@@ -13,7 +13,9 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class Contest:
-    """Every choice of the comparison of policies; :func:`load_contest` reads those written down beforehand."""
+    """Every choice of the comparison of policies; :func:`load_contest` reads those written down
+    beforehand.
+    """
 
     sets: int
     """How often all touches are drawn anew."""
@@ -56,14 +58,22 @@ class Contest:
         for name in ("deadlines", "budgets", "fixed", "steered", "ahead"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         if self.sets < 1 or self.known < 2 or self.copies < 1 or not self.deadlines:
-            raise InvalidInput("a comparison needs at least one set, two touches, one copy and one deadline.")
+            raise InvalidInput(
+                "a comparison needs at least one set, two touches, one copy and one deadline."
+            )
         if max(self.deadlines) > self.duration or any(d % self.period for d in self.deadlines):
-            raise InvalidInput(f"deadlines must be multiples of {self.period:g} ms up to {self.duration:g} ms.")
+            raise InvalidInput(
+                f"deadlines must be multiples of {self.period:g} ms up to {self.duration:g} ms."
+            )
 
     def make_task(self, antenna: Antenna, number: int) -> TouchTask:
-        """Set ``number`` of touches; the same for all policies, and in place and size for all antennas."""
+        """Set ``number`` of touches; the same for all policies, and in place and size for all
+        antennas.
+        """
         seed = self.seed * 1000 + number
-        return TouchTask(antenna, noise=self.noise, duration=self.duration, pool=self.known, seed=seed)
+        return TouchTask(
+            antenna, noise=self.noise, duration=self.duration, pool=self.known, seed=seed
+        )
 
     def replace(self, **changes: Any) -> "Contest":
         """The same with some fields changed."""
@@ -72,5 +82,7 @@ class Contest:
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = tomllib.loads(files("feeler.active").joinpath("declared.toml").read_text(encoding="utf-8"))
+    found = tomllib.loads(
+        files("feeler.active").joinpath("declared.toml").read_text(encoding="utf-8")
+    )
     return Contest(**found | changes)

@@ -1,7 +1,9 @@
-"""Gymnasium environments of active touch, one episode or many side by side, in the manner of ap_gym's ActivePerceptionEnv.
+"""Gymnasium environments of active touch, one episode or many side by side, in the manner of
+ap_gym's ActivePerceptionEnv.
 
-To import this module makes them known: ``gymnasium.make("feeler/Touch-v0")``, ``"feeler/Localise-v0"``,
-``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in SIMD lanes.
+To import this module makes them known: ``gymnasium.make("feeler/Touch-v0")``,
+``"feeler/Localise-v0"``, ``"feeler/FollowWall-v0"``, and ``gymnasium.make_vec`` for many in SIMD
+lanes.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,12 +34,14 @@ TASKS: dict[str, type[ActiveTask]] = {
 
 
 class TouchVectorEnv(VectorEnv):
-    """Episodes of one task in SIMD lanes; lane k of ``reset(seed=s)`` is the single environment of seed s + k, bit for bit.
+    """Episodes of one task in SIMD lanes; lane k of ``reset(seed=s)`` is the single environment of
+    seed s + k, bit for bit.
 
-    An action is ``{"action": (speed [mm/ms], turn [rad/ms]), "prediction": …}``, with ``decide=True`` also ``"decide"``: 1
-    ends the episode. A step takes 1 ms. The reward is ``base_reward`` (−``time_cost`` per ms, −``work_cost`` per µJ) less the
-    loss of the prediction. ``info["prediction"]`` holds ``target`` and ``loss``, ``info["touching"]`` and
-    ``info["work"]`` [µJ] what the body is not told. Lanes that ended begin anew with the next step, as Gymnasium's
+    An action is ``{"action": (speed [mm/ms], turn [rad/ms]), "prediction": …}``, with
+    ``decide=True`` also ``"decide"``: 1 ends the episode. A step takes 1 ms. The reward is
+    ``base_reward`` (−``time_cost`` per ms, −``work_cost`` per µJ) less the loss of the prediction.
+    ``info["prediction"]`` holds ``target`` and ``loss``, ``info["touching"]`` and ``info["work"]``
+    [µJ] what the body is not told. Lanes that ended begin anew with the next step, as Gymnasium's
     ``NEXT_STEP`` has it; a lane that diverged is truncated, and ``info["failed"]`` says why.
 
     Parameters
@@ -67,7 +71,12 @@ class TouchVectorEnv(VectorEnv):
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidInput(f"render_mode is 'rgb_array' or None, got {render_mode!r}.")
-        self.task, self.num_envs, self.render_mode, self._decide = task, num_envs, render_mode, decide
+        self.task, self.num_envs, self.render_mode, self._decide = (
+            task,
+            num_envs,
+            render_mode,
+            decide,
+        )
         self.arena = Arena(task, num_envs, workers)
         self.single_observation_space = make_observation_space(task)
         self.single_action_space = make_action_space(task, decide)
@@ -84,10 +93,15 @@ class TouchVectorEnv(VectorEnv):
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Begin an episode in every lane, or in those of ``options["reset_mask"]``.
 
-        ``options["touch"]``: number of the touch among ``task.trials`` in place of one that is drawn.
+        ``options["touch"]``: number of the touch among ``task.trials`` in place of one that is
+        drawn.
         """
         options = options or {}
-        seeds = seed if isinstance(seed, list) else [None if seed is None else seed + k for k in range(self.num_envs)]
+        seeds = (
+            seed
+            if isinstance(seed, list)
+            else [None if seed is None else seed + k for k in range(self.num_envs)]
+        )
         if not self._rngs:
             self._rngs = [seeding.np_random(given)[0] for given in seeds]
         elif seed is not None:
@@ -101,7 +115,11 @@ class TouchVectorEnv(VectorEnv):
         return self._observe(), self._inform()
 
     def _begin(self, lane: int, touch: int | None = None) -> None:
-        start = None if touch is None or not isinstance(self.task, TouchTask) else self.task.make_start(touch)
+        start = (
+            None
+            if touch is None or not isinstance(self.task, TouchTask)
+            else self.task.make_start(touch)
+        )
         self.arena.begin(lane, self._rngs[lane], start)
         self._ended[lane], self._before[lane] = False, 0.0
 
@@ -113,7 +131,8 @@ class TouchVectorEnv(VectorEnv):
         Raises
         ------
         InvalidInput
-            Not begun yet, or an action that is no member of the space; the message names the lane, and nothing has moved.
+            Not begun yet, or an action that is no member of the space; the message names the lane,
+            and nothing has moved.
         """
         if not self._rngs:
             raise InvalidInput("call reset() before the first step().")
@@ -122,12 +141,21 @@ class TouchVectorEnv(VectorEnv):
         self.arena.step(move, going)
         for lane in np.flatnonzero(self._ended):
             self._begin(int(lane))
-        target, failed = self.arena.targets, np.array([error is not None for error in self.arena.failed])
+        target, failed = (
+            self.arena.targets,
+            np.array([error is not None for error in self.arena.failed]),
+        )
         loss = task.compute_loss(prediction, target)
-        base_reward = -task.time_cost * SAMPLE - task.work_cost * (self.arena.work - self._before) - task.charge(target)
+        base_reward = (
+            -task.time_cost * SAMPLE
+            - task.work_cost * (self.arena.work - self._before)
+            - task.charge(target)
+        )
         self._before = self.arena.work.copy()
         here = np.isin(np.arange(self.num_envs), going)
-        terminated = here & (self._decisions(actions) | np.array([task.is_over(value) for value in target]))
+        terminated = here & (
+            self._decisions(actions) | np.array([task.is_over(value) for value in target])
+        )
         truncated = here & (self.arena.over | failed)
         self._ended = terminated | truncated
         info = self._inform() | {"base_reward": np.where(here, base_reward, 0.0)}
@@ -138,12 +166,20 @@ class TouchVectorEnv(VectorEnv):
         """Moves (lane, 2) and predictions (lane, output)."""
         keys = ("action", "prediction", "decide")[: 2 + self._decide]
         if not isinstance(actions, Mapping) or {*keys} - {*actions}:
-            raise InvalidInput(f"an action has the keys {', '.join(keys)}, got {str(actions)[:80]}.")
+            raise InvalidInput(
+                f"an action has the keys {', '.join(keys)}, got {str(actions)[:80]}."
+            )
         prediction = np.asarray(actions["prediction"], dtype=float)
         wanted = (self.num_envs, self.task.n_outputs)
         if prediction.shape != wanted or not np.isfinite(prediction).all():
-            lane = "" if prediction.shape != wanted else f" in lane {np.argwhere(~np.isfinite(prediction))[0][0]}"
-            raise InvalidInput(f"a prediction is finite numbers {wanted}, got {prediction.shape}{lane}.")
+            lane = (
+                ""
+                if prediction.shape != wanted
+                else f" in lane {np.argwhere(~np.isfinite(prediction))[0][0]}"
+            )
+            raise InvalidInput(
+                f"a prediction is finite numbers {wanted}, got {prediction.shape}{lane}."
+            )
         return self.arena.check_action(np.asarray(actions["action"], dtype=float)), prediction
 
     def _decisions(self, actions: Mapping[str, Any]) -> np.ndarray:
@@ -159,7 +195,9 @@ class TouchVectorEnv(VectorEnv):
         info: dict[str, Any] = {"touching": self.arena.touching, "work": self.arena.work.copy()}
         info["prediction"] = {"target": target, "loss": np.zeros(self.num_envs)}
         if any(self.arena.failed):
-            info["failed"] = np.array([str(error or "") for error in self.arena.failed], dtype=object)
+            info["failed"] = np.array(
+                [str(error or "") for error in self.arena.failed], dtype=object
+            )
         return info
 
     def render(self) -> tuple[np.ndarray, ...] | None:
@@ -174,7 +212,9 @@ class TouchEnv(gymnasium.Env):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 15}  # noqa: RUF012
 
-    def __init__(self, task: ActiveTask, *, decide: bool = False, render_mode: str | None = None) -> None:
+    def __init__(
+        self, task: ActiveTask, *, decide: bool = False, render_mode: str | None = None
+    ) -> None:
         self.lanes = TouchVectorEnv(task, 1, decide=decide, render_mode=render_mode)
         self.task, self.render_mode = task, render_mode
         self.observation_space = self.lanes.single_observation_space
@@ -191,13 +231,25 @@ class TouchEnv(gymnasium.Env):
         observation, info = self.lanes.reset(options=options)
         return _first(observation), _first(info)
 
-    def step(self, action: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: Mapping[str, Any]
+    ) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Go on by a millisecond; errors as in :meth:`TouchVectorEnv.step`, and after the end."""
         if self.lanes._ended[0]:
             raise InvalidInput("the episode has ended; call reset().")
-        given = {key: np.asarray(value)[None] for key, value in action.items()} if isinstance(action, Mapping) else {}
+        given = (
+            {key: np.asarray(value)[None] for key, value in action.items()}
+            if isinstance(action, Mapping)
+            else {}
+        )
         observation, reward, terminated, truncated, info = self.lanes.step(given)
-        return _first(observation), float(reward[0]), bool(terminated[0]), bool(truncated[0]), _first(info)
+        return (
+            _first(observation),
+            float(reward[0]),
+            bool(terminated[0]),
+            bool(truncated[0]),
+            _first(info),
+        )
 
     def render(self) -> np.ndarray | None:
         """A picture (height, width, 3)."""
@@ -208,7 +260,8 @@ class TouchEnv(gymnasium.Env):
 def _first(values: Mapping[str, Any]) -> dict[str, Any]:
     """Lane 0 of everything."""
     return {
-        name: _first(value) if isinstance(value, Mapping) else np.asarray(value)[0] for name, value in values.items()
+        name: _first(value) if isinstance(value, Mapping) else np.asarray(value)[0]
+        for name, value in values.items()
     }
 
 
@@ -216,7 +269,9 @@ def make_observation_space(task: ActiveTask) -> Any:
     """``angle`` (window, sensor) [rad], ``base`` (way, heading, speed, turn) and ``time`` [ms]."""
     n = len(task.first_antenna.sensors)
     shapes = {"angle": (task.window, n), "base": (4,), "time": (1,)}
-    return spaces.Dict({name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name, shape in shapes.items()})
+    return spaces.Dict(
+        {name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name, shape in shapes.items()}
+    )
 
 
 def make_action_space(task: ActiveTask, decide: bool = False) -> Any:
@@ -231,17 +286,25 @@ def make_action_space(task: ActiveTask, decide: bool = False) -> Any:
 
 def make_target_space(task: ActiveTask) -> Any:
     """The number of an object, or a value."""
-    return spaces.Discrete(task.n_outputs) if task.n_outputs > 1 else spaces.Box(-np.inf, np.inf, (), np.float64)
+    return (
+        spaces.Discrete(task.n_outputs)
+        if task.n_outputs > 1
+        else spaces.Box(-np.inf, np.inf, (), np.float64)
+    )
 
 
 def make_env(name: str, **fields: Any) -> TouchEnv:
-    """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and ``render_mode``."""
+    """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and
+    ``render_mode``.
+    """
     own = {key: fields.pop(key) for key in ("decide", "render_mode") if key in fields}
     return TouchEnv(_make_task(name, fields), **own)
 
 
 def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
-    """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``, ``workers``, ``render_mode``."""
+    """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``,
+    ``workers``, ``render_mode``.
+    """
     own = {key: fields.pop(key) for key in ("decide", "workers", "render_mode") if key in fields}
     return TouchVectorEnv(_make_task(name, fields), num_envs, **own)
 

@@ -30,9 +30,9 @@ def make_courses() -> tuple[Course, ...]:
 class FollowTask(ActiveTask):
     """Keep a distance from a wall on the right, and say what the distance is.
 
-    A prediction is the distance [mm]; the loss is its squared error over the target's square, and the same is charged for the
-    distance itself, so that a body which keeps the target and knows it loses nothing. A body that runs into the wall has come
-    to its end.
+    A prediction is the distance [mm]; the loss is its squared error over the target's square, and
+    the same is charged for the distance itself, so that a body which keeps the target and knows it
+    loses nothing. A body that runs into the wall has come to its end.
     """
 
     _: KW_ONLY
@@ -48,12 +48,21 @@ class FollowTask(ActiveTask):
         super().__post_init__()
         self._check("distance", self.distance > 0, "> 0 mm")
         if not len(self.courses) or not len(self.starts):
-            raise InvalidInput("there is no wall to follow: give at least one of courses= and one of starts=.")
+            raise InvalidInput(
+                "there is no wall to follow: give at least one of courses= and one of starts=."
+            )
 
     @cached_property
     def rests(self) -> Approach:
-        """The antenna at rest beside the wall, at each distance at which an episode may begin, the farthest first."""
-        return approach(self.first_antenna, self.posture.replace(side="right"), sorted(self.starts), substep=SUBSTEP)
+        """The antenna at rest beside the wall, at each distance at which an episode may begin, the
+        farthest first.
+        """
+        return approach(
+            self.first_antenna,
+            self.posture.replace(side="right"),
+            sorted(self.starts),
+            substep=SUBSTEP,
+        )
 
     def begin(self, rng: np.random.Generator) -> Start:
         """Draw a wall and a distance."""

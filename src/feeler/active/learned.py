@@ -1,4 +1,6 @@
-"""The learned policy: what recurrent PPO made of the observer's beliefs, as stored weights that NumPy runs."""
+"""The learned policy: what recurrent PPO made of the observer's beliefs, as stored weights that
+NumPy runs.
+"""
 
 from functools import lru_cache
 from importlib.resources import as_file, files
@@ -12,22 +14,30 @@ from feeler.errors import InvalidInput
 from feeler.tensors.models import Model, load_model
 
 KIND, VERSION = "LearnedPolicy", 1
-WAY, FAST, LONG = 20.0, 1.2, 150.0  # mm, mm/ms, ms: what numbers are divided by, to be about one in size
+WAY, FAST, LONG = (
+    20.0,
+    1.2,
+    150.0,
+)  # mm, mm/ms, ms: what numbers are divided by, to be about one in size
 OWN = 6  # numbers beside the beliefs
 
 
 def see(known: Known, deadline: float) -> np.ndarray:
-    """What a policy is told (body, number), each about one in size: belief in each object, their entropy, the probability that
-    contact has begun, way, speed, time gone and time left."""
+    """What a policy is told (body, number), each about one in size: belief in each object, their
+    entropy, the probability that contact has begun, way, speed, time gone and time left."""
     n, classes = known.belief.shape
-    entropy = -(known.belief * np.log(np.maximum(known.belief, 1e-300))).sum(axis=1) / np.log(classes)
+    entropy = -(known.belief * np.log(np.maximum(known.belief, 1e-300))).sum(axis=1) / np.log(
+        classes
+    )
     time = np.full(n, known.time / LONG), np.full(n, max(deadline - known.time, 0.0) / LONG)
     own = np.stack([entropy, known.touching, known.way / WAY, known.speed / FAST, *time], axis=1)
     return np.concatenate([known.belief, own], axis=1).astype(np.float32)
 
 
 def make_actor(arrays: dict[str, np.ndarray], deadline: float) -> Policy:
-    """The policy of an actor's weights: an LSTM, two layers of tanh, and the speed of the menu with the greatest score."""
+    """The policy of an actor's weights: an LSTM, two layers of tanh, and the speed of the menu with
+    the greatest score.
+    """
     state: list[np.ndarray] = []
     wanted = arrays["lstm_actor.weight_ih_l0"].shape[1]
 
@@ -35,11 +45,13 @@ def make_actor(arrays: dict[str, np.ndarray], deadline: float) -> Policy:
         seen = see(known, deadline)
         if seen.shape[1] != wanted:
             raise InvalidInput(
-                f"this policy was learned for {wanted - OWN} objects, the task has {seen.shape[1] - OWN}. Train one for it: "
-                "feeler.active.training.train_policy."
+                f"this policy was learned for {wanted - OWN} objects, the task has"
+                f" {seen.shape[1] - OWN}. Train one for it: feeler.active.training.train_policy."
             )
         if known.time == 0:
-            state[:] = [np.zeros((len(seen), arrays["lstm_actor.weight_hh_l0"].shape[1]), np.float32)] * 2
+            state[:] = [
+                np.zeros((len(seen), arrays["lstm_actor.weight_hh_l0"].shape[1]), np.float32)
+            ] * 2
         state[:] = _remember(arrays, seen, *state)
         hidden = state[0]
         for layer in ("mlp_extractor.policy_net.0", "mlp_extractor.policy_net.2"):
@@ -72,8 +84,12 @@ def find_weights(seed: int) -> Path:
 def _load(seed: int) -> Model:
     path = find_weights(seed)
     if not path.is_file():
-        known = sorted(file.stem.removeprefix("learned") for file in path.parent.glob("learned*.safetensors"))
-        raise InvalidInput(f"no policy was learned with seed {seed}; there are: {', '.join(known) or 'none'}.")
+        known = sorted(
+            file.stem.removeprefix("learned") for file in path.parent.glob("learned*.safetensors")
+        )
+        raise InvalidInput(
+            f"no policy was learned with seed {seed}; there are: {', '.join(known) or 'none'}."
+        )
     return load_model(path, kind=KIND, version=VERSION, trusted=True)
 
 

@@ -1,8 +1,10 @@
-"""Noticing contact in noise: the last samples of all sensors, seen along the shapes that touches bend the antenna into.
+"""Noticing contact in noise: the last samples of all sensors, seen along the shapes that touches
+bend the antenna into.
 
-Over W samples the mean y of S sensors with noise σ has the noise σ/√W. Seen along k orthonormal shapes u_i, the sum
-W Σ (u_i·y)² / σ² is chi-square with k degrees without contact, whatever S is, and grows with all that contact bends; a limit for
-single samples of single sensors has to exceed the loudest of S noises.
+Over W samples the mean y of S sensors with noise σ has the noise σ/√W. Seen along k orthonormal
+shapes u_i, the sum W Σ (u_i·y)² / σ² is chi-square with k degrees without contact, whatever S is,
+and grows with all that contact bends; a limit for single samples of single sensors has to exceed
+the loudest of S noises.
 """
 
 from dataclasses import dataclass
@@ -31,8 +33,8 @@ class Noticer:
     """Of the statistic."""
 
     def measure(self, felt: np.ndarray) -> np.ndarray:
-        """The statistic (episode, sample) of what is felt, less rest (episode, sample, sensor) [rad]; 0 until there are enough
-        samples."""
+        """The statistic (episode, sample) of what is felt, less rest (episode, sample, sensor)
+        [rad]; 0 until there are enough samples."""
         seen = np.cumsum(np.asarray(felt, dtype=float) @ self.shapes.T, axis=1)
         seen[:, self.samples :] -= seen[:, : -self.samples].copy()
         found = (seen**2).sum(axis=2) / (self.samples * self.noise**2)
@@ -59,8 +61,8 @@ def make_noticer(
     Parameters
     ----------
     false_alarms
-        Greatest share of episodes as long as those recorded in which contact is noticed without any, in (0, 1). Bonferroni's
-        bound over all samples, so that the true share is smaller.
+        Greatest share of episodes as long as those recorded in which contact is noticed without
+        any, in (0, 1). Bonferroni's bound over all samples, so that the true share is smaller.
 
     Raises
     ------
@@ -71,7 +73,11 @@ def make_noticer(
         raise InvalidInput(f"false_alarms must be a share in (0, 1), got {false_alarms}.")
     touched = recorded.angle[recorded.touching]
     if len(touched) < shapes:
-        raise InvalidInput("the episodes hold no contact to learn from; record longer ones, or bodies that move.")
-    found = np.linalg.svd(touched[:: max(1, len(touched) // 5000)].astype(float), full_matrices=False)[2][:shapes]
+        raise InvalidInput(
+            "the episodes hold no contact to learn from; record longer ones, or bodies that move."
+        )
+    found = np.linalg.svd(
+        touched[:: max(1, len(touched) // 5000)].astype(float), full_matrices=False
+    )[2][:shapes]
     limit = float(chi2.isf(false_alarms / recorded.angle.shape[1], shapes))
     return Noticer(shapes=found, noise=noise, samples=samples, limit=limit)

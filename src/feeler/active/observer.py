@@ -1,8 +1,10 @@
-"""An ideal observer with a body: Bayes over known touches, all of them simulated under what the body itself did.
+"""An ideal observer with a body: Bayes over known touches, all of them simulated under what the
+body itself did.
 
-K touches are known, equally likely. Under the same motion of the body they would be felt as x_k(t), which is simulated; what
-is felt is y = x_j + σ n. After each period p(k|y) ∝ exp(−Σ (y − x_k)² / 2σ²), exact for any way to move, also one that depends
-on what was felt so far. Bodies that have done the same share one simulation.
+K touches are known, equally likely. Under the same motion of the body they would be felt as x_k(t),
+which is simulated; what is felt is y = x_j + σ n. After each period p(k|y) ∝ exp(−Σ (y − x_k)² /
+2σ²), exact for any way to move, also one that depends on what was felt so far. Bodies that have
+done the same share one simulation.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,11 +42,15 @@ class Known:
     speed: np.ndarray
     """Now (episode,) [mm/ms]."""
     look: Callable[[Sequence[float], float], np.ndarray] = field(repr=False)
-    """``look(speeds, ms)``: bits (episode, speed) about the object that a body expects to gain by each speed."""
+    """``look(speeds, ms)``: bits (episode, speed) about the object that a body expects to gain by
+    each speed.
+    """
 
 
 Policy = Callable[[Known], Any]
-"""From what bodies know to their speeds (episode,) or one for all [mm/ms]; the nearest of the menu is taken."""
+"""From what bodies know to their speeds (episode,) or one for all [mm/ms]; the nearest of the menu
+is taken.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +70,9 @@ class Episodes:
 
     @property
     def accuracy(self) -> np.ndarray:
-        """Share of right answers that the observer itself expects (row,): the mean of its greatest belief."""
+        """Share of right answers that the observer itself expects (row,): the mean of its greatest
+        belief.
+        """
         return self.belief.max(axis=2).mean(axis=1)
 
     @property
@@ -94,15 +102,26 @@ class Observer:
     """
 
     def __init__(
-        self, task: TouchTask, *, menu: Sequence[float] = MENU, period: float = PERIOD, random_state: int = 0
+        self,
+        task: TouchTask,
+        *,
+        menu: Sequence[float] = MENU,
+        period: float = PERIOD,
+        random_state: int = 0,
     ) -> None:
         if not isinstance(task, TouchTask) or task.noise <= 0:
             raise InvalidInput(
-                "an observer needs a TouchTask with noise > 0; without noise everything is known at once."
+                "an observer needs a TouchTask with noise > 0; without noise everything is known at"
+                " once."
             )
         if abs(period / SAMPLE - round(period / SAMPLE)) > 1e-9 or period < SAMPLE:
             raise InvalidInput(f"period must be whole milliseconds, got {period}.")
-        self.task, self.menu, self.period, self.seed = task, np.sort(np.asarray(menu, float)), period, random_state
+        self.task, self.menu, self.period, self.seed = (
+            task,
+            np.sort(np.asarray(menu, float)),
+            period,
+            random_state,
+        )
         self.starts: list[Start] = [task.make_start(k) for k in range(len(task.trials))]
         self.label = np.array([start.target for start in self.starts], dtype=int)
         self._arena = Arena(task, len(self.starts))
@@ -116,10 +135,11 @@ class Observer:
         touches: Sequence[int] | None = None,
         watch: tuple[int, Callable[[Arena], None]] | None = None,
     ) -> Episodes:
-        """Let bodies feel each touch (or those of ``touches``) ``copies`` times, moving by a policy.
+        """Let bodies feel each touch (or those of ``touches``) ``copies`` times, moving by a
+        policy.
 
-        Every policy meets the same noise. ``watch``: a touch, and what is called with the arena after each millisecond that the
-        first body which feels it has moved; the touch is the lane.
+        Every policy meets the same noise. ``watch``: a touch, and what is called with the arena
+        after each millisecond that the first body which feels it has moved; the touch is the lane.
 
         Raises
         ------
@@ -127,7 +147,10 @@ class Observer:
             A policy that gives no speeds.
         """
         k, duration = len(self.starts), duration or self.task.duration
-        rng, true = self.make_noise(), np.repeat(np.arange(k) if touches is None else touches, copies)
+        rng, true = (
+            self.make_noise(),
+            np.repeat(np.arange(k) if touches is None else touches, copies),
+        )
         for lane, start in enumerate(self.starts):
             self._arena.begin(lane, np.random.default_rng(0), start)
         evidence, speed, work = np.zeros((true.size, k)), np.zeros(true.size), np.zeros(true.size)
@@ -142,7 +165,9 @@ class Observer:
             work = work.copy()
             for branch in branches:
                 own = branch.episodes
-                seen = watch[1] if watch is not None and np.argmax(true == watch[0]) in own else None
+                seen = (
+                    watch[1] if watch is not None and np.argmax(true == watch[0]) in own else None
+                )
                 felt = self._go(branch, speed[own[0]], seen)
                 evidence[own] += self._weigh(felt, true[own], noise[own])
                 work[own] = self._arena.work[true[own]]
@@ -154,7 +179,9 @@ class Observer:
         return Episodes(time=time, target=self.label[true], belief=belief, speed=speeds, work=works)
 
     def make_noise(self) -> np.random.Generator:
-        """What draws the noise of a run: standard normal numbers (episode, sample, sensor) for each period."""
+        """What draws the noise of a run: standard normal numbers (episode, sample, sensor) for each
+        period.
+        """
         return np.random.default_rng([self.seed, 1])
 
     def _read(self, speeds: object, n: int) -> np.ndarray:
@@ -165,8 +192,8 @@ class Observer:
             wanted = np.full(n, np.nan)
         if not np.isfinite(wanted).all():
             raise InvalidInput(
-                f"a policy gives one speed [mm/ms] for all bodies or one for each of the {n}, all finite; got "
-                f"{str(speeds)[:60]}."
+                f"a policy gives one speed [mm/ms] for all bodies or one for each of the {n}, all"
+                f" finite; got {str(speeds)[:60]}."
             )
         return self.menu[np.abs(wanted[:, None] - self.menu).argmin(axis=1)]
 
@@ -182,24 +209,39 @@ class Observer:
                     self._arena.load(branch.saved)
                     felt = self._move(float(one), ms)[0]
                     own = weight[branch.episodes]
-                    found[branch.episodes, column] = expect_gain(felt, own, self.label, self.task.noise, self.seed)
+                    found[branch.episodes, column] = expect_gain(
+                        felt, own, self.label, self.task.noise, self.seed
+                    )
             return found
 
         belief = self._believe(evidence)
         return Known(
-            time=time, left=duration - time, belief=belief, touching=touching, way=way.copy(), speed=speed, look=look
+            time=time,
+            left=duration - time,
+            belief=belief,
+            touching=touching,
+            way=way.copy(),
+            speed=speed,
+            look=look,
         )
 
     def _believe(self, evidence: np.ndarray) -> np.ndarray:
         """Probability of each object (episode, object)."""
         weight = softmax(evidence, axis=1)
-        return np.stack([weight[:, self.label == c].sum(axis=1) for c in range(self.task.n_outputs)], axis=1)
+        return np.stack(
+            [weight[:, self.label == c].sum(axis=1) for c in range(self.task.n_outputs)], axis=1
+        )
 
     def _split(self, branch: _Branch, speed: np.ndarray) -> list[_Branch]:
         chosen = speed[branch.episodes]
-        return [_Branch(branch.saved, branch.episodes[chosen == v], branch.touched) for v in np.unique(chosen)]
+        return [
+            _Branch(branch.saved, branch.episodes[chosen == v], branch.touched)
+            for v in np.unique(chosen)
+        ]
 
-    def _go(self, branch: _Branch, speed: float, seen: Callable[[Arena], None] | None) -> np.ndarray:
+    def _go(
+        self, branch: _Branch, speed: float, seen: Callable[[Arena], None] | None
+    ) -> np.ndarray:
         """Move a branch on by a period; what each touch would feel like (touch, sample, sensor)."""
         self._arena.load(branch.saved)
         felt, touched = self._move(speed, self.period, seen)
@@ -228,11 +270,15 @@ class Observer:
         return (flat[true] + sd) @ flat.T - 0.5 * (flat**2).sum(axis=1)
 
 
-def expect_gain(felt: np.ndarray, weight: np.ndarray, label: np.ndarray, noise: float, seed: int = 0) -> np.ndarray:
-    """Bits (episode,) about the label that bodies with beliefs ``weight`` (episode, touch) expect of what may be felt next.
+def expect_gain(
+    felt: np.ndarray, weight: np.ndarray, label: np.ndarray, noise: float, seed: int = 0
+) -> np.ndarray:
+    """Bits (episode,) about the label that bodies with beliefs ``weight`` (episode, touch) expect
+    of what may be felt next.
 
-    ``felt`` (touch, …) [rad] is what each touch would feel like, ``label`` (touch,) what it is. The entropy that is left is a
-    mean over the touches and over drawn noise, which enters by its products with the touches alone, in pairs ±.
+    ``felt`` (touch, …) [rad] is what each touch would feel like, ``label`` (touch,) what it is. The
+    entropy that is left is a mean over the touches and over drawn noise, which enters by its
+    products with the touches alone, in pairs ±.
     """
     flat = felt.reshape(len(felt), -1) / noise
     flat = flat - flat.mean(axis=0)
@@ -257,9 +303,12 @@ def _entropy(probability: np.ndarray) -> np.ndarray:
 
 @checked
 def compute_posterior(
-    felt: Annotated[np.ndarray, "sample ..."], known: Annotated[np.ndarray, "touch sample ..."], noise: float
+    felt: Annotated[np.ndarray, "sample ..."],
+    known: Annotated[np.ndarray, "touch sample ..."],
+    noise: float,
 ) -> np.ndarray:
-    """Probability (sample + 1, touch) of each known touch after every sample of one that was felt, before the first included.
+    """Probability (sample + 1, touch) of each known touch after every sample of one that was felt,
+    before the first included.
 
     Raises
     ------
@@ -269,7 +318,8 @@ def compute_posterior(
     felt, known = np.asarray(felt, dtype=float), np.asarray(known, dtype=float)
     if known.shape[1:] != felt.shape or not noise > 0:
         raise InvalidInput(
-            f"felt {felt.shape} needs known touches of that shape and noise > 0, got {known.shape}, {noise}."
+            f"felt {felt.shape} needs known touches of that shape and noise > 0, got {known.shape},"
+            f" {noise}."
         )
     each = -0.5 * ((felt - known) ** 2).reshape(*known.shape[:2], -1).sum(axis=2) / noise**2
     evidence = np.concatenate([np.zeros((len(known), 1)), np.cumsum(each, axis=1)], axis=1).T

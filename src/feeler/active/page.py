@@ -22,27 +22,42 @@ from feeler.report.section import to_json
 from feeler.tradeoff import average_sets
 
 LEAD = (
-    "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of them known to an ideal "
-    "observer that also knows what its own body did, so that its answers are Bayes' own. Time is counted from the beginning, "
-    "the way to the object included. Intervals are 95 % over sets of touches that were drawn anew."
+    "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
+    " them known to an ideal observer that also knows what its own body did, so that its answers"
+    " are Bayes' own. Time is counted from the beginning, the way to the object included. Intervals"
+    " are 95 % over sets of touches that were drawn anew."
 )
 
-NEAR = 2.0, 4.0  # µJ, %, as large as a name: of policies nearer than this only one is named in the picture
+NEAR = (
+    2.0,
+    4.0,
+)  # µJ, %, as large as a name: of policies nearer than this only one is named in the picture
 
 
 @checked
 def write_active(
-    measured: xr.Dataset, comparison: Contest, out: os.PathLike, movies: tuple[Path, ...] = (), conditions: str = ""
+    measured: xr.Dataset,
+    comparison: Contest,
+    out: os.PathLike,
+    movies: tuple[Path, ...] = (),
+    conditions: str = "",
 ) -> Path:
-    """``active.html`` in the folder ``out``, with ``active.png``, ``active.csv`` and ``active.json``."""
+    """``active.html`` in the folder ``out``, with ``active.png``, ``active.csv`` and
+    ``active.json``.
+    """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="active", title="Move, feel, decide", folder=out, vector=False)
     fill_comparison(section, measured, comparison)
     for path in movies:
-        section.movie(path, f"{path.stem}: the antenna, the body's speed, and what it believes the object to be.")
+        section.movie(
+            path,
+            f"{path.stem}: the antenna, the body's speed, and what it believes the object to be.",
+        )
     section.text(conditions)
-    measured.to_dataframe().reset_index().to_csv(out / "active.csv", index=False, float_format="%.6g")
+    measured.to_dataframe().reset_index().to_csv(
+        out / "active.csv", index=False, float_format="%.6g"
+    )
     (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
     return write_page(out / "active.html", "How to move in order to know", LEAD, section)
 
@@ -50,15 +65,20 @@ def write_active(
 def fill_comparison(
     section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
 ) -> None:
-    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.active.judge_learned` takes it, with ``work``."""
+    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.active.judge_learned`
+    takes it, with ``work``.
+    """
     section.figure(
         "active",
-        "What an ideal observer knows by when, for the best and the other policies; and accuracy at the second deadline against "
-        "the work on the antenna until then. Bars: 95 % over sets"
+        "What an ideal observer knows by when, for the best and the other policies; and accuracy at"
+        " the second deadline against the work on the antenna until then. Bars: 95 % over sets"
         + (
             "."
             if learned is None
-            else f"; the learned policy on sets {learned['set'].values.tolist()} of those on which policies are judged."
+            else (
+                f"; the learned policy on sets {learned['set'].values.tolist()} of those on which"
+                " policies are judged."
+            )
         ),
         lambda figure: plot_comparison(measured, comparison, figure, learned),
         height=3.2,
@@ -67,7 +87,9 @@ def fill_comparison(
     names = [str(name) for name in measured["policy"].values]
     found = average_sets(100 * measured["accuracy"])
     rows = [[name, *(_say(found, name, d) for d in measured["deadline"].values)] for name in names]
-    section.table(["policy", *deadlines], rows, "Right answers [%] ± half the interval, by deadline.")
+    section.table(
+        ["policy", *deadlines], rows, "Right answers [%] ± half the interval, by deadline."
+    )
     work = measured["work"].mean("set")
     section.table(["policy", *deadlines], [[name, *(float(w) for w in work.sel(policy=name))] for name in names],
                   "Work on the antenna until then [µJ].")  # fmt: skip
@@ -76,7 +98,10 @@ def fill_comparison(
         return
     verdict = judge_steering(measured, comparison)
     columns = ("fixed", "fixed_accuracy", "steered", "steered_accuracy", "gain", "half", "pays")
-    rows = [[label, *(verdict[c].values[k].item() for c in columns)] for k, label in enumerate(deadlines)]
+    rows = [
+        [label, *(verdict[c].values[k].item() for c in columns)]
+        for k, label in enumerate(deadlines)
+    ]
     section.table(["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"], rows,
                   f"Chosen on sets of even number, judged on the others. Steering pays where it gains at least "
                   f"{comparison.gain:g} points and the interval excludes 0.")  # fmt: skip
@@ -86,10 +111,23 @@ def fill_comparison(
         _fill_learned(section, learned, measured, comparison)
 
 
-def _fill_learned(section: Section, learned: xr.Dataset, measured: xr.Dataset, comparison: Contest) -> None:
+def _fill_learned(
+    section: Section, learned: xr.Dataset, measured: xr.Dataset, comparison: Contest
+) -> None:
     found = judge_learned(learned, measured, comparison)
-    columns = ("learned", "least", "most", "fixed_gain", "fixed_half", "steered_gain", "steered_half")
-    rows = [[f"{d:g} ms", *(float(found[c].sel(deadline=d)) for c in columns)] for d in found["deadline"].values]
+    columns = (
+        "learned",
+        "least",
+        "most",
+        "fixed_gain",
+        "fixed_half",
+        "steered_gain",
+        "steered_half",
+    )
+    rows = [
+        [f"{d:g} ms", *(float(found[c].sel(deadline=d)) for c in columns)]
+        for d in found["deadline"].values
+    ]
     head = [
         "deadline",
         "learned [%]",
@@ -118,7 +156,11 @@ def plot_comparison(
     at = min(1, measured.sizes["deadline"] - 1)
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
     at_work, at_mean = work.isel(deadline=at).values, found["mean"].isel(deadline=at).values
-    groups = {"fixed speed": comparison.fixed, "steered": comparison.steered, "looks ahead": comparison.ahead}
+    groups = {
+        "fixed speed": comparison.fixed,
+        "steered": comparison.steered,
+        "looks ahead": comparison.ahead,
+    }
     listed = {name for names in groups.values() for name in names}
     groups["own"] = tuple(str(name) for name in measured["policy"].values if name not in listed)
     for colour, (label, names) in zip(PALETTE, groups.items(), strict=False):
@@ -133,30 +175,47 @@ def plot_comparison(
         style: dict[str, Any] = {"color": "black", "fmt": "s", "ms": 3, "capsize": 1.5, "lw": 0.8}
         left.errorbar(learned["deadline"], mean["mean"], mean["half"], label="learned", **style)
         last = mean.isel(deadline=at)
-        right.errorbar(float(learned["work"].mean(("seed", "set"))[at]), last["mean"], last["half"], **style)
+        right.errorbar(
+            float(learned["work"].mean(("seed", "set"))[at]), last["mean"], last["half"], **style
+        )
     _name_best([str(name) for name in measured["policy"].values], at_work, at_mean, right)
     left.set(xlabel="deadline [ms since the beginning]", ylabel="right answers [%]")
     left.legend(fontsize=6)
-    right.set(xlabel="work on the antenna [µJ]", ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]")
+    right.set(
+        xlabel="work on the antenna [µJ]",
+        ylabel=f"right at {measured['deadline'].values[at]:g} ms [%]",
+    )
 
 
 def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Axes) -> None:
-    """Names beside the policies that none does better for less work, the best first, as far as there is room."""
+    """Names beside the policies that none does better for less work, the best first, as far as
+    there is room.
+    """
     named: list[tuple[float, float]] = []
     for k in np.argsort(-right):
         place = float(work[k]), float(right[k])
         beaten = np.any((work <= place[0]) & (right > place[1]))
-        if not beaten and all(abs(place[0] - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named):
+        if not beaten and all(
+            abs(place[0] - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named
+        ):
             named.append(place)
             line = {"arrowstyle": "-", "lw": 0.4, "color": "grey", "relpos": (0, 0.5)}
             at = (0.5, 0.62 - 0.07 * len(named))  # below the front, where no policy of these lies
             ax.annotate(
-                names[k], place, fontsize=6, xytext=at, textcoords="axes fraction", va="center", arrowprops=line
+                names[k],
+                place,
+                fontsize=6,
+                xytext=at,
+                textcoords="axes fraction",
+                va="center",
+                arrowprops=line,
             )
 
 
 @checked
-def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None) -> Film:
+def film_policy(
+    observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None
+) -> Film:
     """What a body does that feels touch number ``touch`` and moves by a policy."""
     frames: list[tuple[Any, ...]] = []
 
@@ -166,8 +225,12 @@ def film_policy(observer: Observer, policy: Policy, touch: int = 0, duration: fl
 
     episodes = observer.run(policy, 1, duration, watch=(touch, watch))
     points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
-    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(int)
-    labels = tuple(f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features)
+    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(
+        int
+    )
+    labels = tuple(
+        f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
+    )
     return Film(
         scene=observer.starts[touch].scene,
         time=1.0 + np.arange(len(frames)),

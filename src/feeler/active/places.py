@@ -1,7 +1,9 @@
-"""Where to touch next: several touches in a row, each at a place and from a direction that is chosen, to tell two shapes apart.
+"""Where to touch next: several touches in a row, each at a place and from a direction that is
+chosen, to tell two shapes apart.
 
-What is not known of either shape (size, and where exactly the object is) makes one touch say less than it could, and another
-place say more. Every pair of shape and unknowns is a hypothesis; each is simulated for every touch that may be chosen.
+What is not known of either shape (size, and where exactly the object is) makes one touch say less
+than it could, and another place say more. Every pair of shape and unknowns is a hypothesis; each is
+simulated for every touch that may be chosen.
 """
 
 from collections.abc import Callable, Sequence
@@ -63,7 +65,8 @@ def simulate_places(
     duration: float = 50.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Places:
-    """Simulate every shape at every size and offset that it may have, in every touch that may be chosen.
+    """Simulate every shape at every size and offset that it may have, in every touch that may be
+    chosen.
 
     Raises
     ------
@@ -71,9 +74,17 @@ def simulate_places(
         Fewer than two shapes, or no touch to choose.
     """
     if len(shapes) < 2 or not len(locations) or not len(approaches):
-        raise InvalidInput("to tell shapes apart takes at least two of them, and one location and approach to choose.")
+        raise InvalidInput(
+            "to tell shapes apart takes at least two of them, and one location and approach to"
+            " choose."
+        )
     touches = tuple(product((float(x) for x in locations), (float(a) for a in approaches)))
-    kinds = [(number, size, offset) for number in range(len(shapes)) for size in SIZES for offset in OFFSETS]
+    kinds = [
+        (number, size, offset)
+        for number in range(len(shapes))
+        for size in SIZES
+        for offset in OFFSETS
+    ]
     trials = [
         Trial(
             feature=shapes[number].scale(size),
@@ -84,7 +95,9 @@ def simulate_places(
         for location, approach in touches
         for number, size, offset in kinds
     ]
-    angle = touch(antenna, trials, duration=duration, timestep=0.1, save=["angle"], progress=progress)["angle"].values
+    angle = touch(
+        antenna, trials, duration=duration, timestep=0.1, save=["angle"], progress=progress
+    )["angle"].values
     return Places(
         felt=angle.reshape(len(touches), len(kinds), *angle.shape[1:]),
         label=np.array([number for number, *_ in kinds]),
@@ -103,17 +116,21 @@ def search_places(
     seed: int = 0,
     most: int = MOST,
 ) -> Search:
-    """Touch until the shape is known with probability ``threshold``, ``n`` times, each with a hypothesis and noise of its own.
+    """Touch until the shape is known with probability ``threshold``, ``n`` times, each with a
+    hypothesis and noise of its own.
 
     Parameters
     ----------
     chooser
-        ``random``; ``grid``, one place after the other in a drawn order; or ``greedy``, what is expected to tell most.
+        ``random``; ``grid``, one place after the other in a drawn order; or ``greedy``, what is
+        expected to tell most.
     """
     if chooser not in CHOOSERS:
         raise InvalidInput(f"chooser must be one of {', '.join(CHOOSERS)}, got {chooser!r}.")
     if not (noise > 0 and 0 < threshold < 1):
-        raise InvalidInput(f"noise must be > 0 rad and threshold in (0, 1), got {noise} and {threshold}.")
+        raise InvalidInput(
+            f"noise must be > 0 rad and threshold in (0, 1), got {noise} and {threshold}."
+        )
     n_touches, n_kinds = places.felt.shape[:2]
     flat = places.felt.reshape(n_touches, n_kinds, -1) / noise
     half, members = 0.5 * (flat**2).sum(axis=2), np.eye(places.label.max() + 1)[places.label]
@@ -133,9 +150,13 @@ def search_places(
         else:
             picks = (order[:, step % n_touches] if chooser == "grid" else drawn[:, step])[rows]
         for row, pick in zip(rows, picks, strict=True):
-            noisy = flat[pick, true[row]] + np.random.default_rng([seed, int(row), step]).standard_normal(flat.shape[2])
+            noisy = flat[pick, true[row]] + np.random.default_rng(
+                [seed, int(row), step]
+            ).standard_normal(flat.shape[2])
             evidence[row] += flat[pick] @ noisy - half[pick]
         chosen[rows, step], count[rows] = picks, count[rows] + 1
         open_ = softmax(evidence, axis=1).dot(members).max(axis=1) < threshold
     belief = softmax(evidence, axis=1) @ members
-    return Search(count=count, right=belief.argmax(axis=1) == places.label[true], sure=~open_, chosen=chosen)
+    return Search(
+        count=count, right=belief.argmax(axis=1) == places.label[true], sure=~open_, chosen=chosen
+    )

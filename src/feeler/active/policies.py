@@ -10,8 +10,12 @@ from feeler.active.observer import MENU, Known, Policy
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-POLICIES: Registry[Callable[..., Policy]] = Registry("policy", {"learned": "feeler.active.learned:make_learned"})
-"""What makes each policy, by name; ``POLICIES.register(name, make)`` adds one. Arguments are numbers."""
+POLICIES: Registry[Callable[..., Policy]] = Registry(
+    "policy", {"learned": "feeler.active.learned:make_learned"}
+)
+"""What makes each policy, by name; ``POLICIES.register(name, make)`` adds one. Arguments are
+numbers.
+"""
 
 
 @POLICIES.register("fixed")
@@ -53,7 +57,8 @@ def make_greedy(hold: float = 20.0) -> Policy:
 
 
 def parse_policy(text: str) -> Policy:
-    """A policy from ``name``, ``name:number,number`` or ``file.py:function``, whose function takes a Known.
+    """A policy from ``name``, ``name:number,number`` or ``file.py:function``, whose function takes
+    a Known.
 
     Raises
     ------
@@ -69,7 +74,9 @@ def parse_policy(text: str) -> Policy:
     except InvalidInput:
         raise
     except (TypeError, ValueError):
-        raise InvalidInput(f"{name!r} takes numbers, {(make.__doc__ or '').strip()} Got {rest!r}.") from None
+        raise InvalidInput(
+            f"{name!r} takes numbers, {(make.__doc__ or '').strip()} Got {rest!r}."
+        ) from None
 
 
 def _load(path: Path, name: str) -> Policy:
@@ -82,5 +89,7 @@ def _load(path: Path, name: str) -> Policy:
     spec.loader.exec_module(module)
     found = getattr(module, name or "policy", None)
     if not callable(found):
-        raise InvalidInput(f"{path} has no function {name or 'policy'!r}; name it as in {path}:function.")
+        raise InvalidInput(
+            f"{path} has no function {name or 'policy'!r}; name it as in {path}:function."
+        )
     return found

@@ -1,10 +1,11 @@
 """Touches to practise on: the observer's sums, with what is felt looked up instead of simulated.
 
-To simulate every known touch under each body's own motion takes 10 ms of a core for one decision, too much to learn from. Here
-a touch is simulated at each speed once, x_k(v, w) against the way w gone ahead; a body that has gone w and moves at v feels
-x_k(v, w), as if v had been its speed all the way. So what a change of speed leaves behind, a few milliseconds, is missing, in
-what is felt and in what is known alike; all else is the observer's. It is for learning only: policies are judged by
-:class:`feeler.active.Observer`.
+To simulate every known touch under each body's own motion takes 10 ms of a core for one decision,
+too much to learn from. Here a touch is simulated at each speed once, x_k(v, w) against the way w
+gone ahead; a body that has gone w and moves at v feels x_k(v, w), as if v had been its speed all
+the way. So what a change of speed leaves behind, a few milliseconds, is missing, in what is felt
+and in what is known alike; all else is the observer's. It is for learning only: policies are judged
+by :class:`feeler.active.Observer`.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,12 +25,17 @@ class Practice:
     """What all touches of a task feel like, in units of the noise, by speed and place of the way."""
 
     def __init__(self, task: TouchTask, *, menu: Sequence[float] = MENU) -> None:
-        self.task, self.speeds = task, np.array([speed for speed in sorted(menu) if speed >= SLOWEST])
+        self.task, self.speeds = (
+            task,
+            np.array([speed for speed in sorted(menu) if speed >= SLOWEST]),
+        )
         starts = [task.make_start(k) for k in range(task.pool)]
         self.label = np.array([start.target for start in starts], dtype=int)
         self.way = np.arange(0.0, REACH + STEP / 2, STEP)
         arena = Arena(task, len(starts))
-        self.felt = np.zeros((len(self.speeds), len(self.way), len(starts), len(arena.sensors)), np.float32)
+        self.felt = np.zeros(
+            (len(self.speeds), len(self.way), len(starts), len(arena.sensors)), np.float32
+        )
         self.touched = np.zeros(self.felt.shape[:3], bool)
         for row, speed in enumerate(self.speeds):
             for lane, start in enumerate(starts):
@@ -40,11 +46,16 @@ class Practice:
                 felt.append(arena.felt)
                 touched.append(touched[-1] | arena.touching)
             sample = np.rint(self.way / speed / SAMPLE).astype(int)
-            self.felt[row], self.touched[row] = np.array(felt)[sample] / task.noise, np.array(touched)[sample]
+            self.felt[row], self.touched[row] = (
+                np.array(felt)[sample] / task.noise,
+                np.array(touched)[sample],
+            )
 
 
 class Practised:
-    """Bodies that feel each touch of a practice once and decide every 5 ms; what they know is a :class:`feeler.active.Known`."""
+    """Bodies that feel each touch of a practice once and decide every 5 ms; what they know is a
+    :class:`feeler.active.Known`.
+    """
 
     def __init__(self, practice: Practice, deadline: float, rng: np.random.Generator) -> None:
         self.practice, self.rng, self.deadline = practice, rng, deadline
@@ -63,7 +74,9 @@ class Practised:
             row = np.abs(self._speed[:, None] - practice.speeds).argmin(axis=1)
             place = np.minimum(np.rint(self._way / STEP).astype(int), len(practice.way) - 1)
             known = practice.felt[row, place]
-            felt = known[body, body] + self.rng.standard_normal((len(body), known.shape[2]), np.float32)
+            felt = known[body, body] + self.rng.standard_normal(
+                (len(body), known.shape[2]), np.float32
+            )
             self._evidence += np.einsum("bks,bs->bk", known, felt) - 0.5 * (known**2).sum(axis=2)
             self._touched |= practice.touched[row, place]
         self.time += PERIOD
@@ -84,9 +97,13 @@ def _look_no_further(speeds: Sequence[float], ms: float) -> np.ndarray:
     raise NotImplementedError("no look ahead in practice.")
 
 
-def practise(practice: Practice, policy: Callable[[Known], object], deadline: float, seed: int = 0) -> float:
+def practise(
+    practice: Practice, policy: Callable[[Known], object], deadline: float, seed: int = 0
+) -> float:
     """Share of right answers that bodies expect at the deadline [ms] who move by a policy."""
     bodies = Practised(practice, deadline, np.random.default_rng(seed))
     while bodies.known.left > 0:
-        bodies.step(np.broadcast_to(np.asarray(policy(bodies.known), float), bodies.known.way.shape))
+        bodies.step(
+            np.broadcast_to(np.asarray(policy(bodies.known), float), bodies.known.way.shape)
+        )
     return float(bodies.known.belief.max(axis=1).mean())

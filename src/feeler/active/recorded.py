@@ -1,4 +1,6 @@
-"""Recorded episodes: what bodies felt that moved at speeds of their own, to train and test decoders on."""
+"""Recorded episodes: what bodies felt that moved at speeds of their own, to train and test decoders
+on.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,7 +40,9 @@ class Recorded:
     @property
     def onset(self) -> np.ndarray:
         """Sample of the first contact (episode,), the number of samples where there is none."""
-        return np.where(self.touching.any(axis=1), self.touching.argmax(axis=1), self.touching.shape[1])
+        return np.where(
+            self.touching.any(axis=1), self.touching.argmax(axis=1), self.touching.shape[1]
+        )
 
 
 @checked
@@ -56,8 +60,8 @@ def record_episodes(
     Parameters
     ----------
     speed
-        Of all bodies [mm/ms]; default: each wanders, taking another speed of the menu every 25 ms or so, so that a decoder
-        trained on it knows that speeds vary.
+        Of all bodies [mm/ms]; default: each wanders, taking another speed of the menu every 25 ms
+        or so, so that a decoder trained on it knows that speeds vary.
     """
     rng, lanes = np.random.default_rng([seed, 7]), min(n, LANES)
     arena, parts = Arena(task, lanes, workers), []
@@ -65,11 +69,15 @@ def record_episodes(
         parts.append(_record_lanes(arena, rng, speed, seed, first))
         if progress:
             progress(min(first + lanes, n), n)
-    angle, base, target, touching = (np.concatenate(column)[:n] for column in zip(*parts, strict=True))
+    angle, base, target, touching = (
+        np.concatenate(column)[:n] for column in zip(*parts, strict=True)
+    )
     return Recorded(angle=angle, base=base, target=target, touching=touching)
 
 
-def _record_lanes(arena: Arena, rng: np.random.Generator, speed: float | None, seed: int, first: int) -> tuple:
+def _record_lanes(
+    arena: Arena, rng: np.random.Generator, speed: float | None, seed: int, first: int
+) -> tuple:
     menu, n = np.array(MENU[2:]), arena.n
     for lane in range(n):
         arena.begin(lane, np.random.default_rng([seed, first + lane]))

@@ -68,10 +68,18 @@ def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
         ax.add_patch(make_patch(item.feature, np.array(item.place), np.array(item.forward)))
     low, high = points.min(axis=(0, 1)) - 6.0, points.max(axis=(0, 1)) + 6.0
     low, high = np.minimum(low, [-14.0, -4.0]), np.maximum(high, [14.0, 46.0])
-    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+    ax.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect="equal",
+        xlabel="x [mm]",
+        ylabel="y [mm]",
+    )
 
 
-def write_film(film: Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None) -> Path:
+def write_film(
+    film: Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None
+) -> Path:
     """The movie of an episode: the antenna and the object, the body's speed, and what it believes."""
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
@@ -80,7 +88,10 @@ def write_film(film: Film, path: Path, *, slower: float = SLOWER, report: Callab
         _set_up(left, film.scene, film.points)
         antenna = MovingAntenna(film.scene.antenna, left, Normalize(0.0, PEAK))
         (pace,) = above.plot([], [], color="#1b1f24")
-        above.set(xlim=(0, film.time[-1]), ylim=(min(0.0, film.speed.min()) - 0.05, 1.1 * film.speed.max() + 0.05))
+        above.set(
+            xlim=(0, film.time[-1]),
+            ylim=(min(0.0, film.speed.min()) - 0.05, 1.1 * film.speed.max() + 0.05),
+        )
         above.set(ylabel="speed [m/s]")
         lines = [below.plot([], [], label=label)[0] for label in film.labels]
         below.set(xlim=(0, film.time[-1]), ylim=(0, 1.02), xlabel="time [ms]", ylabel="belief")

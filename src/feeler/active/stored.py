@@ -1,4 +1,6 @@
-"""What benchmarks/active.py measured, kept with the package because it takes too long to be made with every report."""
+"""What benchmarks/active.py measured, kept with the package because it takes too long to be made
+with every report.
+"""
 
 import json
 from importlib.resources import files
@@ -13,7 +15,8 @@ FILE = "measured.json"
 
 
 def load_stored(comparison: Contest) -> dict[str, Any]:
-    """The stored results: ``measured`` and ``learned`` as Datasets, and what else there is, as plain data.
+    """The stored results: ``measured`` and ``learned`` as Datasets, and what else there is, as
+    plain data.
 
     Raises
     ------
@@ -24,8 +27,12 @@ def load_stored(comparison: Contest) -> dict[str, Any]:
     for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
         if found["declared"][name] != getattr(comparison, name):
             raise InvalidInput(
-                f"the stored results were made with {name} {found['declared'][name]}, declared is {getattr(comparison, name)}. "
-                "Run: python benchmarks/active.py compare write"
+                f"the stored results were made with {name} {found['declared'][name]}, declared is"
+                f" {getattr(comparison, name)}. Run: python benchmarks/active.py compare write"
             )
-    datasets = {name: xr.Dataset.from_dict(found[name]) for name in ("measured", "learned") if name in found}
-    return found | {name: one.map(lambda values: values.astype(float)) for name, one in datasets.items()}  # null is NaN
+    datasets = {
+        name: xr.Dataset.from_dict(found[name]) for name in ("measured", "learned") if name in found
+    }
+    return found | {
+        name: one.map(lambda values: values.astype(float)) for name, one in datasets.items()
+    }  # null is NaN

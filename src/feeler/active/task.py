@@ -1,4 +1,6 @@
-"""Tasks of active touch: what may be met, how it is felt, how the body may move, and what that costs."""
+"""Tasks of active touch: what may be met, how it is felt, how the body may move, and what that
+costs.
+"""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
@@ -40,7 +42,8 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class ActiveTask:
-    """What all tasks share: an antenna on a body that moves by speed and turn, and is asked something all the while.
+    """What all tasks share: an antenna on a body that moves by speed and turn, and is asked
+    something all the while.
 
     Raises
     ------
@@ -60,7 +63,9 @@ class ActiveTask:
     max_speed: float = 1.2
     """Greatest speed of the body, ahead and back [mm/ms], [C]."""
     acceleration: float = 0.2
-    """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed of arrival [C]."""
+    """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed
+    of arrival [C].
+    """
     max_turn: float = 0.03
     """Greatest turn rate [rad/ms]; 0.03 is 1700 °/s [C]."""
     time_cost: float = 0.0
@@ -78,7 +83,9 @@ class ActiveTask:
 
     def __post_init__(self) -> None:
         if not isinstance(self.antenna, Antenna | SampledAntennas):
-            raise InvalidInput(f"{type(self).__name__}.antenna must be an Antenna, got {str(self.antenna)[:40]!r}.")
+            raise InvalidInput(
+                f"{type(self).__name__}.antenna must be an Antenna, got {str(self.antenna)[:40]!r}."
+            )
         for name in ("duration", "window", "max_speed", "acceleration", "max_turn"):
             self._check(name, getattr(self, name) > 0, "> 0")
         for name in ("noise", "time_cost", "work_cost"):
@@ -86,7 +93,10 @@ class ActiveTask:
 
     def _check(self, name: str, fits: bool, allowed: str) -> None:
         if not (fits and np.isfinite(getattr(self, name))):
-            raise InvalidInput(f"{type(self).__name__}.{name} must be finite and {allowed}, got {getattr(self, name)}.")
+            raise InvalidInput(
+                f"{type(self).__name__}.{name} must be finite and {allowed}, got"
+                f" {getattr(self, name)}."
+            )
 
     @property
     def first_antenna(self) -> Antenna:
@@ -124,10 +134,11 @@ class ActiveTask:
 
 @dataclass(frozen=True, eq=False)
 class TouchTask(ActiveTask):
-    """Which object is it? The body moves towards one of several, whose place, distance and direction it is not told.
+    """Which object is it? The body moves towards one of several, whose place, distance and
+    direction it is not told.
 
-    A prediction is a score for each object; the loss is the cross entropy of their softmax [nat], ln K for one who knows
-    nothing.
+    A prediction is a score for each object; the loss is the cross entropy of their softmax [nat],
+    ln K for one who knows nothing.
     """
 
     _: KW_ONLY
@@ -148,7 +159,9 @@ class TouchTask(ActiveTask):
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.features, str) or len(self.features) < 1:
-            raise InvalidInput("there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)].")
+            raise InvalidInput(
+                "there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)]."
+            )
         object.__setattr__(self, "features", tuple(self.features))
 
     @property
@@ -179,7 +192,11 @@ class TouchTask(ActiveTask):
 
     def make_start(self, index: int) -> Start:
         """The beginning of touch number ``index``."""
-        antenna = self.antenna[index % len(self.antenna)] if isinstance(self.antenna, SampledAntennas) else self.antenna
+        antenna = (
+            self.antenna[index % len(self.antenna)]
+            if isinstance(self.antenna, SampledAntennas)
+            else self.antenna
+        )
         scene = make_scene(antenna, self.get_trial(index))
         x, y = scene.objects[0].velocity
         still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
@@ -195,13 +212,15 @@ class TouchTask(ActiveTask):
 
     def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
         """Cross entropy (lane,) [nat]."""
-        return -np.take_along_axis(log_softmax(prediction, axis=1), target.astype(int)[:, None], 1)[:, 0]
+        return -np.take_along_axis(log_softmax(prediction, axis=1), target.astype(int)[:, None], 1)[
+            :, 0
+        ]
 
 
 @dataclass(frozen=True, eq=False)
 class LocaliseTask(TouchTask):
-    """Where on the antenna is it? The loss is the squared error over the variance of what may be met, 1 for one who knows
-    nothing but that."""
+    """Where on the antenna is it? The loss is the squared error over the variance of what may be
+    met, 1 for one who knows nothing but that."""
 
     @property
     def n_outputs(self) -> int:  # type: ignore[override]
@@ -214,4 +233,6 @@ class LocaliseTask(TouchTask):
 
     def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
         """Squared error (lane,), relative."""
-        return (prediction[:, 0] - target) ** 2 / max(float(np.var(self.trials.columns["location"])), 1e-12)
+        return (prediction[:, 0] - target) ** 2 / max(
+            float(np.var(self.trials.columns["location"])), 1e-12
+        )

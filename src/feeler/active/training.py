@@ -1,8 +1,10 @@
-"""Training of the learned policy: recurrent PPO of stable-baselines3 on what an observer believes. Needs ``sb3-contrib``.
+"""Training of the learned policy: recurrent PPO of stable-baselines3 on what an observer believes.
+Needs ``sb3-contrib``.
 
-A body decides every 5 ms; it is told :func:`feeler.active.learned.see`. Each decision earns by how much the greatest belief has
-risen, so that an episode earns the belief in the verdict at its deadline, less what guessing is worth: the mean, over an exact
-posterior, of 1 for a right verdict and 0 for a wrong one.
+A body decides every 5 ms; it is told :func:`feeler.active.learned.see`. Each decision earns by how
+much the greatest belief has risen, so that an episode earns the belief in the verdict at its
+deadline, less what guessing is worth: the mean, over an exact posterior, of 1 for a right verdict
+and 0 for a wrong one.
 """
 
 from collections.abc import Sequence
@@ -18,10 +20,16 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, save_model
 
-ACTOR = ("lstm_actor.", "mlp_extractor.policy_net.", "action_net.")  # what moves the body; the critic is not kept
+ACTOR = (
+    "lstm_actor.",
+    "mlp_extractor.policy_net.",
+    "action_net.",
+)  # what moves the body; the critic is not kept
 
 
-def _make_vec_env(practices: Sequence[Practice], deadlines: Sequence[float], groups: int, seed: int) -> Any:
+def _make_vec_env(
+    practices: Sequence[Practice], deadlines: Sequence[float], groups: int, seed: int
+) -> Any:
     from gymnasium import spaces
     from stable_baselines3.common.vec_env import VecEnv
 
@@ -32,7 +40,9 @@ def _make_vec_env(practices: Sequence[Practice], deadlines: Sequence[float], gro
         return Practised(practices[int(rng.integers(len(practices)))], deadline, rng)
 
     class Lanes(VecEnv):
-        """Groups of bodies, each with touches and a deadline of its own, as stable-baselines3 wants them."""
+        """Groups of bodies, each with touches and a deadline of its own, as stable-baselines3 wants
+        them.
+        """
 
         def __init__(self) -> None:
             seen = spaces.Box(-np.inf, np.inf, (practices[0].task.n_outputs + OWN,), np.float32)
@@ -58,7 +68,12 @@ def _make_vec_env(practices: Sequence[Practice], deadlines: Sequence[float], gro
                     self.groups[k] = one = begin()
                     last = see(one.known, one.deadline)
                 seen.append(last)
-            return np.concatenate(seen), np.concatenate(rewards).astype(np.float32), np.concatenate(over), infos
+            return (
+                np.concatenate(seen),
+                np.concatenate(rewards).astype(np.float32),
+                np.concatenate(over),
+                infos,
+            )
 
         def close(self) -> None:
             pass
@@ -93,11 +108,13 @@ def train_policy(
     Parameters
     ----------
     practices
-        Sets of touches of one size, of which each group of bodies draws one an episode, and one of the ``deadlines`` [ms].
+        Sets of touches of one size, of which each group of bodies draws one an episode, and one of
+        the ``deadlines`` [ms].
     rollout, batches
         Decisions of a body between two updates, and into how many parts an update is cut.
     entropy
-        What an action that is hard to foresee earns. The rest is stable-baselines3's default, but that nothing is discounted.
+        What an action that is hard to foresee earns. The rest is stable-baselines3's default, but
+        that nothing is discounted.
 
     Raises
     ------
@@ -107,12 +124,16 @@ def train_policy(
         sb3-contrib is not installed.
     """
     if not practices or not deadlines or len({len(one.label) for one in practices}) > 1:
-        raise InvalidInput("to train, give practices of equally many touches, at least one, and a deadline [ms].")
+        raise InvalidInput(
+            "to train, give practices of equally many touches, at least one, and a deadline [ms]."
+        )
     try:
         import torch
         from sb3_contrib import RecurrentPPO
     except ImportError as error:
-        raise MissingExtra("to learn a policy needs sb3-contrib: pip install 'feeler[active]'.") from error
+        raise MissingExtra(
+            "to learn a policy needs sb3-contrib: pip install 'feeler[active]'."
+        ) from error
     torch.set_num_threads(1)  # so small a network is slower on more
     env = _make_vec_env(practices, deadlines, groups, seed)
     model = RecurrentPPO(

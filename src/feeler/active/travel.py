@@ -16,7 +16,8 @@ BIN = 0.6  # [C] mm
 
 @checked
 class TravelDecoder:
-    """What each object feels like by how far the body has gone since contact, and how much that varies.
+    """What each object feels like by how far the body has gone since contact, and how much that
+    varies.
 
     Parameters
     ----------
@@ -27,12 +28,15 @@ class TravelDecoder:
 
     Notes
     -----
-    ln p(object) = −½ Σ [(y − m)² / v + ln v] over sensors and samples since contact was noticed, with mean m and variance v of
-    each object's episodes within each 0.6 mm, the noise added. It takes neighbouring samples as independent, which they are
-    not, so that its probabilities are too sure until ``temperature`` makes up for it.
+    ln p(object) = −½ Σ [(y − m)² / v + ln v] over sensors and samples since contact was noticed,
+    with mean m and variance v of each object's episodes within each 0.6 mm, the noise added. It
+    takes neighbouring samples as independent, which they are not, so that its probabilities are too
+    sure until ``temperature`` makes up for it.
     """
 
-    def __init__(self, task: TouchTask, recorded: Recorded, temperature: Annotated[float, "> 0"] = 1.0) -> None:
+    def __init__(
+        self, task: TouchTask, recorded: Recorded, temperature: Annotated[float, "> 0"] = 1.0
+    ) -> None:
         if task.n_outputs < 2:
             raise InvalidInput("templates tell objects apart; the task asks for something else.")
         self.n_objects, self.noise, self.temperature = task.n_outputs, task.noise, temperature
@@ -58,8 +62,8 @@ class TravelDecoder:
         return np.where(after, np.maximum((way - began) // BIN, 0), -1).astype(int)
 
     def decode(self, felt: np.ndarray, base: np.ndarray) -> np.ndarray:
-        """Probability of each object (episode, sample, object) of what is felt (episode, sample, sensor) [rad] by bodies that
-        went as ``base`` (episode, sample, 4) says."""
+        """Probability of each object (episode, sample, object) of what is felt (episode, sample,
+        sensor) [rad] by bodies that went as ``base`` (episode, sample, 4) says."""
         place = np.minimum(self._place(base, self.noticer.notice(felt)), self.mean.shape[1] - 1)
         evidence = np.zeros((*place.shape, self.n_objects))
         for known in range(self.n_objects):

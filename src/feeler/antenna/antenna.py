@@ -18,8 +18,12 @@ N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
 @checked
-def make_even_sensors(n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = N_SENSORS) -> np.ndarray:
-    """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are fewer [C]."""
+def make_even_sensors(
+    n_segments: Annotated[int, "> 0"], n_sensors: Annotated[int, "> 0"] = N_SENSORS
+) -> np.ndarray:
+    """Hinge numbers (sensor,) spread evenly from hinge 1 to the last; all hinges where there are
+    fewer [C].
+    """
     if n_sensors >= n_segments:
         return np.arange(1, n_segments + 1)
     return np.unique(np.round(np.linspace(1, n_segments, n_sensors)).astype(int))
@@ -27,14 +31,17 @@ def make_even_sensors(n_segments: Annotated[int, "> 0"], n_sensors: Annotated[in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Antenna(Frozen):
-    """An antenna as data, base to tip; segment n hangs on hinge n, hinge 1 sits at the clamped base.
+    """An antenna as data, base to tip; segment n hangs on hinge n, hinge 1 sits at the clamped
+    base.
 
-    Each array holds one value per segment; a single number stands for the same value in every segment.
+    Each array holds one value per segment; a single number stands for the same value in every
+    segment.
 
     Raises
     ------
     InvalidInput
-        An array of the wrong length, not finite, or outside its range, or sensors that name no hinge.
+        An array of the wrong length, not finite, or outside its range, or sensors that name no
+        hinge.
     """
 
     segment_length: np.ndarray
@@ -57,16 +64,23 @@ class Antenna(Frozen):
     def __post_init__(self) -> None:
         n = _read_numbers("segment_length", self.segment_length).size
         if not 1 <= n <= MAX_SEGMENTS:
-            raise InvalidInput(f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values.")
+            raise InvalidInput(
+                f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values."
+            )
         for name in ("segment_length", "segment_mass", "radius"):
             self._store(name, n, positive=True)
         for name in ("stiffness", "damping"):
             self._store(name, n, positive=False)
         self._store("rest_angle", n)
         if not np.any(self.stiffness > 0):
-            raise InvalidInput("stiffness is 0 in every hinge: nothing holds the antenna. Give at least one hinge > 0.")
+            raise InvalidInput(
+                "stiffness is 0 in every hinge: nothing holds the antenna. Give at least one hinge"
+                " > 0."
+            )
         if np.any(np.abs(self.rest_angle) > np.pi):
-            raise InvalidInput(f"rest_angle must lie within ±π rad, got up to {np.abs(self.rest_angle).max():.3g}.")
+            raise InvalidInput(
+                f"rest_angle must lie within ±π rad, got up to {np.abs(self.rest_angle).max():.3g}."
+            )
         object.__setattr__(self, "sensors", _check_sensors(self.sensors, n))
         if not isinstance(self.name, str):
             raise InvalidInput(f"Antenna.name must be text, got {str(self.name)[:40]!r}.")
@@ -85,27 +99,35 @@ class Antenna(Frozen):
         damping_time: Along = 0.0,
         **fields: Any,
     ) -> "Antenna":
-        """An antenna by its making: k = E·I/ℓ in each hinge (twice that in hinge 1, which stands for half a segment), m = ρ·A·ℓ.
+        """An antenna by its making: k = E·I/ℓ in each hinge (twice that in hinge 1, which stands
+        for half a segment), m = ρ·A·ℓ.
 
-        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa], ``density`` [g/mm³] and ``damping_time`` [ms] are
-        numbers, or functions or formulas of the place x, 0 at the base and 1 at the tip: ``lambda x: 0.2 - 0.15 * x`` or
-        ``"0.2 - 0.15 * x"``. The section is a full circle of ``radius``, or a strip that bends across its ``thickness``.
-        Damping is ``damping_time`` times stiffness. Other ``fields`` (sensors, rest_angle, name) are the antenna's own.
+        ``radius``, ``width``, ``thickness`` [mm], ``modulus`` [MPa], ``density`` [g/mm³] and
+        ``damping_time`` [ms] are numbers, or functions or formulas of the place x, 0 at the base
+        and 1 at the tip: ``lambda x: 0.2 - 0.15 * x`` or ``"0.2 - 0.15 * x"``. The section is a
+        full circle of ``radius``, or a strip that bends across its ``thickness``. Damping is
+        ``damping_time`` times stiffness. Other ``fields`` (sensors, rest_angle, name) are the
+        antenna's own.
 
         Raises
         ------
         InvalidInput
             No section or two, or a quantity that is not > 0 all along.
         """
-        beam = compute_beam(length, n_segments, radius, width, thickness, modulus, density, damping_time)
+        beam = compute_beam(
+            length, n_segments, radius, width, thickness, modulus, density, damping_time
+        )
         return cls(**{**beam, **fields})
 
     @classmethod
-    def from_profile(cls, n_segments: int, *, length: float | None = None, **fields: Any) -> "Antenna":
+    def from_profile(
+        cls, n_segments: int, *, length: float | None = None, **fields: Any
+    ) -> "Antenna":
         """An antenna by its profiles: each quantity a number, an array, a profile, or a formula.
 
-        ``stiffness="37.78 * exp(-0.0827 * (n - 1))"`` is ``Exponential(base=37.78, rate=-0.0827)``; what a formula may use
-        is in :mod:`feeler.antenna.formula`. Without ``segment_length`` all segments share ``length`` [mm] evenly.
+        ``stiffness="37.78 * exp(-0.0827 * (n - 1))"`` is ``Exponential(base=37.78, rate=-0.0827)``;
+        what a formula may use is in :mod:`feeler.antenna.formula`. Without ``segment_length`` all
+        segments share ``length`` [mm] evenly.
 
         Raises
         ------
@@ -115,14 +137,17 @@ class Antenna(Frozen):
         if (length is None) == ("segment_length" not in fields):
             raise InvalidInput("give either length [mm], for even segments, or segment_length.")
         lengths = sample_quantity(fields.pop("segment_length", f"{length!r} / N"), n_segments)
-        quantities = {k: sample_quantity(v, n_segments, lengths) for k, v in fields.items() if k in QUANTITIES}
+        quantities = {
+            k: sample_quantity(v, n_segments, lengths) for k, v in fields.items() if k in QUANTITIES
+        }
         return cls(segment_length=lengths, **{**fields, **quantities})
 
     def __repr__(self) -> str:
         mass, sensors = 1e3 * self.segment_mass.sum(), self.sensors.size
         return (
-            f"Antenna {self.name!r}: {self.n_segments} segments, {self.length:.4g} mm, {mass:.4g} mg, {sensors} sensors,\n"
-            f"  stiffness {_span(self.stiffness)} N·mm/rad, damping {_span(self.damping)} N·mm·ms/rad"
+            f"Antenna {self.name!r}: {self.n_segments} segments, {self.length:.4g} mm, {mass:.4g}"
+            f" mg, {sensors} sensors,\n  stiffness {_span(self.stiffness)} N·mm/rad, damping"
+            f" {_span(self.damping)} N·mm·ms/rad"
         )
 
     def _repr_html_(self) -> str:
@@ -134,7 +159,8 @@ class Antenna(Frozen):
             values = np.full(n, values)
         if values.shape != (n,):
             raise InvalidInput(
-                f"{name} must be one number or {n} numbers (one per segment), got an array of shape {values.shape}."
+                f"{name} must be one number or {n} numbers (one per segment), got an array of shape"
+                f" {values.shape}."
             )
         _check_range(name, values, positive)
         values.setflags(write=False)
@@ -160,10 +186,11 @@ class Antenna(Frozen):
         return replace(self, **changes)
 
     def shape(self, angle: np.ndarray | None = None, base_angle: float = 0.0) -> np.ndarray:
-        """Points (…, n_segments + 1, 2) [mm] of base, hinges and tip for hinge angles (…, segment) [rad].
+        """Points (…, n_segments + 1, 2) [mm] of base, hinges and tip for hinge angles (…, segment)
+        [rad].
 
-        Segment n points along (sin φ_n, cos φ_n) with φ_n the sum of the angles up to hinge n and ``base_angle``;
-        ``angle=None`` is the posture at rest.
+        Segment n points along (sin φ_n, cos φ_n) with φ_n the sum of the angles up to hinge n and
+        ``base_angle``; ``angle=None`` is the posture at rest.
 
         Raises
         ------
@@ -180,21 +207,26 @@ class Antenna(Frozen):
         """The last of the points of :meth:`shape`, (…, 2) [mm], in a third of the time."""
         heading = self._find_heading(angle, base_angle)
         across = np.einsum("...n,n->...", np.sin(heading), self.segment_length)
-        return np.stack([across, np.einsum("...n,n->...", np.cos(heading), self.segment_length)], axis=-1)
+        return np.stack(
+            [across, np.einsum("...n,n->...", np.cos(heading), self.segment_length)], axis=-1
+        )
 
     def _find_heading(self, angle: np.ndarray | None, base_angle: float) -> np.ndarray:
         angle = self.rest_angle if angle is None else np.asarray(angle, dtype=float)
         if angle.ndim == 0 or angle.shape[-1] != self.n_segments:
             raise InvalidInput(
-                f"shape needs the angles of all {self.n_segments} hinges (…, segment), got shape {angle.shape}. "
-                "A Dataset holds the sensors' hinges only; simulate with all_hinges=True to draw it."
+                f"shape needs the angles of all {self.n_segments} hinges (…, segment), got shape"
+                f" {angle.shape}. A Dataset holds the sensors' hinges only; simulate with"
+                " all_hinges=True to draw it."
             )
         return base_angle + np.cumsum(angle, axis=-1)
 
 
 def _span(values: np.ndarray) -> str:
     """First and last value, base to tip."""
-    return f"{values[0]:.3g}" if np.all(values == values[0]) else f"{values[0]:.3g} … {values[-1]:.3g}"
+    return (
+        f"{values[0]:.3g}" if np.all(values == values[0]) else f"{values[0]:.3g} … {values[-1]:.3g}"
+    )
 
 
 def _read_numbers(name: str, values: object) -> np.ndarray:
@@ -213,7 +245,10 @@ def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:
             bad |= (values <= 0) if positive else (values < 0)
     if bad.any():
         first = int(np.argmax(bad))
-        raise InvalidInput(f"{name} must be {allowed} in every segment, got {values[first]} in segment {first + 1}.")
+        raise InvalidInput(
+            f"{name} must be {allowed} in every segment, got {values[first]} in segment"
+            f" {first + 1}."
+        )
 
 
 def _check_sensors(sensors: object, n: int) -> np.ndarray:
@@ -224,6 +259,8 @@ def _check_sensors(sensors: object, n: int) -> np.ndarray:
         raise InvalidInput(f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}.")
     numbers = numbers.astype(int)
     if numbers.ndim != 1 or numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):
-        raise InvalidInput(f"sensors must rise from base to tip within 1…{n}, got {numbers.tolist()}.")
+        raise InvalidInput(
+            f"sensors must rise from base to tip within 1…{n}, got {numbers.tolist()}."
+        )
     numbers.setflags(write=False)
     return numbers

@@ -23,7 +23,9 @@ def compute_beam(
     damping_time: Along,
 ) -> dict[str, np.ndarray]:
     """Fields of an antenna for a beam; see :meth:`feeler.Antenna.from_beam`."""
-    if (radius is None) == (width is None or thickness is None) or (width is None) != (thickness is None):
+    if (radius is None) == (width is None or thickness is None) or (width is None) != (
+        thickness is None
+    ):
         raise InvalidInput("a beam needs either radius [mm], or width and thickness [mm].")
     for name, value in (("length", length), ("n_segments", n_segments)):
         if not (np.isfinite(value) and value > 0):
@@ -32,14 +34,19 @@ def compute_beam(
     hinge = np.arange(n_segments) / n_segments
     middle = hinge + 0.5 / n_segments
     if radius is not None:
-        area, moment = np.pi * _at("radius", radius, middle) ** 2, np.pi / 4 * _at("radius", radius, hinge) ** 4
+        area, moment = (
+            np.pi * _at("radius", radius, middle) ** 2,
+            np.pi / 4 * _at("radius", radius, hinge) ** 4,
+        )
         half = _at("radius", radius, middle)
     else:
         area = _at("width", width, middle) * _at("thickness", thickness, middle)
         moment = _at("width", width, hinge) * _at("thickness", thickness, hinge) ** 3 / 12
         half = _at("thickness", thickness, middle) / 2
     stiffness = _at("modulus", modulus, hinge) * moment / size
-    stiffness[0] *= 2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
+    stiffness[0] *= (
+        2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
+    )
     return {
         "segment_length": np.full(n_segments, size),
         "segment_mass": _at("density", density, middle) * area * size,
@@ -49,13 +56,21 @@ def compute_beam(
     }
 
 
-def _at(name: str, value: Along | None, x: np.ndarray, least: float = np.nextafter(0, 1)) -> np.ndarray:
+def _at(
+    name: str, value: Along | None, x: np.ndarray, least: float = np.nextafter(0, 1)
+) -> np.ndarray:
     """A quantity at places along the beam."""
-    found = evaluate(value, {"x": x}) if isinstance(value, str) else value(x) if callable(value) else value
+    found = (
+        evaluate(value, {"x": x})
+        if isinstance(value, str)
+        else value(x)
+        if callable(value)
+        else value
+    )
     values = np.broadcast_to(np.asarray(found, dtype=float), x.shape).copy()
     if not np.all(np.isfinite(values) & (values >= least)):
         raise InvalidInput(
-            f"{name} must be finite and {'>' if least else '≥'} 0 all along the beam, got {values.min():.4g} to "
-            f"{values.max():.4g}."
+            f"{name} must be finite and {'>' if least else '≥'} 0 all along the beam, got"
+            f" {values.min():.4g} to {values.max():.4g}."
         )
     return values

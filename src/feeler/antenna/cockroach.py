@@ -13,33 +13,49 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 _LINEAR = (
-    "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60 (18.4 Hz, ζ 0.55; "
-    "deflection ratios 0.56 and 0.77 instead of 0.22 and 0.55)"
+    "fitted to the reconstructed targets, no hinge softer than the exponential tip: error 1.60"
+    " (18.4 Hz, ζ 0.55; deflection ratios 0.56 and 0.77 instead of 0.22 and 0.55)"
 )
 _CONSTANT = (
-    "fitted to the reconstructed targets: error 1.89 (17.8 Hz, ζ 0.54; deflection ratios 0.62 and 0.82 instead of 0.22 "
-    "and 0.55)"
+    "fitted to the reconstructed targets: error 1.89 (17.8 Hz, ζ 0.54; deflection ratios 0.62 and"
+    " 0.82 instead of 0.22 and 0.55)"
 )
 
 FACTS: dict[str, Fact] = {
-    "n_segments": Fact(value=140, unit="1", tag="P+A", note="rigid links, hinge n proximal to link n"),
-    "length": Fact(value=42.0, unit="mm", tag="D", note="±0.5; the proximal 5 mm are held in forceps"),
-    "segment_length_low": Fact(value=0.00349, unit="1/length", tag="D", note="sigmoid of the length share; form [P]"),
+    "n_segments": Fact(
+        value=140, unit="1", tag="P+A", note="rigid links, hinge n proximal to link n"
+    ),
+    "length": Fact(
+        value=42.0, unit="mm", tag="D", note="±0.5; the proximal 5 mm are held in forceps"
+    ),
+    "segment_length_low": Fact(
+        value=0.00349, unit="1/length", tag="D", note="sigmoid of the length share; form [P]"
+    ),
     "segment_length_rise": Fact(value=0.00588, unit="1/length", tag="D"),
     "segment_length_slope": Fact(value=11.06, unit="1", tag="D"),
     "segment_length_centre": Fact(value=0.377, unit="1", tag="D"),
-    "collision_radius": Fact(value=0.225, unit="mm", tag="D", note="constant [P]; 0.22 to 0.23 [D]"),
-    "radius_base": Fact(
-        value=0.20, unit="mm", tag="D", note="of the mass profile; (0.15, 0.055) and (0.25, 0.049) fit too"
+    "collision_radius": Fact(
+        value=0.225, unit="mm", tag="D", note="constant [P]; 0.22 to 0.23 [D]"
     ),
-    "radius_tip": Fact(value=0.052, unit="mm", tag="D", note="of the mass profile; well constrained"),
+    "radius_base": Fact(
+        value=0.20,
+        unit="mm",
+        tag="D",
+        note="of the mass profile; (0.15, 0.055) and (0.25, 0.049) fit too",
+    ),
+    "radius_tip": Fact(
+        value=0.052, unit="mm", tag="D", note="of the mass profile; well constrained"
+    ),
     "density": Fact(value=1.1e-3, unit="g/mm³", tag="D", note="constant [P]"),
     "stiffness_base": Fact(value=37.78, unit="N·mm/rad", tag="P", note="p1; unit [D]"),
     "stiffness_rate": Fact(value=-0.0827, unit="1/joint", tag="P", note="p3; equation [A]"),
     "damping_base": Fact(value=25.24, unit="N·mm·ms/rad", tag="P", note="p2; unit [D]"),
     "damping_rate": Fact(value=-0.0533, unit="1/joint", tag="P", note="p4; equation [A]"),
     "n_sensors": Fact(
-        value=56, unit="1", tag="P", note="their places are not published [C]: evenly spaced in segment number"
+        value=56,
+        unit="1",
+        tag="P",
+        note="their places are not published [C]: evenly spaced in segment number",
     ),
     "linear_stiffness_base": Fact(value=0.572, unit="N·mm/rad", tag="D+C", note=_LINEAR),
     "linear_stiffness_tip": Fact(value=3.85e-4, unit="N·mm/rad", tag="D+C", note=_LINEAR),
@@ -60,11 +76,13 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
     Parameters
     ----------
     profile
-        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and damping, fitted to the
-        same targets; neither can meet the deflection ratios. ``matched``: constant stiffness with the same total
-        compliance Σ 1/k_n, so that profile and overall softness are not confounded.
+        ``exponential``: the published fit. ``linear``, ``constant``: their own stiffness and
+        damping, fitted to the same targets; neither can meet the deflection ratios. ``matched``:
+        constant stiffness with the same total compliance Σ 1/k_n, so that profile and overall
+        softness are not confounded.
     sensors
-        ``even`` (56 over all hinges), ``distal`` (every second hinge of the distal 112) or ``all`` [C].
+        ``even`` (56 over all hinges), ``distal`` (every second hinge of the distal 112) or ``all``
+        [C].
 
     Returns
     -------
@@ -77,14 +95,22 @@ def cockroach(profile: str = "exponential", *, sensors: str = "even") -> Antenna
 
 
 def list_sources(profile: str) -> dict[str, Source]:
-    """Formulas and sources of the quantities of :func:`cockroach`, in few words; none for other antennas."""
+    """Formulas and sources of the quantities of :func:`cockroach`, in few words; none for other
+    antennas.
+    """
     if profile not in PROFILE_NAMES:
         return {}
-    low, rise, slope, centre = (_v(f"segment_length_{part}") for part in ("low", "rise", "slope", "centre"))
+    low, rise, slope, centre = (
+        _v(f"segment_length_{part}") for part in ("low", "rise", "slope", "centre")
+    )
     share = f"{low!r} + {rise!r} / (1 + exp(-{slope!r} * (x - {centre!r})))"
     base, tip = _v("radius_base"), _v("radius_tip")
     sources = {
-        "segment_length": ("D", "length and its sigmoid share; the form is [P]", f"spread({_v('length')!r}, {share})"),
+        "segment_length": (
+            "D",
+            "length and its sigmoid share; the form is [P]",
+            f"spread({_v('length')!r}, {share})",
+        ),
         "segment_mass": (
             "D",
             "constant density [P], radius falling exponentially",
@@ -96,9 +122,17 @@ def list_sources(profile: str) -> dict[str, Source]:
     for name in ("stiffness", "damping"):
         if profile == "exponential":
             base, rate = _v(f"{name}_base"), _v(f"{name}_rate")
-            sources[name] = ("P", "exponential fit; its unit is [D]", f"{base!r} * exp({rate!r} * (n - 1))")
+            sources[name] = (
+                "P",
+                "exponential fit; its unit is [D]",
+                f"{base!r} * exp({rate!r} * (n - 1))",
+            )
         else:
-            sources[name] = ("C", f"control profile {profile!r}, matched to the exponential antenna", "")
+            sources[name] = (
+                "C",
+                f"control profile {profile!r}, matched to the exponential antenna",
+                "",
+            )
     return {
         name: Source(tag=tag, reference=PAPER, note=note, formula=formula)
         for name, (tag, note, formula) in sources.items()
@@ -150,7 +184,9 @@ def _sensors(placement: str, n: int) -> np.ndarray:
         return np.arange(n - 111, n + 1, 2)
     if placement == "all":
         return np.arange(1, n + 1)
-    raise InvalidInput(f"unknown sensor placement {placement!r}; valid: {', '.join(SENSOR_PLACEMENTS)}.")
+    raise InvalidInput(
+        f"unknown sensor placement {placement!r}; valid: {', '.join(SENSOR_PLACEMENTS)}."
+    )
 
 
 def _control(exponential: Antenna, profile: str) -> Antenna:
@@ -161,10 +197,15 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
     family, names = (Constant, ("value",)) if profile == "constant" else (Linear, ("base", "tip"))
 
     def sample(quantity: str) -> np.ndarray:
-        keys = [f"{profile}_{quantity}" if name == "value" else f"{profile}_{quantity}_{name}" for name in names]
+        keys = [
+            f"{profile}_{quantity}" if name == "value" else f"{profile}_{quantity}_{name}"
+            for name in names
+        ]
         return family(**{name: _v(key) for name, key in zip(names, keys, strict=True)}).sample(n)
 
-    return exponential.replace(stiffness=sample("stiffness"), damping=sample("damping"), name=profile)
+    return exponential.replace(
+        stiffness=sample("stiffness"), damping=sample("damping"), name=profile
+    )
 
 
 def _match_damping(control: Antenna, reference: Antenna) -> Antenna:

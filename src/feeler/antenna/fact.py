@@ -14,7 +14,9 @@ PAPER = "Meng, McDonnell, Jayaram, Mongeau 2025, doi:10.1101/2025.10.20.683587"
 
 @dataclass(frozen=True, kw_only=True)
 class Fact:
-    """One number (or short tuple) of a model: value, unit, source tag, reference, and what it means."""
+    """One number (or short tuple) of a model: value, unit, source tag, reference, and what it
+    means.
+    """
 
     value: float | tuple[float, ...]
     unit: str

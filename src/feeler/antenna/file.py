@@ -11,10 +11,11 @@
     base = 37.78
     rate = -0.0827
 
-and likewise [segment_length], [segment_mass], [radius], [damping] and, if need be, [rest_angle]; [sensors] has
-``hinges = [1, 4, …]``. In the place of a profile, ``formula = "37.78 * exp(-0.0827 * (n - 1))"`` may use the segment's number
-n of N, x = (n − ½) / N, its length l and the place s of its middle (0 base, 1 tip). An antenna by its making has, in the place
-of these, [beam.length], [beam.radius] (or width and thickness), [beam.modulus], [beam.density] and [beam.damping_time], each
+and likewise [segment_length], [segment_mass], [radius], [damping] and, if need be, [rest_angle];
+[sensors] has ``hinges = [1, 4, …]``. In the place of a profile, ``formula = "37.78 * exp(-0.0827 *
+(n - 1))"`` may use the segment's number n of N, x = (n − ½) / N, its length l and the place s of
+its middle (0 base, 1 tip). An antenna by its making has, in the place of these, [beam.length],
+[beam.radius] (or width and thickness), [beam.modulus], [beam.density] and [beam.damping_time], each
 with ``unit`` and ``value`` or a ``formula`` of the place x; see :meth:`feeler.Antenna.from_beam`.
 """
 
@@ -62,10 +63,13 @@ def read_antenna_file(path: str | os.PathLike) -> AntennaFile:
 
 
 @checked
-def save_antenna(antenna: Antenna, path: str | os.PathLike, sources: dict[str, Source] | None = None) -> None:
+def save_antenna(
+    antenna: Antenna, path: str | os.PathLike, sources: dict[str, Source] | None = None
+) -> None:
     """Write an antenna as TOML; :func:`load_antenna` gives back each number to the last bit.
 
-    Where a source holds a formula, and the formula gives the antenna's numbers to the last bit, it is written in their place.
+    Where a source holds a formula, and the formula gives the antenna's numbers to the last bit, it
+    is written in their place.
 
     Raises
     ------
@@ -88,16 +92,36 @@ def write_antenna(antenna: Antenna, sources: dict[str, Source] | None = None) ->
     sources = sources or {}
     unknown = sources.keys() - UNITS.keys() - {"sensors", *(f"beam.{key}" for key in BEAM_UNITS)}
     if unknown:
-        raise InvalidInput(f"no quantity {min(unknown)!r}; sources may name {', '.join(UNITS)}, sensors.")
-    lines = [f"schema = {_quote(SCHEMA)}", f"name = {_quote(antenna.name)}", f"n_segments = {antenna.n_segments}"]
+        raise InvalidInput(
+            f"no quantity {min(unknown)!r}; sources may name {', '.join(UNITS)}, sensors."
+        )
+    lines = [
+        f"schema = {_quote(SCHEMA)}",
+        f"name = {_quote(antenna.name)}",
+        f"n_segments = {antenna.n_segments}",
+    ]
     beam = _find_beam(antenna, sources)
     tables = {name: BEAM_UNITS[name.removeprefix("beam.")] for name in beam}
     tables |= {name: units for name, units in UNITS.items() if not (beam and name in OF_BEAM)}
     for name, units in tables.items():
-        lines += ["", f"[{name}]", f"unit = {_quote(next(iter(units)))}", *_write_source(sources.get(name))]
-        formula = beam[name].formula if name in beam else _find_formula(antenna, name, sources.get(name))
-        lines += [f"formula = {_quote(formula)}"] if formula else _write_values(getattr(antenna, name))
-    lines += ["", "[sensors]", *_write_source(sources.get("sensors")), f"hinges = {antenna.sensors.tolist()}"]
+        lines += [
+            "",
+            f"[{name}]",
+            f"unit = {_quote(next(iter(units)))}",
+            *_write_source(sources.get(name)),
+        ]
+        formula = (
+            beam[name].formula if name in beam else _find_formula(antenna, name, sources.get(name))
+        )
+        lines += (
+            [f"formula = {_quote(formula)}"] if formula else _write_values(getattr(antenna, name))
+        )
+    lines += [
+        "",
+        "[sensors]",
+        *_write_source(sources.get("sensors")),
+        f"hinges = {antenna.sensors.tolist()}",
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -107,7 +131,9 @@ def _find_beam(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Source
     if not beam:
         return {}
     made = make_beam(beam, antenna.n_segments)
-    return beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in OF_BEAM) else {}
+    return (
+        beam if all(np.array_equal(made[name], getattr(antenna, name)) for name in OF_BEAM) else {}
+    )
 
 
 def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
@@ -146,7 +172,9 @@ def _quote(text: str) -> str:
 def read_toml_text(path: str | os.PathLike) -> str:
     """The text of a small UTF-8 file; refuses what is no regular file or too large."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # a pipe must not make us wait
+        descriptor = os.open(
+            path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC
+        )  # a pipe must not make us wait
     except (OSError, ValueError) as error:
         raise InvalidInput(
             f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}. Check the path."
@@ -160,4 +188,6 @@ def read_toml_text(path: str | os.PathLike) -> str:
     try:
         return raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        raise InvalidInput(f"{path} is not UTF-8 text (byte {error.start}). Save it as UTF-8.") from error
+        raise InvalidInput(
+            f"{path} is not UTF-8 text (byte {error.start}). Save it as UTF-8."
+        ) from error

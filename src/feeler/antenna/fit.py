@@ -20,7 +20,9 @@ class SigmoidFit:
     x: np.ndarray
     """Relative segment numbers (segment,), (n − 0.5) / N."""
     share: np.ndarray
-    """Length shares (antenna, segment) of an antenna of N segments; an antenna with another count is interpolated."""
+    """Length shares (antenna, segment) of an antenna of N segments; an antenna with another count
+    is interpolated.
+    """
     squared_residual: float
     """Squared norm of the residual of the antennae's mean, Σ (mean − sigmoid)²."""
     squared_residual_pooled: float
@@ -28,7 +30,8 @@ class SigmoidFit:
 
 
 def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) -> SigmoidFit:
-    """Least-squares sigmoid through the segment lengths of several antennae (Supplementary Methods; Fig. S1).
+    """Least-squares sigmoid through the segment lengths of several antennae (Supplementary Methods;
+    Fig. S1).
 
     Parameters
     ----------
@@ -42,7 +45,9 @@ def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) ->
     InvalidInput
         No antenna, fewer than 8 segments, or lengths that are not finite and > 0.
     """
-    arrays = [_check(np.asarray(values, dtype=float), number) for number, values in enumerate(lengths, 1)]
+    arrays = [
+        _check(np.asarray(values, dtype=float), number) for number, values in enumerate(lengths, 1)
+    ]
     if not arrays:
         raise InvalidInput("give the segment lengths of at least one antenna.")
     n = max(a.size for a in arrays) if n_segments is None else n_segments
@@ -75,10 +80,14 @@ def _make(p: np.ndarray) -> Sigmoid:
 def _check(values: np.ndarray, number: int) -> np.ndarray:
     if values.ndim != 1 or values.size < MIN_SEGMENTS:
         raise InvalidInput(
-            f"antenna {number} needs a row of at least {MIN_SEGMENTS} lengths, got shape {values.shape}."
+            f"antenna {number} needs a row of at least {MIN_SEGMENTS} lengths, got shape"
+            f" {values.shape}."
         )
     if not (np.isfinite(values).all() and np.all(values > 0)):
-        raise InvalidInput(f"antenna {number} has segment lengths that are not finite and > 0. Leave the antenna out.")
+        raise InvalidInput(
+            f"antenna {number} has segment lengths that are not finite and > 0. Leave the antenna"
+            " out."
+        )
     return values
 
 

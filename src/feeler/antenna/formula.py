@@ -1,4 +1,6 @@
-"""Formulas: one line of arithmetic that stands for a number in every segment; read, never run as Python."""
+"""Formulas: one line of arithmetic that stands for a number in every segment; read, never run as
+Python.
+"""
 
 import ast
 import operator
@@ -34,7 +36,8 @@ FUNCTIONS: dict[str, Callable] = {
 
 
 def list_names(n_segments: int, segment_length: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """What a formula may use: ``n`` (1 … N), ``N``, ``x`` = (n − ½) / N; with lengths also ``l`` and ``s``.
+    """What a formula may use: ``n`` (1 … N), ``N``, ``x`` = (n − ½) / N; with lengths also ``l``
+    and ``s``.
 
     ``l`` is the segment's length [mm], ``s`` its middle as a fraction of the antenna's length.
     """
@@ -73,8 +76,8 @@ def evaluate(formula: str, names: Mapping[str, np.ndarray]) -> np.ndarray:
             case ast.Call(func=ast.Name(id=name), keywords=[]) if name in FUNCTIONS:
                 return FUNCTIONS[name](*map(value, node.args))
         raise InvalidInput(
-            f"{ast.unparse(node)[:40]!r} is not understood in a formula; valid: numbers, + - * / ** ( ), "
-            f"{', '.join(known)}, {', '.join(f'{name}()' for name in FUNCTIONS)}."
+            f"{ast.unparse(node)[:40]!r} is not understood in a formula; valid: numbers, + - * / **"
+            f" ( ), {', '.join(known)}, {', '.join(f'{name}()' for name in FUNCTIONS)}."
         )
 
     try:
@@ -82,7 +85,15 @@ def evaluate(formula: str, names: Mapping[str, np.ndarray]) -> np.ndarray:
             return np.asarray(value(ast.parse(formula.strip(), mode="eval").body), dtype=float)
     except InvalidInput:
         raise
-    except (SyntaxError, ValueError, TypeError, OverflowError, RecursionError, MemoryError) as error:
+    except (
+        SyntaxError,
+        ValueError,
+        TypeError,
+        OverflowError,
+        RecursionError,
+        MemoryError,
+    ) as error:
         raise InvalidInput(
-            f"{formula[:60]!r} is no formula ({str(error)[:60]}); as in 37.78 * exp(-0.0827 * (n - 1))."
+            f"{formula[:60]!r} is no formula ({str(error)[:60]}); as in 37.78 * exp(-0.0827 * (n -"
+            " 1))."
         ) from error

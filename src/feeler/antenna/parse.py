@@ -57,7 +57,9 @@ class Source:
 
     def __post_init__(self) -> None:
         if self.tag and not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
-            raise InvalidInput(f"tag must be one of {', '.join(SOURCE_TAGS)} (joined by +), got {self.tag[:40]!r}.")
+            raise InvalidInput(
+                f"tag must be one of {', '.join(SOURCE_TAGS)} (joined by +), got {self.tag[:40]!r}."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,18 +78,35 @@ def make_beam(sources: dict[str, Source], n_segments: int) -> dict[str, np.ndarr
     InvalidInput
         A length, modulus or density is missing, or a formula is not understood.
     """
-    given = {name.removeprefix("beam."): source.formula for name, source in sources.items() if name.startswith("beam.")}
+    given = {
+        name.removeprefix("beam."): source.formula
+        for name, source in sources.items()
+        if name.startswith("beam.")
+    }
     missing = [key for key in ("length", "modulus", "density") if key not in given]
     if missing:
-        raise InvalidInput(f"a beam needs length, modulus and density; missing: {', '.join(missing)}")
-    optional: dict[str, Any] = {"radius": None, "width": None, "thickness": None, "damping_time": 0.0}
+        raise InvalidInput(
+            f"a beam needs length, modulus and density; missing: {', '.join(missing)}"
+        )
+    optional: dict[str, Any] = {
+        "radius": None,
+        "width": None,
+        "thickness": None,
+        "damping_time": 0.0,
+    }
     return compute_beam(
-        **{**optional, **given, "length": float(evaluate(given["length"], {})), "n_segments": n_segments}
+        **{
+            **optional,
+            **given,
+            "length": float(evaluate(given["length"], {})),
+            "n_segments": n_segments,
+        }
     )
 
 
 def parse_antenna(text: str, source: str = "text") -> AntennaFile:
-    """The antenna in a TOML text and the sources of its numbers; ``source`` names the text in errors.
+    """The antenna in a TOML text and the sources of its numbers; ``source`` names the text in
+    errors.
 
     Raises
     ------
@@ -124,25 +143,36 @@ class _Reader:
         for quantity in UNITS:
             if quantity in content:
                 table = self.table(quantity, content[quantity])
-                values[quantity], formula = self.quantity(quantity, table, n, values.get("segment_length"))
+                values[quantity], formula = self.quantity(
+                    quantity, table, n, values.get("segment_length")
+                )
                 sources[quantity] = self.source(quantity, table, formula)
             elif quantity in values:
                 continue
             elif quantity not in _OPTIONAL:
-                self.fail("", quantity, f"is missing; a file has the tables {', '.join(UNITS)} and sensors")
+                self.fail(
+                    "",
+                    quantity,
+                    f"is missing; a file has the tables {', '.join(UNITS)} and sensors",
+                )
         sensors = self.table("sensors", content.get("sensors", {}))
         self.check_keys("sensors", sensors, ("hinges", *SOURCE_KEYS))
         values["sensors"] = self.hinges(sensors.get("hinges"), n)
         if sensors:
             sources["sensors"] = self.source("sensors", sensors)
         antenna = self.attempt("", "", lambda: Antenna(**values, name=name))
-        return AntennaFile(antenna=antenna, sources={key: item for key, item in sources.items() if item != Source()})
+        return AntennaFile(
+            antenna=antenna,
+            sources={key: item for key, item in sources.items() if item != Source()},
+        )
 
     def fail(self, table: str, key: str, words: str, cause: Exception | None = None) -> None:
         place = self.line(table, key)
         where = f" line {place}" if place else ""
         name = ".".join(part for part in (table, key) if part)
-        raise InvalidInput(f"{self._source}{where}{', ' + name if name else ''}: {words}.") from cause
+        raise InvalidInput(
+            f"{self._source}{where}{', ' + name if name else ''}: {words}."
+        ) from cause
 
     def line(self, table: str, key: str) -> int:
         """Line of ``key`` in ``[table]``, or of the table's header; 0 where neither can be found."""
@@ -164,7 +194,9 @@ class _Reader:
                 return make()
         except InvalidInput as error:
             words = str(error).rstrip(".")
-            quantity = next((name for name in UNITS if not table and words.startswith(f"{name} ")), "")
+            quantity = next(
+                (name for name in UNITS if not table and words.startswith(f"{name} ")), ""
+            )
             self.fail(table or quantity, key, words, error)
         except (TypeError, ValueError, OverflowError) as error:
             self.fail(table, key, str(error)[:120], error)
@@ -182,12 +214,16 @@ class _Reader:
     def text(self, table: str, key: str, value: Any) -> str:
         most = MAX_NAME if key == "name" else MAX_NOTE
         if not isinstance(value, str) or len(value) > most:
-            self.fail(table, key, f"must be a text of at most {most} characters, got {str(value)[:40]!r}")
+            self.fail(
+                table, key, f"must be a text of at most {most} characters, got {str(value)[:40]!r}"
+            )
         return value
 
     def whole(self, table: str, key: str, value: Any, low: int, high: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            self.fail(table, key, f"must be a whole number from {low} to {high}, got {str(value)[:40]}")
+            self.fail(
+                table, key, f"must be a whole number from {low} to {high}, got {str(value)[:40]}"
+            )
         return value
 
     def number(self, table: str, key: str, value: Any) -> float:
@@ -197,19 +233,25 @@ class _Reader:
 
     def numbers(self, table: str, key: str, value: Any, most: int) -> list[float]:
         if not isinstance(value, list) or len(value) > most:
-            self.fail(table, key, f"must be a list of at most {most} numbers, got {str(value)[:40]}")
+            self.fail(
+                table, key, f"must be a list of at most {most} numbers, got {str(value)[:40]}"
+            )
         return [self.number(table, key, item) for item in value]
 
     def source(self, table: str, content: dict[str, Any], formula: str = "") -> Source:
         texts = {key: self.text(table, key, content.get(key, "")) for key in SOURCE_KEYS}
         return self.attempt(table, "tag", lambda: Source(**texts, formula=formula))
 
-    def beam(self, tables: dict[str, Any], content: dict[str, Any], n: int) -> tuple[dict[str, Any], dict[str, Source]]:
+    def beam(
+        self, tables: dict[str, Any], content: dict[str, Any], n: int
+    ) -> tuple[dict[str, Any], dict[str, Source]]:
         """What [beam.length], [beam.radius] … make, and their sources."""
         self.check_keys("beam", tables, tuple(BEAM_UNITS))
         for quantity in OF_BEAM:
             if quantity in content:
-                self.fail("", quantity, "is given twice, by [beam] and by its own table; leave one out")
+                self.fail(
+                    "", quantity, "is given twice, by [beam] and by its own table; leave one out"
+                )
         sources = {}
         for key, raw in tables.items():
             name = f"beam.{key}"
@@ -228,18 +270,26 @@ class _Reader:
     def scale(formula: str, factor: float) -> str:
         return formula if factor == 1.0 else f"({formula}) * {factor!r}"
 
-    def quantity(self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None) -> tuple[np.ndarray, str]:
+    def quantity(
+        self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None
+    ) -> tuple[np.ndarray, str]:
         """The values, and the formula that gave them."""
         factor = self.unit(name, table, UNITS[name])
         forms = [key for key in ("value", "values", "profile", "formula") if key in table]
         if len(forms) != 1:
             self.fail(
-                name, "", f"needs exactly one of value, values, profile, formula; got {', '.join(forms) or 'none'}"
+                name,
+                "",
+                "needs exactly one of value, values, profile, formula; got"
+                f" {', '.join(forms) or 'none'}",
             )
         if forms == ["formula"]:
             self.check_keys(name, table, ("unit", "formula", *SOURCE_KEYS))
             formula = self.scale(self.text(name, "formula", table["formula"]), factor)
-            return self.attempt(name, "formula", lambda: sample_quantity(formula, n, lengths)), formula
+            return (
+                self.attempt(name, "formula", lambda: sample_quantity(formula, n, lengths)),
+                formula,
+            )
         if forms == ["profile"]:
             values = self.profile(name, table, n)
         else:
@@ -250,12 +300,21 @@ class _Reader:
             else:
                 values = np.array(self.numbers(name, "values", values, MAX_SEGMENTS), dtype=float)
         if values.shape != (n,):
-            self.fail(name, "values", f"must be {n} numbers, one per segment (n_segments), got {values.size}")
+            self.fail(
+                name,
+                "values",
+                f"must be {n} numbers, one per segment (n_segments), got {values.size}",
+            )
         with np.errstate(over="ignore"):
             return (values if factor == 1.0 else values * factor), ""
 
     def unit(self, name: str, table: dict[str, Any], valid: dict[str, float]) -> float:
-        unit = self.text(name, "unit", table.get("unit", "")).replace("*", "·").replace("μ", "µ").replace("m3", "m³")
+        unit = (
+            self.text(name, "unit", table.get("unit", ""))
+            .replace("*", "·")
+            .replace("μ", "µ")
+            .replace("m3", "m³")
+        )
         unit = re.sub(r"^u(?=[mNg])", "µ", unit)
         if unit not in valid:
             self.fail(name, "unit", f"must be one of {', '.join(valid)}, got {unit[:40]!r}")
@@ -269,7 +328,9 @@ class _Reader:
         self.check_keys(name, table, ("unit", "profile", *SOURCE_KEYS, *keys))
         missing = [key for key in keys if key not in table]
         if missing:
-            self.fail(name, "profile", f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}")
+            self.fail(
+                name, "profile", f"{kind} needs {', '.join(keys)}; missing: {', '.join(missing)}"
+            )
         values: dict[str, Any] = {}
         for key in keys:
             values[key] = (
@@ -283,7 +344,11 @@ class _Reader:
         if value is None:
             return None
         if not isinstance(value, list) or not 1 <= len(value) <= n:
-            self.fail("sensors", "hinges", f"must be a list of 1 to {n} hinge numbers, got {str(value)[:40]}")
+            self.fail(
+                "sensors",
+                "hinges",
+                f"must be a list of 1 to {n} hinge numbers, got {str(value)[:40]}",
+            )
         hinges = [self.whole("sensors", "hinges", item, 1, n) for item in value]
         if any(b <= a for a, b in itertools.pairwise(hinges)):
             self.fail("sensors", "hinges", "must rise from base to tip")

@@ -1,4 +1,6 @@
-"""Profiles: one quantity along the antenna as a function of segment number, described by a few numbers."""
+"""Profiles: one quantity along the antenna as a function of segment number, described by a few
+numbers.
+"""
 
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -26,7 +28,10 @@ def _check_finite(profile: "DataclassInstance") -> None:
     for field in fields(profile):
         value = np.asarray(getattr(profile, field.name), dtype=float)
         if not np.all(np.isfinite(value)):
-            raise InvalidInput(f"{type(profile).__name__}.{field.name} must be finite, got {value}. Give real numbers.")
+            raise InvalidInput(
+                f"{type(profile).__name__}.{field.name} must be finite, got {value}. Give real"
+                " numbers."
+            )
 
 
 def _check_count(n_segments: int) -> None:
@@ -39,7 +44,8 @@ def _check_count(n_segments: int) -> None:
 class Exponential:
     """``base * exp(rate * (n - 1))`` for segment n = 1, 2, … (Methods, antenna model).
 
-    base: value at segment 1. rate: change of the logarithm per segment; negative falls towards the tip.
+    base: value at segment 1. rate: change of the logarithm per segment; negative falls towards the
+    tip.
     """
 
     base: float
@@ -90,7 +96,9 @@ class Constant:
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Sigmoid:
-    """``low + rise / (1 + exp(-slope * (x - centre)))`` at the segment's relative number x = (n - 0.5) / N."""
+    """``low + rise / (1 + exp(-slope * (x - centre)))`` at the segment's relative number x = (n -
+    0.5) / N.
+    """
 
     low: float
     rise: float
@@ -107,13 +115,17 @@ class Sigmoid:
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Values at relative segment numbers ``x`` between 0 and 1."""
-        return self.low + self.rise / (1.0 + np.exp(-self.slope * (np.asarray(x, dtype=float) - self.centre)))
+        return self.low + self.rise / (
+            1.0 + np.exp(-self.slope * (np.asarray(x, dtype=float) - self.centre))
+        )
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Tabulated:
-    """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines between them."""
+    """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines
+    between them.
+    """
 
     x: tuple[float, ...]
     values: tuple[float, ...]
@@ -122,10 +134,13 @@ class Tabulated:
         _check_finite(self)
         if len(self.x) != len(self.values) or len(self.x) < 2:
             raise InvalidInput(
-                f"Tabulated needs x and values of one length ≥ 2, got {len(self.x)} and {len(self.values)}."
+                f"Tabulated needs x and values of one length ≥ 2, got {len(self.x)} and"
+                f" {len(self.values)}."
             )
         if np.any(np.diff(self.x) <= 0):
-            raise InvalidInput(f"Tabulated.x must rise strictly, got {tuple(self.x)}. Sort the table by x.")
+            raise InvalidInput(
+                f"Tabulated.x must rise strictly, got {tuple(self.x)}. Sort the table by x."
+            )
 
     def sample(self, n_segments: int) -> np.ndarray:
         """Values (segment,); outside the table the nearest end's value."""
@@ -133,15 +148,21 @@ class Tabulated:
         return np.interp((np.arange(n_segments) + 0.5) / n_segments, self.x, self.values)
 
 
-PROFILES = {cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid, Tabulated)}
+PROFILES = {
+    cls.__name__.lower(): cls for cls in (Exponential, Linear, Constant, Sigmoid, Tabulated)
+}
 
 
-def sample_quantity(value: Any, n_segments: int, segment_length: np.ndarray | None = None) -> np.ndarray:
+def sample_quantity(
+    value: Any, n_segments: int, segment_length: np.ndarray | None = None
+) -> np.ndarray:
     """Values (segment,) of a number, an array, a profile or a formula."""
     _check_count(n_segments)
     if isinstance(value, Profile):
         return value.sample(n_segments)
     found = (
-        evaluate(value, list_names(n_segments, segment_length)) if isinstance(value, str) else np.asarray(value, float)
+        evaluate(value, list_names(n_segments, segment_length))
+        if isinstance(value, str)
+        else np.asarray(value, float)
     )
     return np.full(n_segments, found) if found.ndim == 0 else found

@@ -1,4 +1,6 @@
-"""Sampled antennas: one antenna in many variants, so that what learns from touch does not rely on one (domain randomisation)."""
+"""Sampled antennas: one antenna in many variants, so that what learns from touch does not rely on
+one (domain randomisation).
+"""
 
 from collections.abc import Sequence
 from typing import Any, overload
@@ -13,21 +15,24 @@ from feeler.errors import InvalidInput
 
 
 class SampledAntennas(Sequence[Antenna]):
-    """Variants of one antenna, each made when it is asked for; ``touch`` gives trial k number k modulo their number.
+    """Variants of one antenna, each made when it is asked for; ``touch`` gives trial k number k
+    modulo their number.
 
     Attributes
     ----------
     antenna
         What they are variants of.
     columns
-        By name, what each is multiplied by: ``stiffness``, ``damping``, ``mass``; and ``gradient``, which is added to the
-        logarithm of the stiffness along the antenna, −½ of it at the base and ½ at the tip. They become the coordinates
-        ``antenna_stiffness`` … of the touches.
+        By name, what each is multiplied by: ``stiffness``, ``damping``, ``mass``; and ``gradient``,
+        which is added to the logarithm of the stiffness along the antenna, −½ of it at the base and
+        ½ at the tip. They become the coordinates ``antenna_stiffness`` … of the touches.
     recipe
         Plain data that make the same again.
     """
 
-    def __init__(self, antenna: Antenna, columns: dict[str, np.ndarray], recipe: dict[str, Any]) -> None:
+    def __init__(
+        self, antenna: Antenna, columns: dict[str, np.ndarray], recipe: dict[str, Any]
+    ) -> None:
         self.antenna, self.columns, self.recipe = antenna, columns, recipe
 
     def __len__(self) -> int:
@@ -68,7 +73,8 @@ def sample_antennas(
     gradient: Spread = (-0.5, 0.5),
     seed: int = 0,
 ) -> SampledAntennas:
-    """Random variants of an antenna: as stiff, damped and heavy as ranges or distributions say; geometry stays.
+    """Random variants of an antenna: as stiff, damped and heavy as ranges or distributions say;
+    geometry stays.
 
     The k-th is the same however many are drawn. All defaults are choices [C].
 
@@ -77,11 +83,11 @@ def sample_antennas(
     antenna
         Default: the cockroach's.
     stiffness, damping, mass
-        Factors, > 0: a number, a range (low, high), a list of choices, a ``LogRange`` or a frozen distribution of
-        scipy.stats.
+        Factors, > 0: a number, a range (low, high), a list of choices, a ``LogRange`` or a frozen
+        distribution of scipy.stats.
     gradient
-        Added to the logarithm of the stiffness along the antenna: at the tip it is exp(gradient) times as stiff, relative
-        to the base, as it was.
+        Added to the logarithm of the stiffness along the antenna: at the tip it is exp(gradient)
+        times as stiff, relative to the base, as it was.
 
     Raises
     ------
@@ -90,9 +96,14 @@ def sample_antennas(
     """
     antenna, n = antenna or cockroach(), check_count(n)
     spreads = {"stiffness": stiffness, "damping": damping, "mass": mass, "gradient": gradient}
-    columns = {name: spread_out(s, name, draw_shares(seed, f"antenna {name}", n)) for name, s in spreads.items()}
+    columns = {
+        name: spread_out(s, name, draw_shares(seed, f"antenna {name}", n))
+        for name, s in spreads.items()
+    }
     for name in ("stiffness", "damping", "mass"):
         if columns[name].min() <= 0:
-            raise InvalidInput(f"{name} is a factor > 0, got {columns[name].min():.3g} from {spreads[name]!r}.")
+            raise InvalidInput(
+                f"{name} is a factor > 0, got {columns[name].min():.3g} from {spreads[name]!r}."
+            )
     recipe = {name: describe_spread(spread) for name, spread in spreads.items()}
     return SampledAntennas(antenna, columns, {**recipe, "n": n, "seed": int(seed)})

@@ -12,7 +12,9 @@ STEP = 1e-3  # of a parameter's typical change
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """A fitted profile: (quantity, segment) of stiffness [N·mm/rad] and damping [N·mm·ms/rad], base to tip."""
+    """A fitted profile: (quantity, segment) of stiffness [N·mm/rad] and damping [N·mm·ms/rad], base
+    to tip.
+    """
 
     place: np.ndarray
     """Place of each hinge as a fraction of the length (segment,)."""
@@ -27,15 +29,16 @@ class Band:
             factor = np.sqrt(high / low)
             best, worst = int(factor.argmin()), int(factor.argmax())
             parts.append(
-                f"{name} is known best at {self.place[best]:.2f} of the length (within a factor of {factor[best]:.3g}) and "
-                f"worst at {self.place[worst]:.2f} ({factor[worst]:.3g})"
+                f"{name} is known best at {self.place[best]:.2f} of the length (within a factor of"
+                f" {factor[best]:.3g}) and worst at {self.place[worst]:.2f} ({factor[worst]:.3g})"
             )
         return "; ".join(parts) + "."
 
 
 @checked
 def compute_band(hinges: Hinges, p: np.ndarray, covariance: np.ndarray, factor: float) -> Band:
-    """Profiles at ``p`` and ``factor`` standard deviations around, from the covariance of the searched numbers.
+    """Profiles at ``p`` and ``factor`` standard deviations around, from the covariance of the
+    searched numbers.
 
     Linear in the logarithms: sd(ln k_n)² = g Σ gᵀ with g the derivatives of ln k_n.
     """

@@ -36,9 +36,12 @@ class Fit:
 
 
 @checked
-def make_starts(hinges: Hinges, n_starts: int, rng: np.random.Generator, *, spread: float = 0.7) -> np.ndarray:
-    """Starts (start, parameter): the family's own first, then ones perturbed by ``spread`` (sd, in logs; a rate by a
-    fiftieth of it), kept inside the bounds. A large ``spread`` makes them random starts."""
+def make_starts(
+    hinges: Hinges, n_starts: int, rng: np.random.Generator, *, spread: float = 0.7
+) -> np.ndarray:
+    """Starts (start, parameter): the family's own first, then ones perturbed by ``spread`` (sd, in
+    logs; a rate by a fiftieth of it), kept inside the bounds. A large ``spread`` makes them random
+    starts."""
     if n_starts < 1:
         raise InvalidInput(f"n_starts must be ≥ 1, got {n_starts}.")
     low, high = hinges.bounds
@@ -68,12 +71,18 @@ def fit(
     max_evaluations
         Antennas that one search may simulate.
     checkpoint
-        File that takes every simulated antenna as soon as it is known. The same call on it goes on where it was
-        stopped, by whatever, and ends with the same numbers; other starts and methods may share it.
+        File that takes every simulated antenna as soon as it is known. The same call on it goes on
+        where it was stopped, by whatever, and ends with the same numbers; other starts and methods
+        may share it.
     progress
-        Called after each search with the number done, their total, the minimum found and the best error so far.
+        Called after each search with the number done, their total, the minimum found and the best
+        error so far.
     """
-    starts = problem.hinges.start[None] if starts is None else np.atleast_2d(np.asarray(starts, dtype=float))
+    starts = (
+        problem.hinges.start[None]
+        if starts is None
+        else np.atleast_2d(np.asarray(starts, dtype=float))
+    )
     minima: list[Minimum] = []
     with ExitStack() as stack:
         if checkpoint is not None:

@@ -1,4 +1,6 @@
-"""Families of hinges: few numbers that give stiffness and damping along an antenna; positive ones searched as logs."""
+"""Families of hinges: few numbers that give stiffness and damping along an antenna; positive ones
+searched as logs.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +13,10 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-TIP_STIFFNESS, TIP_DAMPING = 3.85e-4, 0.0153  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
+TIP_STIFFNESS, TIP_DAMPING = (
+    3.85e-4,
+    0.0153,
+)  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
 K, C, RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
 
 
@@ -39,11 +44,14 @@ class Hinges:
         if np.any(outside) or np.any(self.low >= self.high):
             k = int(np.argmax(outside | (self.low >= self.high)))
             raise InvalidInput(
-                f"{self.names[k]} starts at {self.start[k]:g}, outside its bounds {self.low[k]:g} to {self.high[k]:g}. "
-                "Widen the bounds or move the start."
+                f"{self.names[k]} starts at {self.start[k]:g}, outside its bounds {self.low[k]:g}"
+                f" to {self.high[k]:g}. Widen the bounds or move the start."
             )
         if np.any(self.low[list(self.positive)] <= 0):
-            raise InvalidInput("the lower bound of a positive parameter must be > 0: it is searched as a logarithm.")
+            raise InvalidInput(
+                "the lower bound of a positive parameter must be > 0: it is searched as a"
+                " logarithm."
+            )
 
     def to_x(self, p: Sequence[float] | np.ndarray) -> np.ndarray:
         """Searched vector of parameters ``p``."""
@@ -62,7 +70,8 @@ class Hinges:
 
     @property
     def scale(self) -> np.ndarray:
-        """A typical change of each searched number: 1 for logarithms, an eighth of its range for others.
+        """A typical change of each searched number: 1 for logarithms, an eighth of its range for
+        others.
 
         For rates of 140 joints that is 0.02 per joint, a factor of 16 along the antenna.
         """
@@ -82,25 +91,36 @@ def _make(name, antenna, fields, build) -> Hinges:
         start=np.array(start, dtype=float),
         low=np.array(low, dtype=float),
         high=np.array(high, dtype=float),
-        build=lambda p: antenna.replace(**build(np.asarray(p, dtype=float), antenna.n_segments), name=name),
+        build=lambda p: antenna.replace(
+            **build(np.asarray(p, dtype=float), antenna.n_segments), name=name
+        ),
     )
 
 
 def _read_ends(values: np.ndarray) -> tuple[float, float]:
     """First value and mean rate per joint of a profile that is nowhere 0."""
     if values.min() <= 0:
-        raise InvalidInput("an exponential profile starts from hinges that are all > 0; this antenna has some at 0.")
-    return float(values[0]), round(float(np.log(values[-1] / values[0])) / max(values.size - 1, 1), 12)
+        raise InvalidInput(
+            "an exponential profile starts from hinges that are all > 0; this antenna has some"
+            " at 0."
+        )
+    return float(values[0]), round(
+        float(np.log(values[-1] / values[0])) / max(values.size - 1, 1), 12
+    )
 
 
 @FAMILIES.register("exponential")
 def make_exponential(antenna: Antenna) -> Hinges:
-    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per joint.
+    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per
+    joint.
 
-    Starts at the antenna's own ends; bounds are those of the cockroach, as multiples of where it starts.
+    Starts at the antenna's own ends; bounds are those of the cockroach, as multiples of where it
+    starts.
     """
     joints = antenna.n_segments / 140
-    (k, k_rate), (c, c_rate) = (_read_ends(values) for values in (antenna.stiffness, antenna.damping))
+    (k, k_rate), (c, c_rate) = (
+        _read_ends(values) for values in (antenna.stiffness, antenna.damping)
+    )
     steepest = -0.16 / joints
     return _make(
         "exponential",
@@ -120,7 +140,9 @@ def make_exponential(antenna: Antenna) -> Hinges:
 
 @FAMILIES.register("linear")
 def make_linear(antenna: Antenna) -> Hinges:
-    """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the cockroach's."""
+    """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the
+    cockroach's.
+    """
     return _make(
         "linear",
         antenna,
@@ -144,13 +166,18 @@ def make_constant(antenna: Antenna) -> Hinges:
         "constant",
         antenna,
         [("stiffness", K, 0.395, 1e-2, 1e3, True), ("damping", C, 3.17, 1e-2, 1e4, True)],
-        lambda p, n: {"stiffness": Constant(value=p[0]).sample(n), "damping": Constant(value=p[1]).sample(n)},
+        lambda p, n: {
+            "stiffness": Constant(value=p[0]).sample(n),
+            "damping": Constant(value=p[1]).sample(n),
+        },
     )
 
 
 @FAMILIES.register("scale")
 def make_scale(antenna: Antenna) -> Hinges:
-    """Two factors on the antenna's own hinges: p1 on its stiffness, p2 on its damping (the robot's fit)."""
+    """Two factors on the antenna's own hinges: p1 on its stiffness, p2 on its damping (the robot's
+    fit).
+    """
     return _make(
         "scale",
         antenna,
@@ -161,7 +188,9 @@ def make_scale(antenna: Antenna) -> Hinges:
 
 @FAMILIES.register("tilt")
 def make_tilt(antenna: Antenna) -> Hinges:
-    """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted: times exp(tilt · (x − ½))."""
+    """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted: times exp(tilt ·
+    (x − ½)).
+    """
     x = antenna.hinge_position / antenna.length - 0.5
     return _make(
         "tilt",

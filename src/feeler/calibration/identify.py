@@ -12,7 +12,9 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
-    """Singular directions of the residuals at an optimum, stiffest first, in the searched numbers' typical changes."""
+    """Singular directions of the residuals at an optimum, stiffest first, in the searched numbers'
+    typical changes.
+    """
 
     names: tuple[str, ...]
     p: np.ndarray
@@ -32,8 +34,9 @@ class Directions:
         """A plain sentence for a report; ``what`` determines the parameters."""
         strong, weak = self.direction[0], self.direction[-1]
         return (
-            f"The {what} determine the combination {_words(self.names, strong)} best and {_words(self.names, weak)} "
-            f"least (per factor e, or 0.02 per joint): their effect on the error differs {self.condition:.0f}-fold."
+            f"The {what} determine the combination {_words(self.names, strong)} best and"
+            f" {_words(self.names, weak)} least (per factor e, or 0.02 per joint): their effect on"
+            f" the error differs {self.condition:.0f}-fold."
         )
 
 
@@ -52,18 +55,29 @@ def analyse_directions(problem: Problem, p: np.ndarray, step: float = 0.05) -> D
 
 def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Directions:
     """Singular directions of a Jacobian (residual, parameter) in typical changes."""
-    _, sensitivity, direction = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1])
+    _, sensitivity, direction = np.linalg.svd(
+        jacobian, full_matrices=jacobian.shape[0] <= jacobian.shape[1]
+    )
     padded = np.zeros(len(direction))
     padded[: len(sensitivity)] = sensitivity
-    return Directions(names=names, p=np.asarray(p, float), jacobian=jacobian, sensitivity=padded, direction=direction)
+    return Directions(
+        names=names,
+        p=np.asarray(p, float),
+        jacobian=jacobian,
+        sensitivity=padded,
+        direction=direction,
+    )
 
 
 @checked
-def walk_loose(problem: Problem, directions: Directions, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (step, parameter) and errors (step,) of the model itself along the loosest direction.
+def walk_loose(
+    problem: Problem, directions: Directions, steps: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (step, parameter) and errors (step,) of the model itself along the loosest
+    direction.
 
-    ``steps`` are typical changes (a factor e, or 0.02 per joint) away from where the directions were taken; points are
-    cut at the bounds.
+    ``steps`` are typical changes (a factor e, or 0.02 per joint) away from where the directions
+    were taken; points are cut at the bounds.
     """
     (low, high), scale = problem.hinges.bounds, problem.hinges.scale
     way = directions.direction[-1] * scale
@@ -84,10 +98,14 @@ class Profiles:
     """All parameters of those fits (parameter, place, parameter)."""
 
     def find_interval(self, k: int, level: float) -> tuple[float, float]:
-        """Smallest and largest held value of parameter ``k`` whose refitted error stays under ``level``."""
+        """Smallest and largest held value of parameter ``k`` whose refitted error stays under
+        ``level``.
+        """
         inside = self.value[k][self.error[k] <= level]
         if not inside.size:
-            raise InvalidInput(f"no value of {self.names[k]} reaches an error of {level:g}; give a higher level.")
+            raise InvalidInput(
+                f"no value of {self.names[k]} reaches an error of {level:g}; give a higher level."
+            )
         return float(inside.min()), float(inside.max())
 
 
@@ -95,12 +113,17 @@ class Profiles:
 def compute_profiles(
     problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4
 ) -> Profiles:
-    """Profile of the error over each parameter, from ``−span`` to ``+span`` typical changes around the optimum ``p``.
+    """Profile of the error over each parameter, from ``−span`` to ``+span`` typical changes around
+    the optimum ``p``.
 
-    Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region steps.
+    Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region
+    steps.
     """
     if n_places < 3 or n_places % 2 == 0:
-        raise InvalidInput(f"n_places must be odd and ≥ 3 (the optimum and as many on either side), got {n_places}.")
+        raise InvalidInput(
+            "n_places must be odd and ≥ 3 (the optimum and as many on either side), got"
+            f" {n_places}."
+        )
     best, n = problem.hinges.to_x(p), len(p)
     offsets = np.linspace(-span, span, n_places)
     xs, errors = np.empty((n, n_places, n)), np.empty((n, n_places))
@@ -151,18 +174,25 @@ def bootstrap(
     refits: int = 0,
     directions: Directions | None = None,
 ) -> np.ndarray:
-    """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread (parametric bootstrap).
+    """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread
+    (parametric bootstrap).
 
-    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With ``refits=0`` a refit is
-    one Gauss–Newton step from ``p`` with the Jacobian there, cut at the bounds: fast, and along loose directions only
-    an indication, because the model is not linear that far; directions a thousand times looser than the stiffest are
-    not moved at all. More refits run the model. ``directions`` taken at ``p`` save its Jacobian.
+    Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With
+    ``refits=0`` a refit is one Gauss–Newton step from ``p`` with the Jacobian there, cut at the
+    bounds: fast, and along loose directions only an indication, because the model is not linear
+    that far; directions a thousand times looser than the stiffest are not moved at all. More refits
+    run the model. ``directions`` taken at ``p`` save its Jacobian.
     """
     if np.all(problem.targets.spreads == 0):
-        raise InvalidInput("the targets carry no spread between animals: there is nothing to draw from. Give spreads.")
+        raise InvalidInput(
+            "the targets carry no spread between animals: there is nothing to draw from. Give"
+            " spreads."
+        )
     x, (low, high), scale = problem.hinges.to_x(p), problem.hinges.bounds, problem.hinges.scale
     values, spreads = problem.targets.values, problem.targets.spreads / np.sqrt(n_animals)
-    jacobian = problem.compute_jacobian(x, 0.05) * scale if directions is None else directions.jacobian
+    jacobian = (
+        problem.compute_jacobian(x, 0.05) * scale if directions is None else directions.jacobian
+    )
     gain = np.linalg.pinv(jacobian, rcond=1e-3)
     drawn = values + spreads * rng.standard_normal((n_draws, values.size))
     steps = ((drawn - values) / values) @ -gain.T
@@ -175,7 +205,9 @@ def bootstrap(
 def _refit_all(problem: Problem, values: np.ndarray, x: np.ndarray, refits: int) -> np.ndarray:
     low, high = problem.hinges.bounds
     again = Problem(
-        hinges=problem.hinges, targets=problem.targets.with_values(np.maximum(values, 1e-6)), protocol=problem.protocol
+        hinges=problem.hinges,
+        targets=problem.targets.with_values(np.maximum(values, 1e-6)),
+        protocol=problem.protocol,
     )
     inside = np.clip(x, low, high)
     least_squares(

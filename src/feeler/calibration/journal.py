@@ -1,4 +1,6 @@
-"""Journal: every simulated antenna of a search on disk, so that an interrupted search replays it and goes on."""
+"""Journal: every simulated antenna of a search on disk, so that an interrupted search replays it
+and goes on.
+"""
 
 import json
 from pathlib import Path
@@ -20,10 +22,12 @@ Entry = tuple[np.ndarray, float]
 
 
 class Journal:
-    """Searched vectors with what they gave, one line of JSON each, written as soon as it is known; ``of`` a fit or a search.
+    """Searched vectors with what they gave, one line of JSON each, written as soon as it is known;
+    ``of`` a fit or a search.
 
-    The optimisers are deterministic: run again on the same journal they ask for the same vectors, get them from it
-    bit by bit, and simulate from where the earlier run was stopped. A line that was cut while being written is dropped.
+    The optimisers are deterministic: run again on the same journal they ask for the same vectors,
+    get them from it bit by bit, and simulate from where the earlier run was stopped. A line that
+    was cut while being written is dropped.
 
     Raises
     ------
@@ -78,20 +82,26 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[bytes, Ent
     """Entries of a journal by vector, and how many bytes of the file are whole lines."""
     raw = read_bytes(path, MAX_BYTES)
     whole = raw.rfind(b"\n") + 1
-    if not whole and raw and not BEGINNING.startswith(raw[: len(BEGINNING)]):  # not even the torn first line of one
-        raise InvalidInput(f"{path} is no checkpoint of a {of}. Name another; this file is left as it is.")
+    if (
+        not whole and raw and not BEGINNING.startswith(raw[: len(BEGINNING)])
+    ):  # not even the torn first line of one
+        raise InvalidInput(
+            f"{path} is no checkpoint of a {of}. Name another; this file is left as it is."
+        )
     lines = raw[:whole].splitlines()
     try:
         if lines and parse_json(lines[0], "its first line")["key"] != key:
             raise InvalidInput(
-                f"{path} belongs to another {of}: antenna, family, bounds, targets, task, protocol or versions differ. "
-                "Remove it, or name another."
+                f"{path} belongs to another {of}: antenna, family, bounds, targets, task, protocol"
+                " or versions differ. Remove it, or name another."
             )
         return dict(_read_line(line) for line in lines[1:]), whole
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         if isinstance(error, InvalidInput) and "belongs" in str(error):
             raise
-        raise InvalidInput(f"{path} is no checkpoint of a {of} ({error}). Remove it or name another.") from error
+        raise InvalidInput(
+            f"{path} is no checkpoint of a {of} ({error}). Remove it or name another."
+        ) from error
 
 
 def _read_line(line: bytes) -> tuple[bytes, Entry]:
@@ -109,5 +119,11 @@ def _name(x: np.ndarray) -> bytes:
 
 def describe_problem(hinges: Hinges, targets: Targets, protocol: Protocol) -> str:
     """A short text that changes with anything that changes a residual."""
-    made_with = {"hinges": hinges.name, "bounds": hinges.bounds, "antenna": hinges.build(hinges.start)}
-    return make_key(made_with | {"protocol": protocol, "targets": targets}, "feeler.calibration.problem")
+    made_with = {
+        "hinges": hinges.name,
+        "bounds": hinges.bounds,
+        "antenna": hinges.build(hinges.start),
+    }
+    return make_key(
+        made_with | {"protocol": protocol, "targets": targets}, "feeler.calibration.problem"
+    )

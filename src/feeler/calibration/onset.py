@@ -19,15 +19,18 @@ def find_rest(signal: np.ndarray) -> float:
 
 @checked
 def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
-    """Number of the last held sample, and the position at rest, of a trace that is held, let go, and settles.
+    """Number of the last held sample, and the position at rest, of a trace that is held, let go,
+    and settles.
 
-    Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before the trace leaves the held
-    displacement, by more than four standard deviations of the noise or 1 %, for two samples.
+    Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before
+    the trace leaves the held displacement, by more than four standard deviations of the noise or 1
+    %, for two samples.
 
     Raises
     ------
     InvalidInput
-        No held part, or no step: what is held and what is at rest differ by less than four times the noise.
+        No held part, or no step: what is held and what is at rest differ by less than four times
+        the noise.
     """
     rest = find_rest(signal)
     shown = signal - rest
@@ -35,15 +38,16 @@ def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
     noise = 1.4826 * float(np.median(np.abs(np.diff(shown, 2)))) / np.sqrt(6.0)
     if abs(held) <= UNCLEAR * noise or held == 0.0:
         raise InvalidInput(
-            f"{name}: no release is found: it begins at {signal[:HELD].mean():.4g} and ends at {rest:.4g}, with a noise of "
-            f"{noise:.2g}. Begin while the antenna is held and end when it has settled, or cut the trace at the release "
-            "and say --release first."
+            f"{name}: no release is found: it begins at {signal[:HELD].mean():.4g} and ends at"
+            f" {rest:.4g}, with a noise of {noise:.2g}. Begin while the antenna is held and end"
+            " when it has settled, or cut the trace at the release and say --release first."
         )
     away = np.abs(shown - held) > max(UNCLEAR * noise, LEAVES * abs(held))
     last = int(np.argmax(away[:-1] & away[1:])) - 1
     if last < HELD - 1:
         raise InvalidInput(
-            f"{name}: the antenna is let go within the first {HELD} samples, so how far it was held is not known. Begin "
-            "earlier, or cut the trace at the release and say --release first."
+            f"{name}: the antenna is let go within the first {HELD} samples, so how far it was held"
+            " is not known. Begin earlier, or cut the trace at the release and say --release"
+            " first."
         )
     return last, rest

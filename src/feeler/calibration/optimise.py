@@ -12,7 +12,9 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-POWELL_TOLERANCE = 1e-3  # [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
+POWELL_TOLERANCE = (
+    1e-3  # [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +36,10 @@ class Minimum:
 
 @checked
 def search(
-    problem: Problem, start: Sequence[float] | np.ndarray, method: str = "least-squares", max_evaluations: int = 1500
+    problem: Problem,
+    start: Sequence[float] | np.ndarray,
+    method: str = "least-squares",
+    max_evaluations: int = 1500,
 ) -> Minimum:
     """Search from parameters ``start`` with one method and give the best point it saw."""
     optimise = METHODS[method]
@@ -42,8 +47,9 @@ def search(
     x = problem.hinges.to_x(start)
     if np.any((x < low - 1e-9) | (x > high + 1e-9)):
         raise InvalidInput(
-            f"the start {np.round(start, 6).tolist()} lies outside the bounds {problem.hinges.low.tolist()} to "
-            f"{problem.hinges.high.tolist()}. Move the start or widen the bounds."
+            f"the start {np.round(start, 6).tolist()} lies outside the bounds"
+            f" {problem.hinges.low.tolist()} to {problem.hinges.high.tolist()}. Move the start or"
+            " widen the bounds."
         )
     before, spent = problem.evaluations, problem.seconds
     problem.best_x, problem.best_error = x, np.inf
@@ -59,8 +65,8 @@ def search(
 
 
 Optimiser = Callable[[Problem, np.ndarray, int], None]
-"""``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the problem itself keeps the
-best point it was asked for."""
+"""``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the
+problem itself keeps the best point it was asked for."""
 METHODS: Registry[Optimiser] = Registry("method")
 """Every known optimiser by its name; ``METHODS.register(name, optimiser)`` adds one."""
 
@@ -71,7 +77,9 @@ class _Spent(Exception):
 
 @METHODS.register("least-squares")
 def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
-    """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in lanes."""
+    """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in
+    lanes.
+    """
     least_squares(
         problem.compute_residuals,
         x,
@@ -88,16 +96,22 @@ def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> Non
 @METHODS.register("powell")
 def _powell(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """The paper's: line searches along conjugate directions (Powell 1964), on scaled parameters."""
-    _minimise(problem, x, max_evaluations, "Powell", {"xtol": POWELL_TOLERANCE, "ftol": POWELL_TOLERANCE})
+    _minimise(
+        problem, x, max_evaluations, "Powell", {"xtol": POWELL_TOLERANCE, "ftol": POWELL_TOLERANCE}
+    )
 
 
 @METHODS.register("nelder-mead")
 def _nelder_mead(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """The simplex (Nelder & Mead 1965)."""
-    _minimise(problem, x, max_evaluations, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True})
+    _minimise(
+        problem, x, max_evaluations, "Nelder-Mead", {"xatol": 1e-4, "fatol": 1e-6, "adaptive": True}
+    )
 
 
-def _minimise(problem: Problem, x: np.ndarray, max_evaluations: int, method: str, options: dict[str, object]) -> None:
+def _minimise(
+    problem: Problem, x: np.ndarray, max_evaluations: int, method: str, options: dict[str, object]
+) -> None:
     scale, (low, high) = problem.hinges.scale, problem.hinges.bounds
     stop = problem.evaluations + max_evaluations
 

@@ -1,4 +1,6 @@
-"""Fit your own animals: hinges from recorded free responses, by the whole trace or by frequency and damping."""
+"""Fit your own animals: hinges from recorded free responses, by the whole trace or by frequency and
+damping.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -43,11 +45,15 @@ class TraceFit:
     residual: np.ndarray
     """Relative root-mean-square residual (animal,); by targets: the error."""
     simulated: np.ndarray
-    """Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost point at the release."""
+    """Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost
+    point at the release.
+    """
     interval: str
     """Where the interval comes from."""
     band: Band | None
-    """Stiffness and damping along the antenna with their intervals; None where nothing is known of the spread."""
+    """Stiffness and damping along the antenna with their intervals; None where nothing is known of
+    the spread.
+    """
     directions: Directions | None
     """What the first animal's trace determines best and least; None for a fit by targets."""
 
@@ -80,11 +86,12 @@ def fit_traces(
     Parameters
     ----------
     by
-        ``trace``: least squares over every sample of every point, one amplitude free. ``targets``: damped frequency and
-        damping ratio of the outermost point.
+        ``trace``: least squares over every sample of every point, one amplitude free. ``targets``:
+        damped frequency and damping ratio of the outermost point.
     hinges
-        Family to search; default: two factors on the antenna's stiffness and damping, as much as a tip's free
-        response can determine (see ``directions`` and ``band`` of the result before asking for more).
+        Family to search; default: two factors on the antenna's stiffness and damping, as much as a
+        tip's free response can determine (see ``directions`` and ``band`` of the result before
+        asking for more).
     protocol
         How the step is made; default: held 10 mm from the fixation.
     progress
@@ -93,8 +100,8 @@ def fit_traces(
     Returns
     -------
     TraceFit
-        With ``confidence`` intervals of the mean: Student's t over the animals, or for a single animal the linear
-        estimate from its residuals taken as white noise.
+        With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
+        animal the linear estimate from its residuals taken as white noise.
     """
     if by not in WAYS:
         raise InvalidInput(f"unknown way {by!r} of fitting; valid: {', '.join(WAYS)}.")
@@ -103,13 +110,17 @@ def fit_traces(
     hinges = make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
     late = LATE[1] * step if traces.found else 0.0
-    protocol = replace(protocol or Protocol(), step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late)
+    protocol = replace(
+        protocol or Protocol(), step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
+    )
     found = []
     for done, animal in enumerate(traces.animals, 1):
         found.append(_fit_one(traces, animal, hinges, protocol, by))
         progress(done, len(traces.animals))
     xs = np.array([one.x for one in found])
-    middle, covariance, factor, origin = _measure_spread(xs, found[0].covariance, confidence, len(traces.time))
+    middle, covariance, factor, origin = _measure_spread(
+        xs, found[0].covariance, confidence, len(traces.time)
+    )
     half = factor * np.sqrt(np.diag(covariance))
     return TraceFit(
         names=hinges.names,
@@ -121,33 +132,52 @@ def fit_traces(
         residual=np.array([one.residual for one in found]),
         simulated=_simulate_all(traces, hinges, found, protocol),
         interval=origin,
-        band=None if np.isnan(covariance).any() else compute_band(hinges, hinges.to_p(middle), covariance, factor),
+        band=(
+            None
+            if np.isnan(covariance).any()
+            else compute_band(hinges, hinges.to_p(middle), covariance, factor)
+        ),
         directions=_find_directions(hinges, found[0]),
     )
 
 
-def _simulate_all(traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol) -> np.ndarray:
+def _simulate_all(
+    traces: Traces, hinges: Hinges, found: Sequence[_Fitted], protocol: Protocol
+) -> np.ndarray:
     """Every trace's fit (trace, sample), in the order of the traces."""
     rows: dict[str, np.ndarray] = {}
     for animal, one in zip(traces.animals, found, strict=True):
         places = traces.take(animal)[0]
         moved = simulate_steps(hinges, [one.x], protocol, traces.time, places, [one.shift])[0]
         rows |= {f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)}
-    return np.array([rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names])
+    return np.array(
+        [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
+    )
 
 
 def _find_directions(hinges: Hinges, one: _Fitted) -> Directions | None:
-    return None if one.jacobian is None else decompose(hinges.names, hinges.to_p(one.x), one.jacobian * hinges.scale)
+    return (
+        None
+        if one.jacobian is None
+        else decompose(hinges.names, hinges.to_p(one.x), one.jacobian * hinges.scale)
+    )
 
 
 def _measure_spread(
     xs: np.ndarray, covariance: np.ndarray, confidence: float, n: int
 ) -> tuple[np.ndarray, np.ndarray, float, str]:
-    """Mean, its covariance, how many standard deviations the interval reaches, and where it comes from."""
+    """Mean, its covariance, how many standard deviations the interval reaches, and where it comes
+    from.
+    """
     count, upper = len(xs), (1 + confidence) / 2
     if count > 1:
         spread = np.atleast_2d(np.cov(xs.T)) / count
-        return xs.mean(axis=0), spread, student.ppf(upper, count - 1), f"spread of {count} animals (Student's t)"
+        return (
+            xs.mean(axis=0),
+            spread,
+            student.ppf(upper, count - 1),
+            f"spread of {count} animals (Student's t)",
+        )
     words = "one animal: residuals taken as white noise"
     return xs[0], covariance, student.ppf(upper, max(n - xs.shape[1], 1)), words
 
@@ -166,7 +196,9 @@ def simulate_steps(
     """
     found = []
     outcomes = protocol.simulate_steps([hinges.build(hinges.to_p(x)) for x in xs], places)
-    for outcome, shift in zip(outcomes, np.zeros(len(xs)) if shifts is None else shifts, strict=True):
+    for outcome, shift in zip(
+        outcomes, np.zeros(len(xs)) if shifts is None else shifts, strict=True
+    ):
         if isinstance(outcome, Exception):
             raise outcome
         own, moved = outcome
@@ -182,12 +214,17 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
         return _Fitted(x=begin[0], residual=begin[1], covariance=np.full((n, n), np.nan))
     goal = (rows / rows[-1, 0]).ravel()
     step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
-    low, high = (np.append(bound, late)[: n + traces.found] for bound, late in zip(hinges.bounds, LATE, strict=True))
+    low, high = (
+        np.append(bound, late)[: n + traces.found]
+        for bound, late in zip(hinges.bounds, LATE, strict=True)
+    )
     scale = np.append(hinges.scale, 1.0)[: n + traces.found]
 
     def simulate(xs: Sequence[np.ndarray]) -> np.ndarray:
         shifts = [step * x[n] if traces.found else 0.0 for x in xs]
-        return simulate_steps(hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts).reshape(len(xs), -1)
+        return simulate_steps(
+            hinges, [x[:n] for x in xs], protocol, traces.time, places, shifts
+        ).reshape(len(xs), -1)
 
     def residual(x: np.ndarray) -> np.ndarray:
         return _subtract(simulate([x]), goal)[0]
@@ -199,7 +236,13 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
 
     start = np.clip(np.append(begin[0], 0.5)[: n + traces.found], low, high)
     best = least_squares(
-        residual, start, jac=jacobian, bounds=(low, high), x_scale=scale, max_nfev=MAX_ITERATIONS, xtol=1e-6
+        residual,
+        start,
+        jac=jacobian,
+        bounds=(low, high),
+        x_scale=scale,
+        max_nfev=MAX_ITERATIONS,
+        xtol=1e-6,
     )
     variance = 2 * best.cost / max(goal.size - start.size - 1, 1)
     return _Fitted(
@@ -213,7 +256,11 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
 
 def _project(jacobian: np.ndarray, others: np.ndarray) -> np.ndarray:
     """What of the jacobian's columns the others cannot undo."""
-    return jacobian - others @ np.linalg.lstsq(others, jacobian, rcond=None)[0] if others.size else jacobian
+    return (
+        jacobian - others @ np.linalg.lstsq(others, jacobian, rcond=None)[0]
+        if others.size
+        else jacobian
+    )
 
 
 def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
@@ -222,16 +269,23 @@ def _subtract(simulated: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return amplitude[:, None] * simulated - goal
 
 
-def _fit_targets(time, trace, name, hinges: Hinges, protocol: Protocol, by: str) -> tuple[np.ndarray, float]:
+def _fit_targets(
+    time, trace, name, hinges: Hinges, protocol: Protocol, by: str
+) -> tuple[np.ndarray, float]:
     """Match the trace's damped frequency and damping ratio; the searched vector and the error.
 
-    A trace that is fitted sample by sample may be over-damped: the search then starts from the family's own start.
+    A trace that is fitted sample by sample may be over-damped: the search then starts from the
+    family's own start.
     """
     if by == "trace" and measure_free_trace(time, trace, name).frequency is None:
         return hinges.to_x(hinges.start), float("nan")
     free = measure_trace(time, trace, name)
     targets = make_targets(frequency=free.frequency, damping_ratio=free.damping_ratio)
-    found = search(Problem(hinges=hinges, targets=targets, protocol=protocol), hinges.start, max_evaluations=120)
+    found = search(
+        Problem(hinges=hinges, targets=targets, protocol=protocol),
+        hinges.start,
+        max_evaluations=120,
+    )
     return hinges.to_x(found.p), found.error
 
 
@@ -248,8 +302,10 @@ def make_synthetic_traces(
     protocol: Protocol | None = None,
     planted: tuple[float, float] = (1.0, 1.0),
 ) -> Traces:
-    """Simulated free responses: each animal's stiffness and damping factors around ``planted`` (log-normal, sd
-    ``spread``), white noise of sd ``noise`` of the first deflection, sampled as the animals were (1000 frames/s)."""
+    """Simulated free responses: each animal's stiffness and damping factors around ``planted``
+    (log-normal, sd ``spread``), white noise of sd ``noise`` of the first deflection, sampled as the
+    animals were (1000 frames/s).
+    """
     hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)
     protocol = replace(protocol or Protocol(), step_duration=duration + 1.0)

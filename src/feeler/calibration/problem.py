@@ -13,14 +13,15 @@ from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
 from feeler.errors import FeelerError
 
-FAILED = (
-    10.0  # [C] residual of every target of an antenna that could not be simulated or measured; larger than any real one
-)
+# [C] residual of every target of an antenna that could not be simulated or measured; larger than
+# any real one
+FAILED = 10.0
 
 
 @dataclass(kw_only=True, eq=False)
 class Problem:
-    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best ever seen.
+    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best
+    ever seen.
 
     What stands in the ``journal`` is taken from there, and counts as if it had been simulated.
     """
@@ -40,14 +41,18 @@ class Problem:
 
     def measure(self, p: Sequence[float] | np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""
-        return self.protocol.measure(self.hinges.build(np.asarray(p, dtype=float)), self.targets.names)
+        return self.protocol.measure(
+            self.hinges.build(np.asarray(p, dtype=float)), self.targets.names
+        )
 
     def compute_residuals(self, x: np.ndarray) -> np.ndarray:
         """Residuals (target,) at the searched vector ``x``."""
         return self.compute_many(np.asarray(x, dtype=float)[None])[0]
 
     def compute_many(self, xs: np.ndarray) -> np.ndarray:
-        """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to measure."""
+        """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to
+        measure.
+        """
         known = [None if self.journal is None else self.journal.find(x) for x in xs]
         new = [k for k, entry in enumerate(known) if entry is None]
         made = dict(zip(new, self._simulate(xs[new]) if new else (), strict=True))
@@ -85,7 +90,8 @@ class Problem:
     def compute_jacobian(self, x: np.ndarray, step: float = 0.01) -> np.ndarray:
         """Central differences (target, parameter) of the residuals, all 2·n simulations together.
 
-        ``step`` is a share of a parameter's typical change; steps that leave the bounds are cut at them.
+        ``step`` is a share of a parameter's typical change; steps that leave the bounds are cut at
+        them.
         """
         low, high = self.hinges.bounds
         change = np.diag(step * self.hinges.scale)
@@ -99,4 +105,8 @@ class Problem:
         """What parameters ``p`` give: quantities, normalised distance, median symmetric accuracy."""
         measured = self.measure(p)
         values = self.targets.values
-        return measured, compute_distance(measured.values, values), compute_symmetric_accuracy(measured.values, values)
+        return (
+            measured,
+            compute_distance(measured.values, values),
+            compute_symmetric_accuracy(measured.values, values),
+        )

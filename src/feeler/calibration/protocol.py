@@ -19,9 +19,15 @@ from feeler.physics.scene import Motion, Scene
 from feeler.response import measure_deflection_ratios, measure_free_response
 
 STEP_QUANTITIES = ("frequency", "damping_ratio")
-SHORT_STEP = 80.0  # ms; enough for peak and trough of a cockroach's antenna, others are run for longer
-IMPULSE_TRAVEL = (0.35, 0.6)  # shares of the length that the cylinder travels: enough for most, enough for all
-TIMESTEP = 0.05  # ms [C]; with the default engine the four quantities are within 0.13 % of those at 0.005 ms
+SHORT_STEP = (
+    80.0  # ms; enough for peak and trough of a cockroach's antenna, others are run for longer
+)
+IMPULSE_TRAVEL = (
+    0.35,
+    0.6,
+)  # shares of the length that the cylinder travels: enough for most, enough for all
+# ms [C]; with the default engine the four quantities are within 0.13 % of those at 0.005 ms
+TIMESTEP = 0.05
 IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the length
 
 
@@ -32,7 +38,9 @@ class Protocol:
     at: float = 10.0
     """Distance of the forceps from the fixation [mm], [P]."""
     deflection: float = 1.0
-    """How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 % up to 3 mm."""
+    """How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 %
+    up to 3 mm.
+    """
     step_duration: float = 150.0
     """[ms]"""
     speed: float = 0.2
@@ -51,8 +59,12 @@ class Protocol:
             raise outcome
         return outcome
 
-    def measure_many(self, antennas: Sequence[Antenna], names: Sequence[str]) -> "list[Measured | FeelerError]":
-        """The named quantities of many antennas; those that could not be simulated give their error instead."""
+    def measure_many(
+        self, antennas: Sequence[Antenna], names: Sequence[str]
+    ) -> "list[Measured | FeelerError]":
+        """The named quantities of many antennas; those that could not be simulated give their error
+        instead.
+        """
         names = tuple(names)
         outcomes: list[dict] = [{} for _ in antennas]
         experiments: list[tuple] = []
@@ -63,14 +75,17 @@ class Protocol:
             length = max(antenna.length for antenna in antennas)
             durations = [LEAD + share * length / self.speed + 5.0 for share in IMPULSE_TRAVEL]
             experiments.append((self._impulse_scene, durations, self._read_impulse))
-        with ThreadExecutor(min(len(experiments), count_cores()) or 1) as pool:  # step and impulse at the same time
+        with ThreadExecutor(
+            min(len(experiments), count_cores()) or 1
+        ) as pool:  # step and impulse at the same time
             list(pool.map(lambda asked: self._add(outcomes, antennas, *asked), experiments))
         return [_collect(outcome, names) for outcome in outcomes]
 
     def simulate_steps(
         self, antennas: Sequence[Antenna], places: Sequence[float] | np.ndarray = (1.0,)
     ) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
-        """Time [ms] from release and sideways displacement (place, sample) [mm] of each antenna after a step.
+        """Time [ms] from release and sideways displacement (place, sample) [mm] of each antenna
+        after a step.
 
         ``places`` are fractions of the length; 1 is the tip.
         """
@@ -82,10 +97,13 @@ class Protocol:
         self._add(outcomes, antennas, self._step_scene, [self.step_duration], read)
         return [outcome.get("error") or outcome["moved"] for outcome in outcomes]
 
-    def _add(self, outcomes: list[dict], antennas: Sequence[Antenna], make, durations: list[float], read) -> None:
+    def _add(
+        self, outcomes: list[dict], antennas: Sequence[Antenna], make, durations: list[float], read
+    ) -> None:
         """Simulate a scene per antenna and put what ``read`` finds into ``outcomes``.
 
-        Those that tell nothing within the first of ``durations`` (``read`` gives None) are run for the next one.
+        Those that tell nothing within the first of ``durations`` (``read`` gives None) are run for
+        the next one.
         """
         scenes: dict[int, Scene] = {}
         for k, antenna in enumerate(antennas):
@@ -103,29 +121,45 @@ class Protocol:
                     del scenes[k]
 
     def _run(self, scenes: list[Scene], duration: float) -> list[Motion | SimulationDiverged]:
-        clock = Clock(duration=duration, sample_interval=self.sample_interval, timestep=self.timestep)
+        clock = Clock(
+            duration=duration, sample_interval=self.sample_interval, timestep=self.timestep
+        )
         motions: list = [None] * len(scenes)
         for group in make_groups(scenes, get_engine(self.engine)):
-            for index, motion in zip(group, run_group([scenes[i] for i in group], clock, self.engine), strict=True):
+            for index, motion in zip(
+                group, run_group([scenes[i] for i in group], clock, self.engine), strict=True
+            ):
                 motions[index] = motion
         return motions
 
     def _step_scene(self, antenna: Antenna) -> Scene:
-        return Scene(antenna=antenna, angle=hold(antenna, self.at, self.deflection), label=f"step of {antenna.name}")
+        return Scene(
+            antenna=antenna,
+            angle=hold(antenna, self.at, self.deflection),
+            label=f"step of {antenna.name}",
+        )
 
     def _impulse_scene(self, antenna: Antenna) -> Scene:
         return make_impulse_scene(antenna, speed=self.speed, lever=self.lever)
 
-    def _read_step(self, antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, object] | None:
+    def _read_step(
+        self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
+    ) -> dict[str, object] | None:
         free = measure_free_response(*_follow_tip(antenna, scene, motion), floor=1e-6, fit=False)
         if not free.overdamped:
-            return {"overdamped": False, "frequency": free.frequency, "damping_ratio": free.damping_ratio}
+            return {
+                "overdamped": False,
+                "frequency": free.frequency,
+                "damping_ratio": free.damping_ratio,
+            }
         if not last:
             return None
         ratio = float(compute_modes(antenna, 1).damping_ratio[0])
         return {"overdamped": True, "frequency": 0.0, "damping_ratio": max(1.0, ratio)}
 
-    def _read_impulse(self, antenna: Antenna, scene: Scene, motion: Motion, last: bool) -> dict[str, float] | None:
+    def _read_impulse(
+        self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
+    ) -> dict[str, float] | None:
         impulse: Impulse = measure_impulse(scene, motion, tuple(IMPULSE_POINTS.values()))
         if not last and np.any(impulse.force[-1] != 0):
             return None  # the cylinder still pushes: the tip may go on
@@ -133,7 +167,9 @@ class Protocol:
         return dict(zip(IMPULSE_POINTS, map(float, ratios), strict=True))
 
 
-def _read(read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDiverged", last: bool) -> dict | None:
+def _read(
+    read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDiverged", last: bool
+) -> dict | None:
     """What ``read`` finds; an error where there is nothing to find even in the longest run."""
     if isinstance(motion, Exception):
         return {"error": motion}
@@ -147,9 +183,9 @@ def _read(read, antenna: Antenna, scene: Scene, motion: "Motion | SimulationDive
 class Measured:
     """Quantities of one simulated antenna.
 
-    An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in ``values`` are then 0 kHz
-    and the modal damping ratio of its first mode, at least 1: so a cost stays a number, and a search is led back
-    towards an oscillation.
+    An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in
+    ``values`` are then 0 kHz and the modal damping ratio of its first mode, at least 1: so a cost
+    stays a number, and a search is led back towards an oscillation.
     """
 
     names: tuple[str, ...]
@@ -158,7 +194,9 @@ class Measured:
 
 
 def _follow(antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Sideways displacement from rest (place, sample) of points at fractions of the length; segments are straight."""
+    """Sideways displacement from rest (place, sample) of points at fractions of the length;
+    segments are straight.
+    """
     moved = (antenna.shape(motion.angle) - antenna.shape())[..., 0]
     ends = np.append(antenna.hinge_position, antenna.length) / antenna.length
     return np.array([[np.interp(place, ends, row) for row in moved] for place in places])

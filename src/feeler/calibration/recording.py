@@ -22,9 +22,11 @@ EXAMPLE = "synthetic_step"
 @checked
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Traces:
-    """Free responses sampled together: ``time`` (sample,) [ms] from release, ``displacement`` (trace, sample).
+    """Free responses sampled together: ``time`` (sample,) [ms] from release, ``displacement``
+    (trace, sample).
 
-    A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction of the length.
+    A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction
+    of the length.
     """
 
     time: Annotated[np.ndarray, "sample"]
@@ -39,8 +41,9 @@ class Traces:
             object.__setattr__(self, field, np.asarray(getattr(self, field), dtype=float))
         if self.displacement.shape != (len(self.names), self.time.size):
             raise InvalidInput(
-                f"Traces need one name per animal and one displacement per sample: got {len(self.names)} names, "
-                f"{self.time.size} samples and displacement of shape {self.displacement.shape}."
+                "Traces need one name per animal and one displacement per sample: got"
+                f" {len(self.names)} names, {self.time.size} samples and displacement of shape"
+                f" {self.displacement.shape}."
             )
         if len(set(self.names)) < len(self.names):
             raise InvalidInput(f"Traces need names that differ, got {', '.join(self.names)}.")
@@ -69,30 +72,37 @@ def get_place(name: str) -> float:
     except ValueError:
         place = float("nan")
     if not 0 < place <= 1:
-        raise InvalidInput(f"trace {name!r}: what follows @ is a fraction of the length, > 0 and ≤ 1, as in a@0.5.")
+        raise InvalidInput(
+            f"trace {name!r}: what follows @ is a fraction of the length, > 0 and ≤ 1, as in a@0.5."
+        )
     return place
 
 
 @checked
-def load_traces(path: str | Path, *, frame_rate: float | None = None, release: str = "first") -> Traces:
-    """Traces from a CSV table: ``time_ms``, ``time_s`` or ``frame``, and a named column of displacement per animal.
+def load_traces(
+    path: str | Path, *, frame_rate: float | None = None, release: str = "first"
+) -> Traces:
+    """Traces from a CSV table: ``time_ms``, ``time_s`` or ``frame``, and a named column of
+    displacement per animal.
 
-    A column is the tip's, or ``animal@0.5`` a point's at half of the length; any unit serves, as only shapes are used. Lines that
-    begin with ``#`` are comments. ``synthetic_step`` names the example that ships with feeler: simulated, noisy.
+    A column is the tip's, or ``animal@0.5`` a point's at half of the length; any unit serves, as
+    only shapes are used. Lines that begin with ``#`` are comments. ``synthetic_step`` names the
+    example that ships with feeler: simulated, noisy.
 
     Parameters
     ----------
     frame_rate
         Frames per second, for a column ``frame``.
     release
-        ``first``: the first sample is the release and displacement is from rest. ``found``: traces begin while held and
-        end at rest; release and rest are found in each animal's outermost point (:func:`find_release`).
+        ``first``: the first sample is the release and displacement is from rest. ``found``: traces
+        begin while held and end at rest; release and rest are found in each animal's outermost
+        point (:func:`find_release`).
 
     Raises
     ------
     InvalidInput
-        A missing time column, text among the numbers, no trace, a trace that cannot be measured (gaps, uneven time), or no
-        release where one is to be found.
+        A missing time column, text among the numbers, no trace, a trace that cannot be measured
+        (gaps, uneven time), or no release where one is to be found.
     """
     if release not in RELEASES:
         raise InvalidInput(f"release must be one of {', '.join(RELEASES)}, got {release!r}.")
@@ -102,7 +112,9 @@ def load_traces(path: str | Path, *, frame_rate: float | None = None, release: s
     elif Path(path).is_file():
         table = read_table(path)
     else:
-        raise InvalidInput(f"no such file: {path}. Give a CSV file, or {EXAMPLE!r} for the example.")
+        raise InvalidInput(
+            f"no such file: {path}. Give a CSV file, or {EXAMPLE!r} for the example."
+        )
     time, column = _read_time(table, frame_rate)
     names = tuple(name for name in table.columns if name != column)
     displacement = np.delete(table.values, table.columns.index(column), axis=1).T
@@ -122,25 +134,31 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
     column = next((name for name in table.columns if name in known), None)
     if column is None or len(table.columns) < 2:
         raise InvalidInput(
-            f"{table.source} needs a column {' or '.join(known)} and one named column per animal; its header is "
-            f"{', '.join(table.columns[:12])}."
+            f"{table.source} needs a column {' or '.join(known)} and one named column per animal;"
+            f" its header is {', '.join(table.columns[:12])}."
         )
     if (column == "frame") != (frame_rate is not None):
         raise InvalidInput(
             f"{table.source} counts frames: say how many per second (--frame-rate)."
             if column == "frame"
-            else f"{table.source} holds times ({column}); a frame rate is for a column called frame."
+            else (
+                f"{table.source} holds times ({column}); a frame rate is for a column called frame."
+            )
         )
     if frame_rate is None:
         return table.column(column) * TIME_UNITS[column], column
     if not (np.isfinite(frame_rate) and frame_rate > 0):
-        raise InvalidInput(f"the frame rate must be finite and > 0 frames per second, got {frame_rate}.")
+        raise InvalidInput(
+            f"the frame rate must be finite and > 0 frames per second, got {frame_rate}."
+        )
     return table.column(column) * (1000.0 / frame_rate), column
 
 
 @checked
 def cut_at_release(traces: Traces) -> Traces:
-    """Traces from rest, each animal's cut at its own release, all as long as the shortest; see :func:`find_release`."""
+    """Traces from rest, each animal's cut at its own release, all as long as the shortest; see
+    :func:`find_release`.
+    """
     parts: dict[str, np.ndarray] = {}
     for animal in traces.animals:
         points = [name for name in traces.names if name.partition("@")[0] == animal]

@@ -19,7 +19,9 @@ MAX_BYTES = 2**20  # [C] of a file of targets
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """One quantity: its ``value`` and ``spread`` (sd between animals) in ``unit``, and where it comes from."""
+    """One quantity: its ``value`` and ``spread`` (sd between animals) in ``unit``, and where it
+    comes from.
+    """
 
     name: str
     value: float
@@ -32,16 +34,24 @@ class Target:
         if self.name not in QUANTITIES:
             raise InvalidInput(f"unknown target {self.name!r}; valid: {', '.join(QUANTITIES)}.")
         if not (np.isfinite(self.value) and self.value > 0):
-            raise InvalidInput(f"target {self.name} must be a finite number > 0 {self.unit}, got {self.value}.")
+            raise InvalidInput(
+                f"target {self.name} must be a finite number > 0 {self.unit}, got {self.value}."
+            )
         if not (np.isfinite(self.spread) and self.spread >= 0):
-            raise InvalidInput(f"the spread of target {self.name} must be finite and ≥ 0, got {self.spread}.")
+            raise InvalidInput(
+                f"the spread of target {self.name} must be finite and ≥ 0, got {self.spread}."
+            )
         if not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
-            raise InvalidInput(f"unknown tag {self.tag!r} of target {self.name}; valid: {', '.join(SOURCE_TAGS)}.")
+            raise InvalidInput(
+                f"unknown tag {self.tag!r} of target {self.name}; valid: {', '.join(SOURCE_TAGS)}."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Targets:
-    """A set of targets. ``status`` says how far to trust them: measured, reconstructed or synthetic."""
+    """A set of targets. ``status`` says how far to trust them: measured, reconstructed or
+    synthetic.
+    """
 
     name: str
     status: str
@@ -51,7 +61,9 @@ class Targets:
     def __post_init__(self) -> None:
         names = [target.name for target in self.targets]
         if not names or len(set(names)) != len(names):
-            raise InvalidInput(f"a set of targets holds each quantity once and at least one, got {names}.")
+            raise InvalidInput(
+                f"a set of targets holds each quantity once and at least one, got {names}."
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -72,7 +84,9 @@ class Targets:
         """The same set with other values, as a bootstrap draws them."""
         pairs = zip(self.targets, values, strict=True)
         changed = (Target(**{**vars(target), "value": float(value)}) for target, value in pairs)
-        return Targets(name=self.name, status=self.status, targets=tuple(changed), reference=self.reference)
+        return Targets(
+            name=self.name, status=self.status, targets=tuple(changed), reference=self.reference
+        )
 
     def only(self, *names: str) -> "Targets":
         """The set reduced to the named quantities."""
@@ -81,10 +95,14 @@ class Targets:
 
 
 @checked
-def make_targets(name: str = "custom", status: str = "measured", **values: float | tuple[float, float]) -> Targets:
+def make_targets(
+    name: str = "custom", status: str = "measured", **values: float | tuple[float, float]
+) -> Targets:
     """Targets from numbers: ``frequency=0.0175`` [kHz], or ``frequency=(value, spread)``."""
     units = {"frequency": "kHz"}
-    pairs = {key: value if isinstance(value, tuple) else (value, 0.0) for key, value in values.items()}
+    pairs = {
+        key: value if isinstance(value, tuple) else (value, 0.0) for key, value in values.items()
+    }
     targets = (
         Target(name=key, value=value, spread=spread, unit=units.get(key, "1"), tag="C")
         for key, (value, spread) in pairs.items()
@@ -96,25 +114,32 @@ def make_targets(name: str = "custom", status: str = "measured", **values: float
 def load_targets(source: str | Path = "cockroach") -> Targets:
     """Targets that ship with feeler, by name, or your own from a TOML file.
 
-    The file holds ``name``, ``status`` and per quantity a table ``[targets.QUANTITY]``: value, spread, unit, tag, note.
+    The file holds ``name``, ``status`` and per quantity a table ``[targets.QUANTITY]``: value,
+    spread, unit, tag, note.
     """
     if source in SHIPPED:
         text = (files("feeler.calibration") / "data" / f"{source}.toml").read_text(encoding="utf-8")
     else:
         path = Path(source)
         if not path.is_file():
-            raise InvalidInput(f"no targets named {str(source)!r}; shipped: {', '.join(SHIPPED)}; or give a TOML file.")
+            raise InvalidInput(
+                f"no targets named {str(source)!r}; shipped: {', '.join(SHIPPED)}; or give a TOML"
+                " file."
+            )
         text = read_bytes(path, MAX_BYTES).decode("utf-8", errors="replace")
     try:
         table = parse_toml(text)
         targets = tuple(Target(name=name, **entry) for name, entry in table["targets"].items())
         return Targets(
-            name=table["name"], status=table["status"], targets=targets, reference=table.get("reference", "")
+            name=table["name"],
+            status=table["status"],
+            targets=targets,
+            reference=table.get("reference", ""),
         )
     except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(
-            f"{source} is no set of targets ({error}). It needs name, status and a table [targets.QUANTITY] with "
-            "value, spread, unit and tag for each quantity."
+            f"{source} is no set of targets ({error}). It needs name, status and a table"
+            " [targets.QUANTITY] with value, spread, unit and tag for each quantity."
         ) from error

@@ -7,8 +7,12 @@ from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.response import FreeResponse, check_trace, measure_free_response
 
-MIN_FREQUENCY, MAX_FREQUENCY = 5e-4, 1.0  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
-MAX_JUMP = 0.25  # [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
+MIN_FREQUENCY, MAX_FREQUENCY = (
+    5e-4,
+    1.0,
+)  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
+# [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
+MAX_JUMP = 0.25
 
 
 @checked
@@ -18,23 +22,24 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
     Raises
     ------
     InvalidInput
-        Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another unit of time.
+        Over-damped: there is no frequency to fit. Or a trace that cannot be measured, or in another
+        unit of time.
     """
     free = measure_free_trace(time, trace, name)
     if free.frequency is None:
         raise InvalidInput(
-            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped frequency to fit. Fit it by "
-            "trace, or leave it out."
+            f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped"
+            " frequency to fit. Fit it by trace, or leave it out."
         )
     if free.frequency > MAX_FREQUENCY:
         raise InvalidInput(
-            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is probably in s, "
-            "not ms. Name the column time_s."
+            f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is"
+            " probably in s, not ms. Name the column time_s."
         )
     if free.frequency < MIN_FREQUENCY:
         raise InvalidInput(
-            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time is probably in ms, "
-            "not s. Name the column time_ms."
+            f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time"
+            " is probably in ms, not s. Name the column time_ms."
         )
     return free
 
@@ -42,23 +47,27 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
 def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeResponse:
     """Free response of a trace that is not too noisy."""
     check_trace(time, trace, f"trace {name!r}")
-    noise = float(np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max()))
+    noise = float(
+        np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max())
+    )
     if noise > MAX_JUMP:
         raise InvalidInput(
-            f"trace {name!r} jumps from sample to sample by {noise:.0%} of its first deflection: it swings faster than "
-            f"its sampling rate ({1 / (time[1] - time[0]):g} kHz) can show, or is too noisy. Sample faster, and check "
-            "that the first sample is the release."
+            f"trace {name!r} jumps from sample to sample by {noise:.0%} of its first deflection: it"
+            f" swings faster than its sampling rate ({1 / (time[1] - time[0]):g} kHz) can show, or"
+            " is too noisy. Sample faster, and check that the first sample is the release."
         )
     try:
-        free = measure_free_response(time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False)
+        free = measure_free_response(
+            time, _smooth(trace), floor=float(np.clip(4 * noise, 1e-3, 0.2)), fit=False
+        )
     except FeelerError as error:
         raise InvalidInput(f"trace {name!r}: {error}") from error
     return free
 
 
 def _smooth(trace: np.ndarray) -> np.ndarray:
-    """The trace through a cubic Savitzky–Golay filter that spans 80 % of the time to the first zero crossing, so that
-    noise does not move the turning points."""
+    """The trace through a cubic Savitzky–Golay filter that spans 80 % of the time to the first zero
+    crossing, so that noise does not move the turning points."""
     crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
     window = 2 * int(0.4 * crossing) + 1
     return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace

@@ -22,17 +22,33 @@ speed. Ctrl-C costs nothing that is finished: the same command goes on where it 
 def active(
     out: Annotated[Path, typer.Option(help="folder for page, figure, movies, CSV and JSON")],
     policy: Annotated[
-        list[str] | None, typer.Option(help="as above, more than once; default: all that are declared, without greedy")
+        list[str] | None,
+        typer.Option(
+            help="as above, more than once; default: all that are declared, without greedy"
+        ),
     ] = None,
     antenna: Annotated[str, typer.Option(help="preset or antenna file (TOML)")] = "exponential",
     sets: Annotated[int, typer.Option(min=1, help="how often the touches are drawn anew")] = 2,
     copies: Annotated[int, typer.Option(min=1, help="how often each touch is felt")] = 4,
-    movie: Annotated[bool, typer.Option(help="write a movie of the first and the last policy")] = True,
-    log_json: Annotated[bool, typer.Option("--log-json", help="progress as JSON on stderr")] = False,
+    movie: Annotated[
+        bool, typer.Option(help="write a movie of the first and the last policy")
+    ] = True,
+    log_json: Annotated[
+        bool, typer.Option("--log-json", help="progress as JSON on stderr")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Policies against each other: accuracy of an ideal observer by deadline, work, and what steering gains."""
-    from feeler.active import Observer, compare_policies, film_policy, load_contest, parse_policy, write_active
+    """Policies against each other: accuracy of an ideal observer by deadline, work, and what
+    steering gains.
+    """
+    from feeler.active import (
+        Observer,
+        compare_policies,
+        film_policy,
+        load_contest,
+        parse_policy,
+        write_active,
+    )
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar, say_what_stays
@@ -54,13 +70,17 @@ def active(
         observer = Observer(comparison.make_task(chosen, 0), period=comparison.period)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
             try:
-                films.append(write_film(film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"))
+                films.append(
+                    write_film(
+                        film_policy(observer, parse_policy(name)), out / f"policy{number + 1}.mp4"
+                    )
+                )
             except MissingExtra as missing:
                 typer.echo(f"no movie: {missing}", err=True)
                 break
     conditions = (
-        f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise {comparison.noise:g} rad. "
-        f"{describe_versions()}"
+        f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise"
+        f" {comparison.noise:g} rad. {describe_versions()}"
     )
     page = write_active(measured, comparison, out, tuple(films), conditions)
     if as_json:

@@ -19,10 +19,14 @@ EXAMPLES = """Examples:
 
 def antenna(
     file: Annotated[Path, typer.Argument(help="TOML file to write")],
-    preset: Annotated[str, typer.Option("--preset", "--profile", help="which antenna to start from")] = "exponential",
+    preset: Annotated[
+        str, typer.Option("--preset", "--profile", help="which antenna to start from")
+    ] = "exponential",
     sensors: Annotated[str, typer.Option(help="of the cockroach: even, distal or all")] = "even",
 ) -> None:
-    """Write an antenna as a TOML file, with formulas, units and sources, to be edited and given to --antenna."""
+    """Write an antenna as a TOML file, with formulas, units and sources, to be edited and given to
+    --antenna.
+    """
     from dataclasses import replace
 
     from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
@@ -36,7 +40,9 @@ def antenna(
     if found.antenna.name in PROFILE_NAMES:
         found = replace(found, antenna=cockroach(found.antenna.name, sensors=sensors))
     elif sensors != "even":
-        raise InvalidInput(f"--sensors is for the cockroach's profiles; {preset} has its own sensors.")
+        raise InvalidInput(
+            f"--sensors is for the cockroach's profiles; {preset} has its own sensors."
+        )
     save_antenna(found.antenna, file, found.sources)
     typer.echo(f"wrote {file}")
 

@@ -64,9 +64,13 @@ def _show_version(asked: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="versions")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="versions")
+    ] = False,
 ) -> None:
-    """Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart. Units: g, mm, ms."""
+    """Insect-like tactile sensors: describe an antenna, touch it, learn what it can tell apart.
+    Units: g, mm, ms.
+    """
 
 
 def main() -> None:
@@ -87,7 +91,11 @@ def _run() -> None:
     except _Interrupted:
         _fail("interrupted; whatever was finished and kept is on disk", INTERRUPTED)
     except OSError as error:
-        _fail(f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions and free space)", 2)
+        _fail(
+            f"{error.strerror or error}: {error.filename or ''} (check the path, its permissions"
+            " and free space)",
+            2,
+        )
 
 
 def _fail(message: str, code: int) -> None:
@@ -96,7 +104,9 @@ def _fail(message: str, code: int) -> None:
 
 
 def _leave() -> None:
-    """End at once: worker threads may still be inside an engine, which the interpreter's own end would pull away."""
+    """End at once: worker threads may still be inside an engine, which the interpreter's own end
+    would pull away.
+    """
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(INTERRUPTED)

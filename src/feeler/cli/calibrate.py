@@ -1,4 +1,6 @@
-"""``feeler calibrate``: find the mechanics that fit an animal, from targets or from recorded traces."""
+"""``feeler calibrate``: find the mechanics that fit an animal, from targets or from recorded
+traces.
+"""
 
 import json
 import math
@@ -24,49 +26,99 @@ EXAMPLES = """Examples:
 def calibrate(
     data: Annotated[
         str,
-        typer.Option(help="CSV: time_ms, time_s or frame; a column per animal's tip, or animal@0.5 at half the length"),
+        typer.Option(
+            help=(
+                "CSV: time_ms, time_s or frame; a column per animal's tip, or animal@0.5 at half"
+                " the length"
+            )
+        ),
     ] = "",
     by: Annotated[
-        str, typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)")
+        str,
+        typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)"),
     ] = "trace",
     profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = "",
     antenna: Annotated[
         str, typer.Option(help="whose segments and masses: preset or antenna file (TOML)")
     ] = "cockroach",
-    frame_rate: Annotated[float | None, typer.Option(help="with a column frame: frames per second")] = None,
+    frame_rate: Annotated[
+        float | None, typer.Option(help="with a column frame: frames per second")
+    ] = None,
     release: Annotated[
         str, typer.Option(help="first (sample) or found; by default found where frames are counted")
     ] = "",
     at: Annotated[
-        float | None, typer.Option(help="with --data: where it was held, mm from the base; default 10")
+        float | None,
+        typer.Option(help="with --data: where it was held, mm from the base; default 10"),
     ] = None,
-    targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = "cockroach",
-    method: Annotated[str, typer.Option(help="least-squares, powell or nelder-mead")] = "least-squares",
-    starts: Annotated[int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)] = 1,
-    spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = 0.7,
+    targets: Annotated[
+        str, typer.Option(help="name of shipped targets, or a TOML file")
+    ] = "cockroach",
+    method: Annotated[
+        str, typer.Option(help="least-squares, powell or nelder-mead")
+    ] = "least-squares",
+    starts: Annotated[
+        int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)
+    ] = 1,
+    spread: Annotated[
+        float, typer.Option(help="sd of the perturbation, in logarithms", min=0)
+    ] = 0.7,
     seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0,
-    evaluations: Annotated[int, typer.Option(help="antennas simulated per start, at most", min=2)] = 1500,
+    evaluations: Annotated[
+        int, typer.Option(help="antennas simulated per start, at most", min=2)
+    ] = 1500,
     checkpoint: Annotated[
-        Path | None, typer.Option(help="file that keeps every simulated antenna; an interrupted fit goes on from it")
+        Path | None,
+        typer.Option(
+            help="file that keeps every simulated antenna; an interrupted fit goes on from it"
+        ),
     ] = None,
-    engine: Annotated[str, typer.Option(help="chain-consistent, chain or mujoco")] = "chain-consistent",
+    engine: Annotated[
+        str, typer.Option(help="chain-consistent, chain or mujoco")
+    ] = "chain-consistent",
     out: Annotated[
-        Path | None, typer.Option(help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml")
+        Path | None,
+        typer.Option(
+            help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml"
+        ),
     ] = None,
     session_start: Annotated[
-        str, typer.Option(help="with --data and --out: when it was recorded, 2026-05-01T09:00:00+02:00; writes NWB too")
+        str,
+        typer.Option(
+            help=(
+                "with --data and --out: when it was recorded, 2026-05-01T09:00:00+02:00; writes"
+                " NWB too"
+            )
+        ),
     ] = "",
     as_json: Json = False,
 ) -> None:
-    """Fit hinge stiffness and damping to targets, or to recorded free responses of your own animals."""
+    """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
+    animals.
+    """
     from feeler.cli.choose import choose_antenna
 
     chosen = choose_antenna(antenna)
     if data:
-        read = {"frame_rate": frame_rate, "release": release or ("first" if frame_rate is None else "found")}
-        _fit_data(data, read, by, profile or "scale", chosen, at, engine, out, session_start, as_json)
+        read = {
+            "frame_rate": frame_rate,
+            "release": release or ("first" if frame_rate is None else "found"),
+        }
+        _fit_data(
+            data, read, by, profile or "scale", chosen, at, engine, out, session_start, as_json
+        )
     else:
-        asked = (targets, profile or "exponential", method, starts, spread, seed, evaluations, checkpoint, engine)
+        asked = (
+            targets,
+            profile or "exponential",
+            method,
+            starts,
+            spread,
+            seed,
+            evaluations,
+            checkpoint,
+            engine,
+        )
         _fit_targets(*asked, chosen, as_json)
 
 
@@ -78,15 +130,17 @@ def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, 
     hinges = make_hinges(profile, antenna)
     protocol = Protocol(engine=engine, **({} if at is None else {"at": at, "deflection": 0.1 * at}))
     with ProgressBar("animals") as progress:
-        result = fit_traces(traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress)
+        result = fit_traces(
+            traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress
+        )
     if as_json:
         say_json(_make_plain(result, hinges))
     else:
         _tell_fit(traces, hinges, result, by, _explain(profile, antenna.name))
     if by == "trace" and result.residual.max() > BAD:
         typer.echo(
-            f"a residual above {BAD:g} of the trace means that this antenna does not swing like the animal; "
-            "its interval then says nothing",
+            f"a residual above {BAD:g} of the trace means that this antenna does not swing like the"
+            " animal; its interval then says nothing",
             err=True,
         )
     if out is not None:
@@ -95,10 +149,20 @@ def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, 
 
 def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
     """The fit as plain data."""
-    whole = {name: value for name, value in vars(result).items() if name not in ("band", "directions")}
+    whole = {
+        name: value for name, value in vars(result).items() if name not in ("band", "directions")
+    }
     if result.directions is not None:
-        whole |= {"directions": {name: getattr(result.directions, name) for name in ("sensitivity", "direction")}}
-    return {**whole, "units": hinges.units, "band": None if result.band is None else vars(result.band)}
+        whole |= {
+            "directions": {
+                name: getattr(result.directions, name) for name in ("sensitivity", "direction")
+            }
+        }
+    return {
+        **whole,
+        "units": hinges.units,
+        "band": None if result.band is None else vars(result.band),
+    }
 
 
 def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) -> None:
@@ -107,8 +171,12 @@ def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) ->
     typer.echo(f"{'':20} {' '.join(f'{name:>11}' for name in result.names)}   residual")
     for name, p, residual in zip(result.animals, result.each, result.residual, strict=True):
         typer.echo(f"{name:20} {' '.join(f'{value:11.5g}' for value in p)}   {residual:.3g}")
-    for name, unit, p, low, high in zip(result.names, hinges.units, result.p, result.low, result.high, strict=True):
-        typer.echo(f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})")
+    for name, unit, p, low, high in zip(
+        result.names, hinges.units, result.p, result.low, result.high, strict=True
+    ):
+        typer.echo(
+            f"{name} = {p:.5g}{_unit(unit)}  (95 %: {low:.5g} to {high:.5g}; {result.interval})"
+        )
     if result.band is not None:
         typer.echo(result.band.describe())
     if result.directions is not None and len(result.names) > 1:
@@ -116,7 +184,9 @@ def _tell_fit(traces: Any, hinges: Any, result: Any, by: str, explained: str) ->
 
 
 def _save(out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_start: str) -> None:
-    """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the antenna of the mean parameters."""
+    """calibration.html, calibration.png, profile.png, calibration.json and antenna.toml, the
+    antenna of the mean parameters.
+    """
     from feeler.antenna.file import save_antenna
     from feeler.report import Section, write_page
     from feeler.report.section import to_json
@@ -125,20 +195,38 @@ def _save(out: Path, traces: Any, start: Any, hinges: Any, result: Any, session_
     antenna = hinges.build(result.p).replace(name=f"fitted to {traces.source} traces")
     save_antenna(antenna, out / "antenna.toml")
     section = Section(name="calibration", title="Traces and fits", folder=out, vector=False)
-    caption = "Dots: as recorded, as a share of the outermost point's first displacement; lines: the fitted antenna."
+    caption = (
+        "Dots: as recorded, as a share of the outermost point's first displacement; lines: the"
+        " fitted antenna."
+    )
     section.figure("calibration", caption, lambda figure: _plot(figure, traces, result), height=3.2)
     rows = zip(result.names, hinges.units, result.p, result.low, result.high, strict=True)
-    section.table(["parameter", "unit", "value", "from", "to"], list(rows), f"95 % intervals: {result.interval}.")
-    each = [[name, *p, r] for name, p, r in zip(result.animals, result.each, result.residual, strict=True)]
+    section.table(
+        ["parameter", "unit", "value", "from", "to"],
+        list(rows),
+        f"95 % intervals: {result.interval}.",
+    )
+    each = [
+        [name, *p, r]
+        for name, p, r in zip(result.animals, result.each, result.residual, strict=True)
+    ]
     section.table(["animal", *result.names, "residual"], each)
     if result.band is not None:
-        caption = "The fitted hinges with their 95 % intervals, as far as this family of profiles goes; dashed: where it began."
-        section.figure("profile", caption, lambda figure: _plot_band(figure, result.band, start), height=3.0)
+        caption = (
+            "The fitted hinges with their 95 % intervals, as far as this family of profiles goes;"
+            " dashed: where it began."
+        )
+        section.figure(
+            "profile", caption, lambda figure: _plot_band(figure, result.band, start), height=3.0
+        )
         section.text(result.band.describe())
     if result.directions is not None and len(result.names) > 1:
         section.text(result.directions.describe("data"))
     write_page(
-        out / "calibration.html", "Mechanics that fit", f"{hinges.name} hinges, {traces.source} traces.", section
+        out / "calibration.html",
+        "Mechanics that fit",
+        f"{hinges.name} hinges, {traces.source} traces.",
+        section,
     )
     (out / "calibration.json").write_text(
         json.dumps(to_json(_make_plain(result, hinges)), indent=1) + "\n", encoding="utf-8"
@@ -160,7 +248,10 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
     shares = {"displacement": traces.displacement, "fitted": result.simulated}
     dataset = xr.Dataset(
         {name: (("trial", "time"), values, {"units": "1"}) for name, values in shares.items()},
-        coords={"time": ("time", traces.time, {"units": "ms"}), "animal": ("trial", list(traces.names))},
+        coords={
+            "time": ("time", traces.time, {"units": "ms"}),
+            "animal": ("trial", list(traces.names)),
+        },
     )
     save_nwb(dataset, path, session_start=parse_start(session_start), identifier=f"calibration {path.resolve().parent.name}",
              subject=", ".join(result.animals))  # fmt: skip
@@ -168,7 +259,9 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
 
 def _plot(figure: Any, traces: Any, result: Any) -> None:
     ax = figure.subplots()
-    for name, recorded, simulated in zip(traces.names, traces.displacement, result.simulated, strict=True):
+    for name, recorded, simulated in zip(
+        traces.names, traces.displacement, result.simulated, strict=True
+    ):
         outermost = traces.take(name.partition("@")[0])[1][-1]
         (line,) = ax.plot(traces.time, recorded / outermost[0], ".", ms=3, label=name)
         ax.plot(traces.time, simulated, color=line.get_color())
@@ -191,24 +284,43 @@ def _unit(unit: str) -> str:
 
 def _explain(profile: str, name: str) -> str:
     if profile in ("scale", "tilt"):
-        return f"p1 multiplies the stiffness of {name}, p2 its damping" + ", both tilted" * (profile == "tilt")
+        return f"p1 multiplies the stiffness of {name}, p2 its damping" + ", both tilted" * (
+            profile == "tilt"
+        )
     return f"{profile} hinges on the segments of {name}"
 
 
 def _fit_targets(
-    targets, profile, method, starts, spread, seed, evaluations, checkpoint, engine, antenna, as_json
+    targets,
+    profile,
+    method,
+    starts,
+    spread,
+    seed,
+    evaluations,
+    checkpoint,
+    engine,
+    antenna,
+    as_json,
 ) -> None:
     import numpy as np
 
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
 
     goal = load_targets(targets)
-    problem = Problem(hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=engine))
+    problem = Problem(
+        hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=engine)
+    )
     begin = make_starts(problem.hinges, starts, np.random.default_rng(seed), spread=spread)
     watch = problem.watch = _Watch()
     try:
         found = fit(
-            problem, begin, method=method, max_evaluations=evaluations, checkpoint=checkpoint, progress=watch.end_start
+            problem,
+            begin,
+            method=method,
+            max_evaluations=evaluations,
+            checkpoint=checkpoint,
+            progress=watch.end_start,
         )
     except KeyboardInterrupt:
         watch.clear()
@@ -223,7 +335,10 @@ def _fit_targets(
     for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
         typer.echo(f"{name} = {value:.6g}{_unit(unit)}")
     for target, value in zip(goal.targets, found.measured.values, strict=True):
-        typer.echo(f"{target.name:14} {value:.5g}{_unit(target.unit)}, target {target.value:g} [{target.tag}]")
+        typer.echo(
+            f"{target.name:14} {value:.5g}{_unit(target.unit)}, target {target.value:g}"
+            f" [{target.tag}]"
+        )
     if found.measured.overdamped:
         typer.echo("the fitted antenna is over-damped: it has no damped frequency (its entry is 0)")
     typer.echo(f"error {found.error:.4g}, median symmetric accuracy {found.symmetric_accuracy:.4g}")
@@ -238,13 +353,15 @@ class _Watch:
     def __call__(self, evaluations: int, best: float) -> None:
         self.best = min(self.best, best)
         if self._live:
-            typer.echo(f"\r{evaluations} antennas, best error {self.best:.4g}   ", err=True, nl=False)
+            typer.echo(
+                f"\r{evaluations} antennas, best error {self.best:.4g}   ", err=True, nl=False
+            )
 
     def end_start(self, done: int, total: int, minimum, best: float) -> None:
         self.clear()
         typer.echo(
-            f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas, "
-            f"{minimum.seconds:.1f} s; best {best:.4g}",
+            f"start {done}/{total}: error {minimum.error:.4g} after {minimum.evaluations} antennas,"
+            f" {minimum.seconds:.1f} s; best {best:.4g}",
             err=True,
         )
 
@@ -258,7 +375,9 @@ def _report_interrupt(best: float, checkpoint: Path | None) -> None:
     kept = (
         f"every simulated antenna is in {checkpoint}; the same command goes on from there"
         if checkpoint
-        else "nothing was kept; with --checkpoint FILE the same command would go on where it stopped"
+        else (
+            "nothing was kept; with --checkpoint FILE the same command would go on where it stopped"
+        )
     )
     typer.echo(f"feeler: interrupted at a best error of {best:.4g}; {kept}", err=True)
 

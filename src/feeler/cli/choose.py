@@ -1,4 +1,6 @@
-"""Options that several verbs share: which antenna, single numbers set on the command line, and who computes."""
+"""Options that several verbs share: which antenna, single numbers set on the command line, and who
+computes.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,7 +27,10 @@ def choose_antenna(name: str) -> Antenna:
         from feeler.antenna.file import load_antenna
 
         return load_antenna(Path(name))
-    raise InvalidInput(f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML file.")
+    raise InvalidInput(
+        f"unknown antenna {name!r}; give a preset ({', '.join(PRESETS)}) or the path of a TOML"
+        " file."
+    )
 
 
 def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
@@ -38,20 +43,28 @@ def change_antenna(antenna: Antenna, changes: list[str]) -> Antenna:
         name, _, text = change.partition("=")
         quantity = name.strip().split(".")[-1]
         if quantity not in SETTABLE:
-            raise InvalidInput(f"--set cannot change {name!r}; valid: {', '.join(SETTABLE)}, as in --set stiffness=2.")
+            raise InvalidInput(
+                f"--set cannot change {name!r}; valid: {', '.join(SETTABLE)}, as in --set"
+                " stiffness=2."
+            )
         try:
             factor = float(text)
         except ValueError:
-            raise InvalidInput(f"--set {change!r}: give a factor, as in --set {quantity}=1.5.") from None
+            raise InvalidInput(
+                f"--set {change!r}: give a factor, as in --set {quantity}=1.5."
+            ) from None
         field = fields.get(quantity, quantity)
         antenna = antenna.replace(
-            **{field: getattr(antenna, field) * factor}, name=f"{antenna.name} {quantity}×{factor:g}"
+            **{field: getattr(antenna, field) * factor},
+            name=f"{antenna.name} {quantity}×{factor:g}",
         )
     return antenna
 
 
 @contextmanager
-def choose_executor(workers: int | None, cluster: str | None, *, processes: bool = False) -> Iterator[Any]:
+def choose_executor(
+    workers: int | None, cluster: str | None, *, processes: bool = False
+) -> Iterator[Any]:
     """Threads, processes, or a cluster's workers, for as long as they are needed."""
     from feeler.execute import ClusterExecutor, ProcessExecutor, ThreadExecutor, open_cluster
 
@@ -71,5 +84,6 @@ def parse_start(text: str) -> datetime:
         return datetime.fromisoformat(text)
     except ValueError:
         raise InvalidInput(
-            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB demands it."
+            f"--session-start must be a time such as 2026-01-31T10:00:00+01:00, got {text!r}; NWB"
+            " demands it."
         ) from None

@@ -19,12 +19,15 @@ EXAMPLES = """Examples:
 
 
 def compare(
-    antennas: Annotated[list[str], typer.Argument(help="presets or antenna files (TOML), at least two")],
+    antennas: Annotated[
+        list[str], typer.Argument(help="presets or antenna files (TOML), at least two")
+    ],
     out: Annotated[Path, typer.Option(help="page to write")] = Path("out/compare.html"),
     scale: Annotated[str, typer.Option(help="smoke, quick or paper")] = "quick",
     seed: Annotated[int, typer.Option(min=0, help="seed of noise and encoder")] = 0,
     objects: Annotated[
-        Path | None, typer.Option(help="TOML with a table [[object]] each; default: the paper's six")
+        Path | None,
+        typer.Option(help="TOML with a table [[object]] each; default: the paper's six"),
     ] = None,
     speed: Annotated[float, typer.Option(help="m/s")] = 0.06,
     as_json: Json = False,
@@ -43,11 +46,17 @@ def compare(
     effort = SCALES[scale]
     if len(set(antennas)) < 2:
         raise InvalidInput(
-            "give at least two different antennas to compare, as in: feeler compare exponential constant."
+            "give at least two different antennas to compare, as in: feeler compare exponential"
+            " constant."
         )
-    chosen = {Path(name).stem if name.endswith(".toml") else name: choose_antenna(name) for name in antennas}
+    chosen = {
+        Path(name).stem if name.endswith(".toml") else name: choose_antenna(name)
+        for name in antennas
+    }
     if len(chosen) < len(set(antennas)):
-        raise InvalidInput(f"two antennas have the same name ({', '.join(antennas)}); rename one of the files.")
+        raise InvalidInput(
+            f"two antennas have the same name ({', '.join(antennas)}); rename one of the files."
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=out.parent):
         pass  # refused now, before anything is simulated, where nothing can be written
@@ -58,13 +67,18 @@ def compare(
         typer.echo(f"{name}: touched {len(touches)} times", err=as_json)
     encoder = effort.make_encoder(random_state=seed)
     data = compare_antennas(
-        tensors, encoder, plan=effort.plan, random_state=seed, report=lambda line: typer.echo(line, err=as_json)
+        tensors,
+        encoder,
+        plan=effort.plan,
+        random_state=seed,
+        report=lambda line: typer.echo(line, err=as_json),
     )
     for title, *cells in [] if as_json else data.list_rows():
         typer.echo(f"{title:52}" + "".join(f"{cell:>28}" for cell in cells))
     conditions = (
-        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, "
-        f"{len(touches)} touches at {speed:g} m/s. {describe_versions()}"
+        f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
+        f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
+        f" {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
     if as_json:

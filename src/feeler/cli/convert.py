@@ -21,13 +21,19 @@ EXAMPLES = """Examples:
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file, or MCAP:TOPIC")],
+    source: Annotated[
+        Path, typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB or CSV file, or MCAP:TOPIC")
+    ],
     target: Annotated[Path, typer.Argument(help="file to write: .zarr, .nc, .mat, .csv or .nwb")],
     variable: Annotated[str, typer.Option(help="variable of a CSV")] = "angle",
     trial: Annotated[int, typer.Option(help="trial of a CSV, from 0")] = 0,
-    session_start: Annotated[str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")] = "",
+    session_start: Annotated[
+        str, typer.Option(help="start of an NWB session, ISO 8601 with time zone")
+    ] = "",
     identifier: Annotated[str, typer.Option(help="unique name of an NWB file")] = "",
-    subject: Annotated[str, typer.Option(help="id of an NWB file's animal; default: the antenna's name")] = "",
+    subject: Annotated[
+        str, typer.Option(help="id of an NWB file's animal; default: the antenna's name")
+    ] = "",
     species: Annotated[str, typer.Option(help="Latin name of the animal, of an NWB file")] = "",
     sex: Annotated[str, typer.Option(help="M, F, U or O, of an NWB file")] = "U",
     age: Annotated[str, typer.Option(help="age such as P90D, of an NWB file")] = "",
@@ -35,7 +41,9 @@ def convert(
     institution: Annotated[str, typer.Option(help="where it was recorded, of an NWB file")] = "",
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
 ) -> None:
-    """Write tensors in another format; configuration, units, versions, seeds and licence travel along."""
+    """Write tensors in another format; configuration, units, versions, seeds and licence travel
+    along.
+    """
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
     from feeler.limits import Limits
@@ -50,8 +58,19 @@ def convert(
     if not source.exists():  # before any option of the target is asked for
         raise InvalidInput(f"cannot read {source}: no such file or folder. Check the path.")
     wanted = list_options(target.suffix.lower())
-    given: dict[str, object] = {"variable": variable, "trial": trial, "identifier": identifier, "subject": subject}
-    given |= {"species": species, "sex": sex, "age": age, "experimenter": experimenter, "institution": institution}
+    given: dict[str, object] = {
+        "variable": variable,
+        "trial": trial,
+        "identifier": identifier,
+        "subject": subject,
+    }
+    given |= {
+        "species": species,
+        "sex": sex,
+        "age": age,
+        "experimenter": experimenter,
+        "institution": institution,
+    }
     if "session_start" in wanted:
         given["session_start"] = parse_start(session_start)
     options = {name: value for name, value in given.items() if name in wanted}
@@ -66,7 +85,8 @@ def _convert_bag(source: Path, target: Path) -> None:
 
     if target.suffix.lower() != ".csv":
         raise InvalidInput(
-            f"a recording becomes tensors with its antenna: feeler robot convert {source} --antenna robot.toml --out {target}."
+            f"a recording becomes tensors with its antenna: feeler robot convert {source} --antenna"
+            f" robot.toml --out {target}."
         )
     recording = load_recording(source, n_channels=None)
     save_recording(recording, target, digits=9)

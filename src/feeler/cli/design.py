@@ -18,21 +18,39 @@ EXAMPLES = """Examples:
 
 
 def design(
-    task: Annotated[Path, typer.Argument(help="design file (TOML): task, space, constraints, search")],
-    out: Annotated[Path, typer.Option(help="folder for page, antenna.toml, journal and numbers")] = Path("out/design"),
-    new: Annotated[bool, typer.Option("--new", help="write a commented design file and stop")] = False,
-    evaluations: Annotated[int | None, typer.Option(min=1, help="antennas simulated from each start")] = None,
+    task: Annotated[
+        Path, typer.Argument(help="design file (TOML): task, space, constraints, search")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="folder for page, antenna.toml, journal and numbers")
+    ] = Path("out/design"),
+    new: Annotated[
+        bool, typer.Option("--new", help="write a commented design file and stop")
+    ] = False,
+    evaluations: Annotated[
+        int | None, typer.Option(min=1, help="antennas simulated from each start")
+    ] = None,
     starts: Annotated[
         int | None, typer.Option(min=1, help="the first is the file's antenna, others far from it")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="of the search, not of the touches")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
-    cluster: Annotated[str | None, typer.Option(help="address of a Dask scheduler, or local:4 for 4 processes")] = None,
-    robot: Annotated[bool, typer.Option(help="the result as flexure hinges, and their tolerance")] = False,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="of the search, not of the touches")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="threads; default one per core")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="address of a Dask scheduler, or local:4 for 4 processes")
+    ] = None,
+    robot: Annotated[
+        bool, typer.Option(help="the result as flexure hinges, and their tolerance")
+    ] = False,
     movie: Annotated[bool, typer.Option(help="a movie of one touch")] = True,
     as_json: Json = False,
 ) -> None:
-    """Search the antennas that tell a task's touches apart best, and judge the best on touches nobody has looked at."""
+    """Search the antennas that tell a task's touches apart best, and judge the best on touches
+    nobody has looked at.
+    """
     from feeler.cli.choose import choose_executor
     from feeler.cli.progress import say_what_stays
     from feeler.design.outcome import JOURNAL, carry_out
@@ -63,17 +81,18 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
     fewer, error = found.compare()
     task = found.plan.task
     conditions = (
-        f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s, {task.deadline:g} ms, {task.noise} noise "
-        f"{task.level:g}; seeds of the draws {task.seeds}; timestep {task.timestep:g} ms. {describe_versions()}"
+        f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s,"
+        f" {task.deadline:g} ms, {task.noise} noise {task.level:g}; seeds of the draws"
+        f" {task.seeds}; timestep {task.timestep:g} ms. {describe_versions()}"
     )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
     if as_json:
         say_json({**found.to_plain(), "antenna": out / "antenna.toml", "page": page})
         return
     typer.echo(
-        f"final draws: {100 * found.final.errors:.1f} % wrong, the reference {100 * found.reference_final.errors:.1f} %: errors "
-        f"avoided {100 * fewer:.0f} ± {100 * error:.0f} %"
-        + ("" if found.looks == 1 else f" (look number {found.looks})")
+        f"final draws: {100 * found.final.errors:.1f} % wrong, the reference"
+        f" {100 * found.reference_final.errors:.1f} %: errors avoided {100 * fewer:.0f} ±"
+        f" {100 * error:.0f} %" + ("" if found.looks == 1 else f" (look number {found.looks})")
     )
     typer.echo(f"antenna: {out / 'antenna.toml'}\npage: {page}")
 
@@ -87,7 +106,12 @@ class _Watcher:
         asked = plan.search
         self._plan, self._out = plan, out
         self._total = asked.get("evaluations", 100) * asked.get("starts", 1)
-        self._bar, self._before, self._last, self._cost = ProgressBar("antennas simulated"), 0, 0, float("inf")
+        self._bar, self._before, self._last, self._cost = (
+            ProgressBar("antennas simulated"),
+            0,
+            0,
+            float("inf"),
+        )
 
     def __call__(self, problem) -> None:
         if problem.evaluations < self._last:  # another start
@@ -110,7 +134,10 @@ class _Watcher:
                 plot_profiles(antenna, axes)
             axes[2].lines[1].set_color("#D55E00")
             axes[3].lines[1].set_color("#D55E00")
-            figure.suptitle(f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas", fontsize=8)
+            figure.suptitle(
+                f"best so far: {problem.best.bits:.3f} bits, {problem.evaluations} antennas",
+                fontsize=8,
+            )
             figure.savefig(self._out / "current.png")
 
     def __enter__(self) -> "_Watcher":

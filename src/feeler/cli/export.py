@@ -15,9 +15,15 @@ EXAMPLES = """Examples:
 
 def export(
     file: Annotated[Path, typer.Argument(help="MJCF file to write")],
-    feature: Annotated[str, typer.Option(help="ball, box, triangle or wall, or as in box:half_height=3")] = "ball",
-    size: Annotated[float | None, typer.Option(help="ball's radius, box's or triangle's half-width [mm]")] = 1.53,
-    location: Annotated[float, typer.Option(help="fraction of the length from the base, in (0, 1]")] = 0.5,
+    feature: Annotated[
+        str, typer.Option(help="ball, box, triangle or wall, or as in box:half_height=3")
+    ] = "ball",
+    size: Annotated[
+        float | None, typer.Option(help="ball's radius, box's or triangle's half-width [mm]")
+    ] = 1.53,
+    location: Annotated[
+        float, typer.Option(help="fraction of the length from the base, in (0, 1]")
+    ] = 0.5,
     speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
 ) -> None:
@@ -29,7 +35,10 @@ def export(
 
     trial = feeler.Trial(feature=parse_feature(feature, size), location=location, speed=speed)
     write_mjcf(choose_antenna(antenna), trial, file)
-    typer.echo(f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set it moving")
+    typer.echo(
+        f"wrote {file} (units g, mm, ms: 1 s in the viewer is 1 ms); load keyframe 'start' to set"
+        " it moving"
+    )
 
 
 def register(app: typer.Typer) -> None:

@@ -16,11 +16,16 @@ EXAMPLES = """Examples:
 
 
 def info(
-    files: Annotated[list[Path], typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file"),
+    ],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in them is executed."""
+    """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
+    them is executed.
+    """
     from feeler.limits import Limits
     from feeler.tensors.inspect import describe_file
 

@@ -26,8 +26,9 @@ def say_what_stays(words: str) -> Iterator[None]:
 class ProgressBar:
     """Called with (done, total); shows done, rate and time left.
 
-    With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal a bar is drawn; otherwise nothing.
-    Trials that were already there at the first call do not count towards the rate.
+    With ``log_json`` one line of JSON per call goes to ``stream``; on a terminal a bar is drawn;
+    otherwise nothing. Trials that were already there at the first call do not count towards the
+    rate.
     """
 
     def __init__(
@@ -51,8 +52,16 @@ class ProgressBar:
             self._first = done - 1
         rate, left = self.measure(done, total)
         if self._json:
-            event = {"event": self._title, "done": done, "total": total, "per_second": rate, "seconds_left": left}
-            event |= {"failed": self._failed, "bytes": self._stored} if self._stored is not None else {}
+            event = {
+                "event": self._title,
+                "done": done,
+                "total": total,
+                "per_second": rate,
+                "seconds_left": left,
+            }
+            event |= (
+                {"failed": self._failed, "bytes": self._stored} if self._stored is not None else {}
+            )
             print(json.dumps(event), file=self._stream, flush=True)
         elif self._stream.isatty():
             self._draw(done, total, rate)
@@ -64,7 +73,9 @@ class ProgressBar:
     def _add(self, done: int) -> str:
         """Size on disk and share of failures, in words."""
         words = "" if self._stored is None else f", {self._stored / 1e6:,.0f} MB"
-        return words + "".join(f", {100 * count / done:.2g} % {name}" for name, count in (self._failed or {}).items())
+        return words + "".join(
+            f", {100 * count / done:.2g} % {name}" for name, count in (self._failed or {}).items()
+        )
 
     def measure(self, done: int, total: int) -> tuple[float, float]:
         """Items per second so far, and seconds that the rest will take at that rate."""
@@ -74,14 +85,29 @@ class ProgressBar:
 
     def _draw(self, done: int, total: int, rate: float) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeRemainingColumn,
+        )
 
         if self._bar is None:
-            columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-            self._bar = Progress(*columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream))
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TimeRemainingColumn(),
+            )
+            self._bar = Progress(
+                *columns, TextColumn("{task.fields[rate]}"), console=Console(file=self._stream)
+            )
             self._bar.start()
             self._bar.add_task(self._title, total=total, completed=self._first or 0, rate="")
-        self._bar.update(self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s{self._add(done)}")
+        self._bar.update(
+            self._bar.task_ids[0], completed=done, rate=f"{rate:.3g}/s{self._add(done)}"
+        )
         if done >= total:
             self.close()
 

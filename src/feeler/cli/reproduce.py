@@ -28,18 +28,30 @@ def reproduce(
     scale: Annotated[
         str, typer.Option(help="smoke (seconds; no PDF), quick (a minute) or paper (as published)")
     ] = "quick",
-    out: Annotated[Path, typer.Option(help="folder for the report, the figures and the cache")] = Path("out"),
+    out: Annotated[
+        Path, typer.Option(help="folder for the report, the figures and the cache")
+    ] = Path("out"),
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
-    change: Annotated[list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")] = [],  # noqa: B006
+    change: Annotated[
+        list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")
+    ] = [],  # noqa: B006
     engine: Annotated[
         str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(min=0, help="root of all randomness")] = 0,
-    workers: Annotated[int | None, typer.Option(help="processes side by side; default one per core")] = None,
-    log_json: Annotated[bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")] = False,
-    open_: Annotated[bool, typer.Option("--open", help="show the report in the browser when it is there")] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")] = False,
+    workers: Annotated[
+        int | None, typer.Option(help="processes side by side; default one per core")
+    ] = None,
+    log_json: Annotated[
+        bool, typer.Option("--log-json", help="progress as lines of JSON on stderr")
+    ] = False,
+    open_: Annotated[
+        bool, typer.Option("--open", help="show the report in the browser when it is there")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="make everything anew, whatever the cache holds")
+    ] = False,
 ) -> None:
     """Run the paper from the mechanics up and write one report with a verdict on every claim."""
     if workers != 1:
@@ -77,7 +89,13 @@ def _make_reporter(log_json: bool, total: int, start: float):
         done += section is not None
         seconds = None if section is None else round(section.seconds, 1)
         if log_json:
-            event = {"event": "stage", "title": title, "done": done, "total": total, "seconds": seconds}
+            event = {
+                "event": "stage",
+                "title": title,
+                "done": done,
+                "total": total,
+                "seconds": seconds,
+            }
             print(json.dumps(event), file=sys.stderr, flush=True)
             return
         word = "..." if section is None else "from the cache" if section.cached else f"{seconds} s"
@@ -109,7 +127,12 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
     report, figures = context.out / "report.html", context.out / "figures"
     if log_json:
         counts = {whose: count_verdicts(judged, whose) for whose in ("paper", "ours")}
-        event = {"event": "report", "path": str(report), "claims": counts, "seconds": round(seconds, 1)}
+        event = {
+            "event": "report",
+            "path": str(report),
+            "claims": counts,
+            "seconds": round(seconds, 1),
+        }
         print(json.dumps(event), file=sys.stderr, flush=True)
         return
     if judged:

@@ -1,4 +1,6 @@
-"""``feeler robot``: calibrate, check, convert, fit and classify the recordings of a robotic antenna."""
+"""``feeler robot``: calibrate, check, convert, fit and classify the recordings of a robotic
+antenna.
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -92,8 +94,12 @@ def new(
 
 @app.command()
 def calibrate(
-    table: Annotated[Path, typer.Argument(help="CSV: hinge, angle_deg, capacitance_pF, optionally time_ms")],
-    out: Annotated[Path, typer.Option(help="where to save the calibration")] = Path("calibration.json"),
+    table: Annotated[
+        Path, typer.Argument(help="CSV: hinge, angle_deg, capacitance_pF, optionally time_ms")
+    ],
+    out: Annotated[Path, typer.Option(help="where to save the calibration")] = Path(
+        "calibration.json"
+    ),
     as_json: Json = False,
 ) -> None:
     """Fit capacitance to angle, one line per hinge, and say how good it is."""
@@ -121,11 +127,17 @@ def check(
     """Say what a recording holds, what is wrong with it and what would be mended."""
     from feeler.cli.robot_pages import describe_recording, write_recordings
 
-    read, names = Robot(antenna).read(recordings, calibration, outside, gaps), [path.name for path in recordings]
+    read, names = (
+        Robot(antenna).read(recordings, calibration, outside, gaps),
+        [path.name for path in recordings],
+    )
     if as_json:
         say_json([describe_recording(*pair) for pair in zip(names, read, strict=True)])
     for name, recording in [] if as_json else zip(names, read, strict=True):
-        typer.echo(f"{name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source {recording.source}")
+        typer.echo(
+            f"{name}: {recording.n_sensors} channels, {recording.time[-1]:g} ms, source"
+            f" {recording.source}"
+        )
         for line in recording.history:
             typer.echo(f"  {line}")
     if out is not None:
@@ -135,19 +147,25 @@ def check(
 @app.command()
 def convert(
     recordings: Files,
-    out: Annotated[Path, typer.Option(help="ending .zarr, .nc or .mat; for NWB give the .nc to feeler convert")],
+    out: Annotated[
+        Path, typer.Option(help="ending .zarr, .nc or .mat; for NWB give the .nc to feeler convert")
+    ],
     antenna: AntennaName = "robot",
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "refuse",
-    lengths: Annotated[str, typer.Option(help="different durations: refuse, crop, hold")] = "refuse",
+    lengths: Annotated[
+        str, typer.Option(help="different durations: refuse, crop, hold")
+    ] = "refuse",
 ) -> None:
     """Write recordings as one set of tactile tensors, in the same form as simulations."""
     from feeler.robot import make_dataset
     from feeler.tensors.formats import save
 
     robot = Robot(antenna)
-    dataset = make_dataset(robot.read(recordings, calibration, outside, gaps), robot.antenna, lengths=lengths)
+    dataset = make_dataset(
+        robot.read(recordings, calibration, outside, gaps), robot.antenna, lengths=lengths
+    )
     save(dataset, out)
     typer.echo(f"{dict(dataset.sizes)} saved to {out}")
 
@@ -172,23 +190,32 @@ def fit(
 
     robot, sheet = Robot(antenna), tell(thickness=thickness, length=length)
     if sheet and antenna != "robot":
-        raise InvalidInput("--thickness and --length belong to the paper's robot; write yours into the robot file.")
-    read, how = robot.read([recording], calibration, "refuse", "refuse")[0], tell(engine=engine, timestep=timestep)
+        raise InvalidInput(
+            "--thickness and --length belong to the paper's robot; write yours into the robot file."
+        )
+    read, how = (
+        robot.read([recording], calibration, "refuse", "refuse")[0],
+        tell(engine=engine, timestep=timestep),
+    )
     theory = {"hinges": make_flexures(**sheet)} if antenna == "robot" else {"theory": robot.theory}
     result = fit_factors(read, **theory, method=method, **how)
     if out is not None:
-        typer.echo(f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}", err=True)
+        typer.echo(
+            f"page: {write_fit(out, read, result, compare_tips(read, result.antenna, **how))}",
+            err=True,
+        )
     if as_json:
         say_json(describe_fit(read, result))
         return
     for name, ringing in (("recording", result.target), ("model", result.reached)):
         typer.echo(
-            f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio {ringing.damping_ratio:.4f}, "
-            f"a damped cosine explains {ringing.r_squared:.1%}"
+            f"{name:10} {ringing.frequency * 1e3:.3f} Hz damped, damping ratio"
+            f" {ringing.damping_ratio:.4f}, a damped cosine explains {ringing.r_squared:.1%}"
         )
     typer.echo(
-        f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error {result.error:.2g}, "
-        f"{result.n_evaluations} evaluations (source: {read.source}; the paper's robot: 1.19, 2.06, 0.0009)"
+        f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
+        f" {result.error:.2g}, {result.n_evaluations} evaluations (source: {read.source}; the"
+        " paper's robot: 1.19, 2.06, 0.0009)"
     )
 
 
@@ -202,27 +229,41 @@ def classify(
     calibration: Calibration = None,
     outside: Outside = "refuse",
     gaps: Gaps = "bridge",
-    robots: Annotated[int, typer.Option(min=0, help="surrogate robots, sensors and all, that join the training")] = 0,
+    robots: Annotated[
+        int, typer.Option(min=0, help="surrogate robots, sensors and all, that join the training")
+    ] = 0,
     engine: Engine = None,
     timestep: Timestep = None,
     workers: Workers = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Train on simulated touches, then name feature, location and speed of each recording, and how likely they are.
+    """Train on simulated touches, then name feature, location and speed of each recording, and how
+    likely they are.
 
-    Probabilities are tempered on surrogate robots; what the recording's notes know of the touch is printed beside.
+    Probabilities are tempered on surrogate robots; what the recording's notes know of the touch is
+    printed beside.
     """
     from feeler.robot import align_recordings, choose_before, make_classifier, subtract_rest
     from feeler.robot.answer import judge_touch
 
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
-    read = [subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)]
+    read = [
+        subtract_rest(recording) for recording in robot.read(recordings, calibration, outside, gaps)
+    ]
     how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
-    aligned = align_recordings(read, robot.antenna, before=choose_before(robot.antenna, touches)).values
-    answers = [judge_touch(classifier, values, one.labels) for values, one in zip(aligned, read, strict=True)]
-    found = [{"file": path.name, **answer.to_plain()} for path, answer in zip(recordings, answers, strict=True)]
+    aligned = align_recordings(
+        read, robot.antenna, before=choose_before(robot.antenna, touches)
+    ).values
+    answers = [
+        judge_touch(classifier, values, one.labels)
+        for values, one in zip(aligned, read, strict=True)
+    ]
+    found = [
+        {"file": path.name, **answer.to_plain()}
+        for path, answer in zip(recordings, answers, strict=True)
+    ]
     if as_json:
         say_json(found)
     for path, answer in [] if as_json else zip(recordings, answers, strict=True):
@@ -244,10 +285,12 @@ def gap(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Say which part of the gap between simulation and robot costs what: noise, drift, gain, hysteresis, play and others.
+    """Say which part of the gap between simulation and robot costs what: noise, drift, gain,
+    hysteresis, play and others.
 
-    Surrogate robots differ from your antenna's model in one way only, at full size, and are read by a classifier that knows
-    the model alone. The sizes are choices (feeler.robot.Gap), none was measured on your robot.
+    Surrogate robots differ from your antenna's model in one way only, at full size, and are read by
+    a classifier that knows the model alone. The sizes are choices (feeler.robot.Gap), none was
+    measured on your robot.
     """
     from feeler.cli.progress import ProgressBar
     from feeler.robot import measure_parts
@@ -255,14 +298,21 @@ def gap(
     own = objects or locations or speeds or antenna != "robot"
     touches = make_touches(objects, locations, speeds) if own else None
     with ProgressBar("parts of the gap") as progress:
-        scores = measure_parts(Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress)
-    found = {name: {what: score.share(what) for what in score.correct} for name, score in scores.items()}
+        scores = measure_parts(
+            Robot(antenna).antenna, touches, n_robots=robots, seed=seed, progress=progress
+        )
+    found = {
+        name: {what: score.share(what) for what in score.correct} for name, score in scores.items()
+    }
     contacts = next(iter(scores.values())).total
     if as_json:
         say_json({"contacts": contacts, "robots": robots, "seed": seed, "shares": found})
     for name, shares in [] if as_json else found.items():
         value, low, high = shares["all"]
-        typer.echo(f"{name:20} {value:5.0%} read right ({low:.0%} to {high:.0%}); feature {shares['feature'][0]:.0%}")
+        typer.echo(
+            f"{name:20} {value:5.0%} read right ({low:.0%} to {high:.0%}); feature"
+            f" {shares['feature'][0]:.0%}"
+        )
     if out is not None:
         from feeler.cli.robot_pages import write_gap
 

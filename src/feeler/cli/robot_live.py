@@ -25,14 +25,21 @@ from feeler.cli.say import Json, say_json
 
 
 def stream(
-    source: Annotated[str, typer.Argument(help="CSV recording, - for standard input, or a serial port with --serial")],
+    source: Annotated[
+        str,
+        typer.Argument(help="CSV recording, - for standard input, or a serial port with --serial"),
+    ],
     antenna: AntennaName = "robot",
     objects: Objects = None,
     locations: Numbers = None,
     speeds: Speeds = None,
     calibration: Calibration = None,
-    serial: Annotated[bool, typer.Option("--serial", help="source is a serial port (extra: robot)")] = False,
-    threshold: Annotated[float, typer.Option(help="posterior at which the answer counts as decided")] = 0.9,
+    serial: Annotated[
+        bool, typer.Option("--serial", help="source is a serial port (extra: robot)")
+    ] = False,
+    threshold: Annotated[
+        float, typer.Option(help="posterior at which the answer counts as decided")
+    ] = 0.9,
     every: Annotated[int, typer.Option(help="print every so many samples after contact")] = 50,
     engine: Engine = None,
     timestep: Timestep = None,
@@ -40,7 +47,9 @@ def stream(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Decode touches while they happen: one line of numbers per sample, time in ms first or left out."""
+    """Decode touches while they happen: one line of numbers per sample, time in ms first or left
+    out.
+    """
     from feeler.decoding.link import Link
     from feeler.decoding.samples import open_serial, read_lines, read_samples
     from feeler.errors import InvalidInput
@@ -54,7 +63,9 @@ def stream(
     n = robot.antenna.sensors.size
     recording = None if serial or source == "-" else load_recording(source, n_channels=n)
     if lines is not None and lines.n_hinges != n:
-        raise InvalidInput(f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors.")
+        raise InvalidInput(
+            f"the calibration is for {lines.n_hinges} hinges, the antenna has {n} sensors."
+        )
     decoder = make_decoder(robot.antenna, touches, threshold=threshold, **how)
     link = Link(n)
     if recording is None:
@@ -96,7 +107,11 @@ def board(
     if file.exists():
         raise InvalidInput(f"{file} exists already. Choose another name.")
     text = (files("feeler.robot") / "board.ino").read_text(encoding="utf-8")
-    file.write_text(text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace("RATE = 500", f"RATE = {rate}"))
+    file.write_text(
+        text.replace("CHANNELS = 8", f"CHANNELS = {channels}").replace(
+            "RATE = 500", f"RATE = {rate}"
+        )
+    )
     typer.echo(f"wrote {file}; put your converter into read_channel()")
 
 
@@ -105,7 +120,9 @@ def replay(
     antenna: AntennaName = "robot",
     speed: Annotated[float, typer.Option(min=0.01, help="times as fast as recorded")] = 1.0,
 ) -> None:
-    """Send a recording to standard output as a board would, as fast as it was recorded: a stand-in for hardware."""
+    """Send a recording to standard output as a board would, as fast as it was recorded: a stand-in
+    for hardware.
+    """
     import time
 
     from feeler.decoding.link import frame_sample
@@ -122,7 +139,9 @@ def replay(
 
 
 def _decode(running, samples, lines, every: int, say, keep):
-    """The last state; ``say`` is given each change, and every so many samples after contact; ``keep`` all of them."""
+    """The last state; ``say`` is given each change, and every so many samples after contact;
+    ``keep`` all of them.
+    """
     from feeler.robot.answer import describe_touch
 
     last, state = "waiting", None
@@ -133,7 +152,11 @@ def _decode(running, samples, lines, every: int, say, keep):
         if state.state != last or (
             state.since_contact >= 0 and state.since_contact % every == 0 and state.state != "over"
         ):
-            known = {"since_contact": state.since_contact, "state": state.state, "probability": state.probability}
+            known = {
+                "since_contact": state.since_contact,
+                "state": state.state,
+                "probability": state.probability,
+            }
             say({**known, "label": describe_touch(state.label) if state.label else None})
         last = state.state
         if state.state == "over":
@@ -145,7 +168,9 @@ def _say_state(known) -> None:
     from feeler.robot.answer import name_touch
 
     label = name_touch(tuple(known["label"].values())) if known["label"] else ""
-    typer.echo(f"{known['since_contact']:6d} ms  {known['state']:8} {known['probability']:5.2f}  {label}")
+    typer.echo(
+        f"{known['since_contact']:6d} ms  {known['state']:8} {known['probability']:5.2f}  {label}"
+    )
 
 
 def _say_end(contact: bool, missed: int, wrong: str, noted: str) -> None:

@@ -1,4 +1,6 @@
-"""What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to tell apart."""
+"""What the options of ``feeler robot`` mean: the robot with its recordings, and the touches to tell
+apart.
+"""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -6,17 +8,37 @@ from typing import Annotated, Any
 import typer
 
 Files = Annotated[
-    list[Path], typer.Argument(help="CSV: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad), or ROS 2: MCAP:TOPIC")
+    list[Path],
+    typer.Argument(
+        help="CSV: time_ms, hinge1_pF, hinge2_pF … (or _deg, _rad), or ROS 2: MCAP:TOPIC"
+    ),
 ]
-Calibration = Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")]
-AntennaName = Annotated[str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")]
-Objects = Annotated[Path | None, typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm")]
-Numbers = Annotated[str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")]
+Calibration = Annotated[
+    Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")
+]
+AntennaName = Annotated[
+    str, typer.Option("--antenna", help="robot file (feeler robot new), antenna TOML, or preset")
+]
+Objects = Annotated[
+    Path | None,
+    typer.Option(help="TOML with a table [[object]] each; default: ball and box of 4 mm"),
+]
+Numbers = Annotated[
+    str | None, typer.Option(help="of the touches to tell apart: 0.5,0.9 (fractions of the length)")
+]
 Speeds = Annotated[str | None, typer.Option(help="of the touches to tell apart [m/s]: 0.027,0.27")]
-Out = Annotated[Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")]
-Outside = Annotated[str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")]
-Engine = Annotated[str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")]
-Timestep = Annotated[float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")]
+Out = Annotated[
+    Path | None, typer.Option(help="folder for a page (HTML), its figure and its numbers (JSON)")
+]
+Outside = Annotated[
+    str, typer.Option(help="readings out of the calibrated range: refuse, clip, missing, extend")
+]
+Engine = Annotated[
+    str | None, typer.Option(help="of the simulated touches: chain-consistent, chain or mujoco")
+]
+Timestep = Annotated[
+    float | None, typer.Option(help="of the simulated touches [ms]; default: the engine's own")
+]
 Workers = Annotated[int | None, typer.Option(help="threads; default one per core")]
 Gaps = Annotated[str, typer.Option(help="gaps over 10 ms: refuse, bridge, keep")]
 
@@ -60,7 +82,11 @@ def make_touches(objects: Path | None, locations: str | None, speeds: str | None
 
     features = None if objects is None else load_objects(objects)
     return make_robot_touches(
-        **tell(features=features, locations=_split("--locations", locations), speeds=_split("--speeds", speeds))
+        **tell(
+            features=features,
+            locations=_split("--locations", locations),
+            speeds=_split("--speeds", speeds),
+        )
     )
 
 
@@ -68,9 +94,13 @@ def _split(option: str, text: str | None) -> tuple[float, ...] | None:
     from feeler.errors import InvalidInput
 
     try:
-        return None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
+        return (
+            None if text is None else tuple(dict.fromkeys(float(cell) for cell in text.split(",")))
+        )
     except ValueError:
-        raise InvalidInput(f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}.") from None
+        raise InvalidInput(
+            f"{option} must be numbers with commas between, as in 0.1,0.3; got {text!r}."
+        ) from None
 
 
 def require(lines, path):
@@ -78,5 +108,7 @@ def require(lines, path):
     from feeler.errors import InvalidInput
 
     if lines is None:
-        raise InvalidInput(f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`.")
+        raise InvalidInput(
+            f"{path} holds capacitance: give --calibration, made by `feeler robot calibrate`."
+        )
     return lines

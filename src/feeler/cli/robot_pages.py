@@ -21,19 +21,31 @@ def write_answers(
     out: Path, found: Sequence[Mapping[str, Any]], answers: Sequence[Answer], aligned: np.ndarray
 ) -> Path:
     """robot.html, robot.png and robot.json of classified recordings."""
-    section, names = _begin(out, "Recordings and answers", list(found)), [one["file"] for one in found]
+    section, names = (
+        _begin(out, "Recordings and answers", list(found)),
+        [one["file"] for one in found],
+    )
 
     def draw(figure: Any) -> None:
         top = float(np.degrees(np.nanmax(np.abs(aligned)))) or 1.0
         axes = figure.subplots(len(names), 1, squeeze=False, sharex=True)[:, 0]
         for ax, name, values in zip(axes, names, aligned, strict=True):
-            image = ax.imshow(np.degrees(values), aspect="auto", origin="lower", cmap="RdBu_r", vmin=-top, vmax=top)
+            image = ax.imshow(
+                np.degrees(values),
+                aspect="auto",
+                origin="lower",
+                cmap="RdBu_r",
+                vmin=-top,
+                vmax=top,
+            )
             ax.set_title(name, fontsize=7)
             ax.set_ylabel("channel")
         axes[-1].set_xlabel("sample, aligned on the tip's first peak")
         figure.colorbar(image, ax=list(axes), label="angle [°]")
 
-    section.figure("robot", "Each recording, aligned; one scale.", draw, height=1.0 + 1.1 * len(names))
+    section.figure(
+        "robot", "Each recording, aligned; one scale.", draw, height=1.0 + 1.1 * len(names)
+    )
     rows = [
         [
             name,
@@ -46,11 +58,15 @@ def write_answers(
         for name, answer in zip(names, answers, strict=True)
     ]
     section.table(["file", "answer", "probability", "runner-up", "truth", "verdict"], rows)
-    return write_page(out / "robot.html", "What the robot touched", f"{len(names)} recordings.", section)
+    return write_page(
+        out / "robot.html", "What the robot touched", f"{len(names)} recordings.", section
+    )
 
 
 def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recording]) -> Path:
-    """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong or was mended."""
+    """robot.html, robot.png and robot.json of checked recordings: every channel, and what is wrong
+    or was mended.
+    """
     rows = [describe_recording(name, one) for name, one in zip(names, recordings, strict=True)]
     section = _begin(out, "Recordings", rows)
 
@@ -62,12 +78,26 @@ def write_recordings(out: Path, names: Sequence[str], recordings: Sequence[Recor
         axes[0].legend(loc="upper right")
         axes[-1].set_xlabel("time [ms]")
 
-    section.figure("robot", "Every channel, dark at the base, bright at the tip.", draw, height=0.6 + 1.5 * len(names))
+    section.figure(
+        "robot",
+        "Every channel, dark at the base, bright at the tip.",
+        draw,
+        height=0.6 + 1.5 * len(names),
+    )
     cells = [
-        [r["file"], r["channels"], r["duration_ms"], r["source"], "; ".join(r["history"]) or "nothing"] for r in rows
+        [
+            r["file"],
+            r["channels"],
+            r["duration_ms"],
+            r["source"],
+            "; ".join(r["history"]) or "nothing",
+        ]
+        for r in rows
     ]
     section.table(["file", "channels", "duration [ms]", "source", "found and mended"], cells)
-    return write_page(out / "robot.html", "What the recordings hold", f"{len(names)} recordings.", section)
+    return write_page(
+        out / "robot.html", "What the recordings hold", f"{len(names)} recordings.", section
+    )
 
 
 def describe_recording(name: str, one: Recording) -> dict[str, Any]:
@@ -77,7 +107,9 @@ def describe_recording(name: str, one: Recording) -> dict[str, Any]:
 
 
 def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarray) -> Path:
-    """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the fitted model moves it."""
+    """robot.html, robot.png and robot.json of a fitted release: the tip as recorded and as the
+    fitted model moves it.
+    """
     section = _begin(out, "The release, recorded and fitted", describe_fit(recording, result))
 
     def draw(figure: Any) -> None:
@@ -89,27 +121,49 @@ def write_fit(out: Path, recording: Recording, result: RobotFit, tips: np.ndarra
 
     section.figure("robot", "The tip after its release.", draw, height=2.6)
     rings = (("recording", result.target), ("model", result.reached))
-    rows = [[name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"] for name, r in rings]
+    rows = [
+        [name, f"{1e3 * r.frequency:.3f}", f"{r.damping_ratio:.4f}", f"{r.r_squared:.1%}"]
+        for name, r in rings
+    ]
     section.table(["", "damped frequency [Hz]", "damping ratio", "a damped cosine explains"], rows)
-    lead = f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error {result.error:.2g}."
+    lead = (
+        f"p1 = {result.stiffness_factor:.4f}, p2 = {result.damping_factor:.4f} ms, error"
+        f" {result.error:.2g}."
+    )
     return write_page(out / "robot.html", "The robot's two factors", lead, section)
 
 
 def describe_fit(recording: Recording, result: RobotFit) -> dict[str, Any]:
     """What ``feeler robot fit`` says, as plain data."""
-    factors = {name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")}
-    return {**factors, "recording": vars(result.target), "model": vars(result.reached), "source": recording.source}
+    factors = {
+        name: getattr(result, name) for name in ("stiffness_factor", "damping_factor", "error")
+    }
+    return {
+        **factors,
+        "recording": vars(result.target),
+        "model": vars(result.reached),
+        "source": recording.source,
+    }
 
 
-def write_stream(out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]) -> Path:
-    """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was thought of it."""
+def write_stream(
+    out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float, np.ndarray, StreamState]]
+) -> Path:
+    """robot.html, robot.png and robot.json of a decoded stream: what the sensors said, and what was
+    thought of it.
+    """
     angle = np.array([values for _, values, _ in kept])
     time = np.array([np.nan if at is None else at for at, *_ in kept], dtype=float)
     time, unit = (time, "ms") if np.isfinite(time).all() else (np.arange(len(kept)), "samples")
     belief = np.array([state.posterior for *_, state in kept])
     shown = np.argsort(belief[-1])[::-1][:4]
     end = kept[-1][2]
-    numbers = {"time": time, "state": [state.state for *_, state in kept], "classes": classes, "posterior": belief}
+    numbers = {
+        "time": time,
+        "state": [state.state for *_, state in kept],
+        "classes": classes,
+        "posterior": belief,
+    }
     section = _begin(out, "What the sensors said, and what was thought of it", numbers)
 
     def draw(figure: Any) -> None:
@@ -122,17 +176,28 @@ def write_stream(out: Path, classes: Sequence[tuple], kept: Sequence[tuple[float
 
     section.figure(
         "robot",
-        "Above: every channel, dark at the base, bright at the tip. Below: the four touches most probable at the end.",
+        "Above: every channel, dark at the base, bright at the tip. Below: the four touches most"
+        " probable at the end.",
         draw,
         height=4.0,
     )
-    said = "no contact" if end.label is None else f"{name_touch(end.label)}, {end.probability:.0%}, {end.state}"
-    return write_page(out / "robot.html", "A touch while it happened", f"At the end: {said}.", section)
+    said = (
+        "no contact"
+        if end.label is None
+        else f"{name_touch(end.label)}, {end.probability:.0%}, {end.state}"
+    )
+    return write_page(
+        out / "robot.html", "A touch while it happened", f"At the end: {said}.", section
+    )
 
 
-def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int) -> Path:
+def write_gap(
+    out: Path, found: Mapping[str, Mapping[str, tuple[float, float, float]]], contacts: int
+) -> Path:
     """robot.html, robot.png and robot.json: what each part of the gap costs, as bars."""
-    section = _begin(out, "Each part of the gap alone, at full size", {"contacts": contacts, "shares": found})
+    section = _begin(
+        out, "Each part of the gap alone, at full size", {"contacts": contacts, "shares": found}
+    )
     names = list(found)
     shares = 100 * np.array([found[name]["all"] for name in names])
     lost = 100 - shares
@@ -141,15 +206,22 @@ def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, fl
         ax = figure.subplots()
         error = np.array([shares[:, 2] - shares[:, 0], shares[:, 0] - shares[:, 1]])
         ax.barh(
-            names, lost[:, 0], xerr=error, color=["C1" if name.startswith(("all", "every")) else "C0" for name in names]
+            names,
+            lost[:, 0],
+            xerr=error,
+            color=["C1" if name.startswith(("all", "every")) else "C0" for name in names],
         )
         ax.invert_yaxis()
-        ax.set(xlabel="contacts read wrong [%], with 95 % interval", xlim=(0, max(5.0, 1.05 * lost[:, 1].max())))
+        ax.set(
+            xlabel="contacts read wrong [%], with 95 % interval",
+            xlim=(0, max(5.0, 1.05 * lost[:, 1].max())),
+        )
 
     section.figure(
         "robot",
-        f"Contacts (of {contacts} each) that a classifier trained on the model alone reads wrong in feature, place or speed, on "
-        "surrogate robots that differ from the model in one part only. Sizes of the parts are choices (feeler.robot.Gap).",
+        f"Contacts (of {contacts} each) that a classifier trained on the model alone reads wrong in"
+        " feature, place or speed, on surrogate robots that differ from the model in one part"
+        " only. Sizes of the parts are choices (feeler.robot.Gap).",
         draw,
         height=0.8 + 0.28 * len(names),
     )
@@ -158,14 +230,23 @@ def write_gap(out: Path, found: Mapping[str, Mapping[str, tuple[float, float, fl
         for name, s in found.items()
     ]
     section.table(["part", "read right, %", "from", "to", "feature right, %"], rows)
-    return write_page(out / "robot.html", "What the gap costs", "Between simulation and surrogate robots.", section)
+    return write_page(
+        out / "robot.html",
+        "What the gap costs",
+        "Between simulation and surrogate robots.",
+        section,
+    )
 
 
 def _plot_channels(time: np.ndarray, angle: np.ndarray, ax: Axes) -> None:
-    """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip; the first and the last are named."""
+    """Angles (channel, sample) [rad] in degrees, dark at the base, bright at the tip; the first and
+    the last are named.
+    """
     for k, values in enumerate(np.degrees(angle)):
         label = f"channel {k + 1}" if k in (0, len(angle) - 1) else None
-        ax.plot(time, values, color=colormaps["viridis"](0.9 * k / max(len(angle) - 1, 1)), label=label)
+        ax.plot(
+            time, values, color=colormaps["viridis"](0.9 * k / max(len(angle) - 1, 1)), label=label
+        )
     ax.set_ylabel("angle [°]")
 
 

@@ -18,14 +18,24 @@ The address holds a token: who knows it can use this studio, and nobody else. No
 
 
 def studio(
-    antenna: Annotated[str, typer.Option(help="preset, antenna TOML or robot file")] = "exponential",
+    antenna: Annotated[
+        str, typer.Option(help="preset, antenna TOML or robot file")
+    ] = "exponential",
     port: Annotated[int | None, typer.Option(help="default 8765; 0 takes any free one")] = None,
-    board: Annotated[str | None, typer.Option(help="serial port that the system does not list (extra: robot)")] = None,
+    board: Annotated[
+        str | None, typer.Option(help="serial port that the system does not list (extra: robot)")
+    ] = None,
     baudrate: Annotated[int, typer.Option(help="of boards")] = 115_200,
-    calibration: Annotated[Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")] = None,
-    open_page: Annotated[bool, typer.Option("--open/--no-open", help="open it in the browser")] = True,
+    calibration: Annotated[
+        Path | None, typer.Option(help="sensor calibration (JSON), for capacitance")
+    ] = None,
+    open_page: Annotated[
+        bool, typer.Option("--open/--no-open", help="open it in the browser")
+    ] = True,
 ) -> None:
-    """Shape an antenna, touch it and watch it feel, in a page of your browser served on this machine."""
+    """Shape an antenna, touch it and watch it feel, in a page of your browser served on this
+    machine.
+    """
     import webbrowser
 
     from feeler.cli.robot_options import Robot
@@ -37,7 +47,9 @@ def studio(
     robot = Robot(antenna)
     calibration = calibration or robot.calibration
     boards = Boards(board, baudrate, None if calibration is None else load_calibration(calibration))
-    running = Studio(wish_for(antenna if antenna in PRESETS else robot.antenna), port=port, boards=boards)
+    running = Studio(
+        wish_for(antenna if antenna in PRESETS else robot.antenna), port=port, boards=boards
+    )
     typer.echo(f"feeler studio: {running.address}")
     if open_page and not webbrowser.open(running.address):
         typer.echo("no browser was found here: open the address in yours")

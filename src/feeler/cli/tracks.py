@@ -1,4 +1,6 @@
-"""``feeler tracks``: how fast an animal moves its antennae, and how they bend, from tracked landmarks."""
+"""``feeler tracks``: how fast an animal moves its antennae, and how they bend, from tracked
+landmarks.
+"""
 
 import json
 from itertools import pairwise
@@ -31,35 +33,65 @@ def tracks(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="DeepLabCut CSV or H5, SLEAP analysis H5, Anipose CSV, movement netCDF, DLTdv, or NAME_x, NAME_y"
+            help=(
+                "DeepLabCut CSV or H5, SLEAP analysis H5, Anipose CSV, movement netCDF, DLTdv, or"
+                " NAME_x, NAME_y"
+            )
         ),
     ],
-    frame_rate: Annotated[float | None, typer.Option(help="frames per second, unless the file holds it")] = None,
-    origin: Annotated[str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")] = "top-left",
-    landmarks: Annotated[str, typer.Option(help="names of DLTdv's points in order, separated by commas")] = "",
-    tips: Annotated[str, typer.Option(help="landmarks of the left and right tip")] = "left_tip,right_tip",
-    bases: Annotated[str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")] = "",
+    frame_rate: Annotated[
+        float | None, typer.Option(help="frames per second, unless the file holds it")
+    ] = None,
+    origin: Annotated[
+        str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")
+    ] = "top-left",
+    landmarks: Annotated[
+        str, typer.Option(help="names of DLTdv's points in order, separated by commas")
+    ] = "",
+    tips: Annotated[
+        str, typer.Option(help="landmarks of the left and right tip")
+    ] = "left_tip,right_tip",
+    bases: Annotated[
+        str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")
+    ] = "",
     body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen",
     points: Annotated[
-        str, typer.Option(help="landmarks along a flagellum, base to tip: its posture in place of speeds")
+        str,
+        typer.Option(
+            help="landmarks along a flagellum, base to tip: its posture in place of speeds"
+        ),
     ] = "",
-    min_likelihood: Annotated[float, typer.Option(help="less likely places count as not seen; 0 takes all")] = 0.6,
+    min_likelihood: Annotated[
+        float, typer.Option(help="less likely places count as not seen; 0 takes all")
+    ] = 0.6,
     individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
     plane: Annotated[str | None, typer.Option(help="xy, xz or yz, of places in space")] = None,
     scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
     cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0,
-    max_gap: Annotated[int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")] = 0,
+    max_gap: Annotated[
+        int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")
+    ] = 0,
     length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0,
     out: Annotated[
-        Path | None, typer.Option(help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)")
+        Path | None,
+        typer.Option(
+            help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)"
+        ),
     ] = None,
     session_start: Annotated[
-        str, typer.Option(help="with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too")
+        str,
+        typer.Option(
+            help=(
+                "with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too"
+            )
+        ),
     ] = "",
     subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
     as_json: Json = False,
 ) -> None:
-    """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a flagellum's posture."""
+    """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
+    flagellum's posture.
+    """
     from feeler.tracking import load_tracks, measure_exploration
 
     names = _split(landmarks)
@@ -123,18 +155,27 @@ def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
         "lateral_speed": float(result.lateral_speed),
         "length": result.length,
         "source": result.source,
-        "units": {"mean_peak": "deg/s", "error": "deg/s", "mean": "deg/s", "lateral_speed": "m/s", "length": "mm"},
+        "units": {
+            "mean_peak": "deg/s",
+            "error": "deg/s",
+            "mean": "deg/s",
+            "lateral_speed": "m/s",
+            "length": "mm",
+        },
     }
 
 
 def _write_words(found: dict[str, Any]) -> str:
-    lines = ["trial                            left °/s (peaks)   right °/s (peaks)   bridged   missing frames"]
+    lines = [
+        "trial                            left °/s (peaks)   right °/s (peaks)   bridged   missing"
+        " frames"
+    ]
     for row in found["trials"]:
         left, right = (float("nan") if value is None else value for value in row["mean_peak"])
         n_left, n_right = row["n_peaks"]
         lines.append(
-            f"{row['file'][:32]:32} {left:9.2f} ({n_left:3d}) {right:14.2f} ({n_right:3d}) {row['bridged']:9d} "
-            f"{row['missing']:9d}"
+            f"{row['file'][:32]:32} {left:9.2f} ({n_left:3d}) {right:14.2f} ({n_right:3d})"
+            f" {row['bridged']:9d} {row['missing']:9d}"
         )
         if row["doubted"]:
             named = ", ".join(f"{name} {count}" for name, count in row["doubted"].items())
@@ -143,12 +184,13 @@ def _write_words(found: dict[str, Any]) -> str:
         lines.append(f"  standard error: left {errors[0]}, right {errors[1]} °/s")
     if any(row["missing"] for row in found["trials"]):
         lines.append(
-            "Missing frames cut the motion into pieces, whose ends give false peaks or hide true ones: these means are biased. "
-            "--max-gap 5 bridges short gaps by straight lines."
+            "Missing frames cut the motion into pieces, whose ends give false peaks or hide true"
+            " ones: these means are biased. --max-gap 5 bridges short gaps by straight lines."
         )
     lines.append(
-        f"average maximum angular speed {found['mean']:.2f} °/s; with an antenna of {found['length']:g} mm "
-        f"that is {found['lateral_speed'] * 100:.2f} cm/s sideways. Tracks: {found['source']}."
+        f"average maximum angular speed {found['mean']:.2f} °/s; with an antenna of"
+        f" {found['length']:g} mm that is {found['lateral_speed'] * 100:.2f} cm/s sideways. Tracks:"
+        f" {found['source']}."
     )
     return "\n".join(lines)
 
@@ -176,7 +218,8 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
             for side, sweeps in zip(("left", "right"), pair, strict=True):
                 columns = trial.time, np.rad2deg(sweeps.angle), np.rad2deg(sweeps.speed) * 1e3
                 table.writelines(
-                    f"{file.name},{side},{t:.6g},{a:.6g},{v:.6g}\n" for t, a, v in zip(*columns, strict=True)
+                    f"{file.name},{side},{t:.6g},{a:.6g},{v:.6g}\n"
+                    for t, a, v in zip(*columns, strict=True)
                 )
     (out / "tracks.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     height = 1.2 + 1.5 * len(trials)
@@ -189,15 +232,27 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
         figure.savefig(out / "tracks.svg")
     section = Section(name="tracks", title="Angles and speeds", folder=out, vector=False)
     section.figure(
-        "tracks", "Angle of each antenna to the body, its absolute speed, and the peaks.", draw, height=height
+        "tracks",
+        "Angle of each antenna to the body, its absolute speed, and the peaks.",
+        draw,
+        height=height,
     )
     section.table(HEADER, [_list_cells(row) for row in found["trials"]])
     section.text(_write_words(found).splitlines()[-1])
-    write_page(out / "tracks.html", "How fast the antennae move", ", ".join(file.name for file in files), section)
-    typer.echo(f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True)
+    write_page(
+        out / "tracks.html",
+        "How fast the antennae move",
+        ", ".join(file.name for file in files),
+        section,
+    )
+    typer.echo(
+        f"wrote {out}/tracks.html, tracks.csv, tracks.json, tracks.png, tracks.svg", err=True
+    )
 
 
-def _save_poses(out: Path | None, trials: list, edges: list, session_start: str, subject: str) -> None:
+def _save_poses(
+    out: Path | None, trials: list, edges: list, session_start: str, subject: str
+) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
@@ -224,7 +279,9 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
-def _measure_posture(files: list[Path], trials: list, points: str, out: Path | None, as_json: bool) -> None:
+def _measure_posture(
+    files: list[Path], trials: list, points: str, out: Path | None, as_json: bool
+) -> None:
     """Say how a flagellum bends, and keep it as netCDF."""
     from feeler.tracking import measure_posture
 
@@ -234,10 +291,12 @@ def _measure_posture(files: list[Path], trials: list, points: str, out: Path | N
         found.append(_describe_posture(file, trial, posture))
         if not as_json:
             one = found[-1]
-            largest = ", ".join(f"{name} {value:.1f}°" for name, value in one["largest_bend"].items())
+            largest = ", ".join(
+                f"{name} {value:.1f}°" for name, value in one["largest_bend"].items()
+            )
             typer.echo(
-                f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']} of {one['frames']} frames "
-                f"whole; largest bend {largest}"
+                f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
+                f" of {one['frames']} frames whole; largest bend {largest}"
             )
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)

@@ -17,9 +17,12 @@ EXAMPLES = """Examples:
 
 def tradeoff(
     out: Annotated[Path, typer.Option(help="folder for page, figure, CSV and JSON")],
-    antenna: Annotated[list[str] | None, typer.Option(help="preset or antenna file (TOML); more than once")] = None,
+    antenna: Annotated[
+        list[str] | None, typer.Option(help="preset or antenna file (TOML); more than once")
+    ] = None,
     objects: Annotated[
-        list[str] | None, typer.Option(help="kind:field=value,… (at least one; default: the paper's six)")
+        list[str] | None,
+        typer.Option(help="kind:field=value,… (at least one; default: the paper's six)"),
     ] = None,
     speed: Annotated[
         list[float] | None, typer.Option(help="m/s, more than once; default: six from 0.03 to 1.2")
@@ -28,10 +31,14 @@ def tradeoff(
         int | None,
         typer.Option(min=1, help="draws of all touches; default 80, some 4 minutes on two cores"),
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="threads; default one per core")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="threads; default one per core")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Accuracy, bits, work and force of touches at six speeds, by time, distance and samples since contact."""
+    """Accuracy, bits, work and force of touches at six speeds, by time, distance and samples since
+    contact.
+    """
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
@@ -50,12 +57,14 @@ def tradeoff(
             found = measure_tradeoff(one, declared, features, workers=workers, progress=progress)
         measured[name] = found.assign_attrs(antenna=name)
     conditions = (
-        f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms, {declared.sets} sets, seed "
-        f"{declared.seed}. {describe_versions()}"
+        f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms,"
+        f" {declared.sets} sets, seed {declared.seed}. {describe_versions()}"
     )
     page = write_tradeoff(measured, declared, out, conditions)
     if as_json:
-        say_json({"antennas": {name: found.to_dict() for name, found in measured.items()}, "page": page})
+        say_json(
+            {"antennas": {name: found.to_dict() for name, found in measured.items()}, "page": page}
+        )
     else:
         typer.echo(f"page: {page}")
 

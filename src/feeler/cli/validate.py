@@ -16,7 +16,10 @@ EXAMPLES = """Examples:
 
 
 def validate(
-    files: Annotated[list[Path], typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file"),
+    ],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
@@ -26,7 +29,12 @@ def validate(
 
     found = {file: find_problems(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}
     if as_json:
-        say_json([{"file": f, "valid": not problems, "problems": problems} for f, problems in found.items()])
+        say_json(
+            [
+                {"file": f, "valid": not problems, "problems": problems}
+                for f, problems in found.items()
+            ]
+        )
     for file, problems in [] if as_json else found.items():
         typer.echo(f"{file}: {'valid' if not problems else f'{len(problems)} problem(s)'}")
         for problem in problems:

@@ -1,4 +1,6 @@
-"""``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run along one."""
+"""``feeler wall``: the distance of a wall from where an antenna bends most; ``feeler follow``: run
+along one.
+"""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,13 +26,17 @@ FOLLOW_EXAMPLES = """Examples:
 def wall(
     antennas: Annotated[list[str] | None, typer.Argument(help="preset names")] = None,
     angle: Annotated[float, typer.Option(help="inter-antennal angle [degrees]")] = 30.0,
-    reading: Annotated[str, typer.Option(help="angle from the midline, or total between both antennae")] = "midline",
+    reading: Annotated[
+        str, typer.Option(help="angle from the midline, or total between both antennae")
+    ] = "midline",
     prebend: Annotated[str, typer.Option(help="rest, placed, rotation or none")] = "rest",
     friction: Annotated[float, typer.Option(help="of the wall")] = 0.3,
     near: Annotated[float, typer.Option(help="nearest distance [mm]")] = 5.0,
     far: Annotated[float, typer.Option(help="farthest distance [mm]")] = 25.0,
     steps: Annotated[int, typer.Option(help="number of distances", min=1)] = 20,
-    out: Annotated[Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for page (HTML), figures and numbers (JSON)")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Let a wall approach each antenna and fit distance against the point of greatest curvature."""
@@ -42,7 +48,9 @@ def wall(
 
     if not near <= far:
         raise InvalidInput(f"--near must not exceed --far, got {near:g} and {far:g} mm.")
-    posture = Posture(inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction)
+    posture = Posture(
+        inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction
+    )
     distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
     names = antennas or ["exponential", "linear", "constant", "matched"]
     sweeps = {Path(name).stem: approach(choose_antenna(name), posture, distances) for name in names}
@@ -57,24 +65,48 @@ def wall(
 
 def _make_plain(sweep: Any, found: Any) -> dict[str, Any]:
     """What a map says, as plain data; places in mm."""
-    known = ("distance", "position", "r2", "slope", "intercept", "error", "monotone", "undefined", "told_apart")
-    return {"contact": sweep.contact, "inverted": sweep.inverted, **{name: getattr(found, name) for name in known}}
+    known = (
+        "distance",
+        "position",
+        "r2",
+        "slope",
+        "intercept",
+        "error",
+        "monotone",
+        "undefined",
+        "told_apart",
+    )
+    return {
+        "contact": sweep.contact,
+        "inverted": sweep.inverted,
+        **{name: getattr(found, name) for name in known},
+    }
 
 
 def _tell(sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     import numpy as np
 
     typer.echo(
-        f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm  monotone  told apart mm"
+        f"{'antenna':14} contact  inverted  fitted      R²   slope  intercept mm  error mm "
+        " monotone  told apart mm"
     )
     for (name, found), sweep in zip(maps.items(), sweeps.values(), strict=True):
-        counts = f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d} {found.used.sum():7d}"
+        counts = (
+            f"{name[:14]:14} {sweep.contact.sum():7d} {sweep.inverted.sum():9d}"
+            f" {found.used.sum():7d}"
+        )
         if found.undefined:
-            typer.echo(f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base hinge)")
+            typer.echo(
+                f"{counts}  undefined: {found.undefined} ({found.at_base.sum()} peaks at the base"
+                " hinge)"
+            )
             continue
         low, high = found.told_apart
         apart = "none" if np.isnan(low) else f"{low:.1f} to {high:.1f}"
-        line = f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f} {found.error:9.2f}"
+        line = (
+            f"{counts} {found.r2:7.3f} {found.slope:7.2f} {found.intercept:13.2f}"
+            f" {found.error:9.2f}"
+        )
         typer.echo(f"{line}  {'yes' if found.monotone else 'no':8}  {apart}")
 
 
@@ -86,11 +118,17 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="wall", title="Antennae beside a wall", folder=out, vector=False)
     shapes = {name: Shapes.of_sweep(sweep) for name, sweep in sweeps.items()}
-    caption = "Black: an inverted J in contact; red: in contact, but no J; grey: no contact. Dots: greatest bend."
-    height = 0.8 + 1.2 * len(shapes)
-    section.figure("shapes", caption, lambda figure: plot_shapes(shapes, figure.subplots()), height=height)
     caption = (
-        "Wall distance against the point of greatest curvature, with the straight line that reads one from the other."
+        "Black: an inverted J in contact; red: in contact, but no J; grey: no contact. Dots:"
+        " greatest bend."
+    )
+    height = 0.8 + 1.2 * len(shapes)
+    section.figure(
+        "shapes", caption, lambda figure: plot_shapes(shapes, figure.subplots()), height=height
+    )
+    caption = (
+        "Wall distance against the point of greatest curvature, with the straight line that reads"
+        " one from the other."
     )
     section.figure("maps", caption, lambda figure: plot_maps(maps, figure.subplots()), height=3.2)
     rows = [
@@ -99,17 +137,27 @@ def _save(out: Path, sweeps: dict[str, Any], maps: dict[str, Any]) -> None:
     ]
     section.table(["antenna", "R²", "slope", "intercept [mm]", "error [mm]", "R² is"], rows)
     values = {
-        name: {"distance": found.distance, "position": found.position, "r2": found.r2} for name, found in maps.items()
+        name: {"distance": found.distance, "position": found.position, "r2": found.r2}
+        for name, found in maps.items()
     }
     for name, arrays in values.items():
         section.numbers(name, **arrays)
-    write_page(out / "wall.html", "How far is the wall?", "Read from where each antenna bends most.", section)
-    typer.echo(f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON", err=True)
+    write_page(
+        out / "wall.html",
+        "How far is the wall?",
+        "Read from where each antenna bends most.",
+        section,
+    )
+    typer.echo(
+        f"wrote {out}/wall.html, shapes.png, maps.png and each antenna's numbers as JSON", err=True
+    )
 
 
 def follow(
     antenna: Annotated[str, typer.Argument(help="preset or antenna file (TOML)")] = "exponential",
-    turn: Annotated[float, typer.Option(help="turn of the wall [degrees], positive towards the body")] = 30.0,
+    turn: Annotated[
+        float, typer.Option(help="turn of the wall [degrees], positive towards the body")
+    ] = 30.0,
     speed: Annotated[float, typer.Option(help="[m/s]")] = 0.45,
     target: Annotated[float, typer.Option(help="distance to keep [mm]")] = 12.0,
     friction: Annotated[float, typer.Option(help="of the wall")] = 0.0,
@@ -129,18 +177,23 @@ def follow(
         oracle=oracle,
     )
     if as_json:
-        known = {name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")}
+        known = {
+            name: getattr(run, name) for name in ("collided", "error", "nearest", "estimate_error")
+        }
         known |= {"duration": run.time[-1], "r2": None if run.map is None else run.map.r2}
         say_json({**known, "units": {"time": "ms", "*": "mm"}})
         return
     end = "ran into the wall" if run.collided else "passed"
     words = (
-        f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest {run.nearest:.2f} mm"
+        f"{antenna}: {end} after {run.time[-1]:.0f} ms; tracking error {run.error:.2f} mm, nearest"
+        f" {run.nearest:.2f} mm"
     )
     if run.map is not None:
         touched = run.estimate_error == run.estimate_error  # NaN: the antenna never touched
         off = (
-            f"estimate off by {run.estimate_error:.2f} mm" if touched else "it never touched, so there was no estimate"
+            f"estimate off by {run.estimate_error:.2f} mm"
+            if touched
+            else "it never touched, so there was no estimate"
         )
         words += f", {off} (map R² {run.map.r2:.3f})"
     typer.echo(words)

@@ -10,7 +10,13 @@ from feeler.checked import checked
 from feeler.decoding import list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
-from feeler.dispersion import INDICES, Dispersion, Interval, bootstrap_difference, compute_dispersion
+from feeler.dispersion import (
+    INDICES,
+    Dispersion,
+    Interval,
+    bootstrap_difference,
+    compute_dispersion,
+)
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
 
@@ -36,27 +42,41 @@ class Comparison:
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON: each measure by antenna; intervals as [value, low, high]."""
-        found: dict[str, Any] = {"antennas": list(self.names), "entropy": self.entropy, "sparseness": self.sparseness}
+        found: dict[str, Any] = {
+            "antennas": list(self.names),
+            "entropy": self.entropy,
+            "sparseness": self.sparseness,
+        }
         found |= {"peak": self.peak, "units": {"entropy": "bit", "peak": "rad"}}
         for index, average in self.dispersion["raw"].average.items():
             found[f"{index} with the closest match"] = {
-                name: [interval.estimate, interval.low, interval.high] for name, interval in average.items()
+                name: [interval.estimate, interval.low, interval.high]
+                for name, interval in average.items()
             }
         for kind in KINDS:
             for noise in self.curves.noises:
                 curves = self.curves.find(kind, noise)
-                found[f"accuracy, {kind}, {noise} noise"] = {n: float(curves[n].noisy.mean()) for n in self.names}
+                found[f"accuracy, {kind}, {noise} noise"] = {
+                    n: float(curves[n].noisy.mean()) for n in self.names
+                }
         return found
 
     def list_rows(self) -> list[tuple[str, ...]]:
         """The table: a row per measure, a column per antenna."""
         rows = [("greatest angle (°)", *(f"{np.degrees(self.peak[n]):.2f}" for n in self.names))]
-        rows.append(("entropy of the bases (bits)", *(f"{self.entropy[n]:.2f}" for n in self.names)))
-        rows.append(("Hoyer sparseness of the tensors", *(f"{self.sparseness[n]:.2f}" for n in self.names)))
+        rows.append(
+            ("entropy of the bases (bits)", *(f"{self.entropy[n]:.2f}" for n in self.names))
+        )
+        rows.append(
+            ("Hoyer sparseness of the tensors", *(f"{self.sparseness[n]:.2f}" for n in self.names))
+        )
         for index in INDICES:
             average = self.dispersion["raw"].average[index]
             rows.append(
-                (f"{INDICES[index].label} with the closest match, tensors", *(str(average[n]) for n in self.names))
+                (
+                    f"{INDICES[index].label} with the closest match, tensors",
+                    *(str(average[n]) for n in self.names),
+                )
             )
         for kind in KINDS:
             for noise in self.curves.noises:
@@ -80,26 +100,41 @@ def compare_antennas(
     Parameters
     ----------
     tensors
-        Datasets by antenna name, each with the same stimuli; only the slowest of their speeds is compared.
+        Datasets by antenna name, each with the same stimuli; only the slowest of their speeds is
+        compared.
     encoder
         An unfitted ``ConvolutiveNMF``; each antenna gets its own bases.
     """
     if len(tensors) < 2:
-        raise InvalidInput("give at least two antennas to compare, for instance: exponential linear.")
+        raise InvalidInput(
+            "give at least two antennas to compare, for instance: exponential linear."
+        )
     listed = list_groups(tensors, reference=next(iter(tensors)))["profile"]
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():
         fitted = encoder.__class__(**encoder.get_params()).set_params(n_restarts=plan.n_restarts)
         codes = make_codes(array, fitted, KINDS)
         groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
-        entropy[name] = float(np.mean([compute_histogram_entropy(basis) for basis in fitted.components_]))
+        entropy[name] = float(
+            np.mean([compute_histogram_entropy(basis) for basis in fitted.components_])
+        )
         report(f"{name}: encoded")
     return Comparison(
         names=tuple(listed),
-        dispersion={kind: compute_dispersion({n: g.codes[kind] for n, g in groups.items()}) for kind in KINDS},
-        curves=(curves := compute_curves(groups, plan, kinds=KINDS, random_state=random_state, report=report)),
+        dispersion={
+            kind: compute_dispersion({n: g.codes[kind] for n, g in groups.items()})
+            for kind in KINDS
+        },
+        curves=(
+            curves := compute_curves(
+                groups, plan, kinds=KINDS, random_state=random_state, report=report
+            )
+        ),
         entropy=entropy,
-        sparseness={n: float(np.mean([hoyer_sparseness(t.ravel()) for t in g.tensors])) for n, g in groups.items()},
+        sparseness={
+            n: float(np.mean([hoyer_sparseness(t.ravel()) for t in g.tensors]))
+            for n, g in groups.items()
+        },
         differences=_compute_differences(curves, random_state),
         peak={name: float(abs(data["angle"]).max()) for name, data in tensors.items()},
     )

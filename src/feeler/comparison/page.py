@@ -27,21 +27,27 @@ def plot(data: Comparison, figure: Figure) -> None:
         ax.set_title(f"{LABELS[kind]}, {noise} noise", fontsize=7)
         ax.set_xlabel("noise [%]", fontsize=7)
     axes[0].set_ylabel("accuracy [%]", fontsize=7)
-    bottom.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7)
+    bottom.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7
+    )
 
 
 @checked
 def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
     """One HTML file with everything inside; ``conditions`` says how it was made."""
     title = " against ".join(data.names)
-    lead = "The same touches, at one speed: how far apart their tensors lie, and how well they are told apart."
+    lead = (
+        "The same touches, at one speed: how far apart their tensors lie, and how well they are"
+        " told apart."
+    )
     with TemporaryDirectory() as folder:
         section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
         section.figure(
             "comparison",
-            "Above: closest matches of every tensor, and their average with its 95 % bootstrap interval over stimuli; low "
-            "Pearson r, SSIM and NMI and high MSE mean more dispersed. Below: accuracy over all classes (object and "
-            "place) against noise; dashed: the null, one tensor repeated.",
+            "Above: closest matches of every tensor, and their average with its 95 % bootstrap"
+            " interval over stimuli; low Pearson r, SSIM and NMI and high MSE mean more dispersed."
+            " Below: accuracy over all classes (object and place) against noise; dashed: the null,"
+            " one tensor repeated.",
             lambda figure: plot(data, figure),
             width=10.0,
             height=6.5,
@@ -49,6 +55,8 @@ def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -
         section.table(["measure", *data.names], data.list_rows())
         section.heading("Differences over the same stimuli, with effect size")
         for (measure, name), interval in data.differences.items():
-            section.text(f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}")
+            section.text(
+                f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}"
+            )
         section.text(conditions)
         return write_page(path, title, lead, section)

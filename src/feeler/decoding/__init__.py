@@ -9,7 +9,12 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import group_tensors, list_groups
 from feeler.decoding.labels import make_labels
 from feeler.decoding.noise import NOISES, Common, Noise, Relative
-from feeler.decoding.splits import compute_jittered, compute_left_out, iterate_left_out, jitter_trials
+from feeler.decoding.splits import (
+    compute_jittered,
+    compute_left_out,
+    iterate_left_out,
+    jitter_trials,
+)
 from feeler.decoding.sweep import Sweep, compute_sweep
 
 __all__ = [

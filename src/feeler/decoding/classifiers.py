@@ -36,8 +36,11 @@ def make_fitting_lda(n_trials: int, n_copies: int) -> FlatPipeline:
 
 
 @checked
-def make_svm(n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0) -> FlatPipeline:
-    """Principal components, one common scale, support vector machine one-vs-one (the paper's, for the robot).
+def make_svm(
+    n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
+) -> FlatPipeline:
+    """Principal components, one common scale, support vector machine one-vs-one (the paper's, for
+    the robot).
 
     Parameters
     ----------
@@ -48,7 +51,8 @@ def make_svm(n_components: int | None = N_COMPONENTS, *, kernel: str = "linear",
 
     Notes
     -----
-    Its votes are no probabilities; for those wrap it in ``sklearn.calibration.CalibratedClassifierCV``.
+    Its votes are no probabilities; for those wrap it in
+    ``sklearn.calibration.CalibratedClassifierCV``.
     """
     return _chain(n_components, StandardScaler(), SVC(kernel=kernel, C=C))
 

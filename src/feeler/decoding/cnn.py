@@ -1,4 +1,6 @@
-"""The paper's convolutional network on tactile tensors (Fig. S4). PyTorch is imported only when a network is used."""
+"""The paper's convolutional network on tactile tensors (Fig. S4). PyTorch is imported only when a
+network is used.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -13,22 +15,31 @@ from feeler.tensors.models import Model, load_model, save_model
 
 MODEL_KIND, MODEL_VERSION = "TouchNetwork", 1
 INSTALL = "pip install 'feeler[cnn]'"
-KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25  # [P] supplement, CNN layers
+KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = (
+    15,
+    32,
+    2,
+    2,
+    50,
+    0.25,
+)  # [P] supplement, CNN layers
 
 
 class TouchNetwork(TensorClassifier):
-    """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25 → classes, softmax.
+    """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25
+    → classes, softmax.
 
-    A scikit-learn classifier of tensors, flat ones too, so that ``compute_sweep`` takes it (``n_jobs=1``: PyTorch has threads
-    of its own). Training is seeded; it stops early on a validation part of the *training* set, and keeps the weights of
-    the best validation loss.
+    A scikit-learn classifier of tensors, flat ones too, so that ``compute_sweep`` takes it
+    (``n_jobs=1``: PyTorch has threads of its own). Training is seeded; it stops early on a
+    validation part of the *training* set, and keeps the weights of the best validation loss.
 
     Parameters
     ----------
     shape
         (sensor, time) of a tensor; the paper's is (56, 380).
     max_epochs, patience, validation_share, batch_size, learning_rate
-        Adam; the paper states none of these [C]. Training ends ``patience`` epochs after the best validation loss.
+        Adam; the paper states none of these [C]. Training ends ``patience`` epochs after the best
+        validation loss.
     device
         ``auto`` takes a GPU if there is one; or any PyTorch device.
     random_state
@@ -36,12 +47,13 @@ class TouchNetwork(TensorClassifier):
 
     Attributes
     ----------
-    classes_, network_, n_epochs_, best_epoch_, validation_loss_ (epoch,), mean_ (sensor · time,), scale_
+    classes_, network_, n_epochs_, best_epoch_, validation_loss_ (epoch,), mean_ (sensor · time,),
+    scale_
 
     Notes
     -----
-    Paper, supplement, "Other classification methods". Inputs are centred by the training mean image, as MATLAB's input
-    layer does, and divided by one training sd.
+    Paper, supplement, "Other classification methods". Inputs are centred by the training mean
+    image, as MATLAB's input layer does, and divided by one training sd.
     """
 
     def __init__(
@@ -98,7 +110,9 @@ class TouchNetwork(TensorClassifier):
         data = torch.from_numpy(self._normalise(self._read(X))).to(self.device_)
         self.network_.eval()
         with torch.no_grad():
-            parts = [torch.softmax(self.network_(part), dim=1).cpu().numpy() for part in data.split(64)]
+            parts = [
+                torch.softmax(self.network_(part), dim=1).cpu().numpy() for part in data.split(64)
+            ]
         return np.concatenate(parts)
 
     def save(self, path: str | Path) -> None:
@@ -106,9 +120,15 @@ class TouchNetwork(TensorClassifier):
         check_is_fitted(self, "network_")
         arrays = {key: values.cpu().numpy() for key, values in self.network_.state_dict().items()}
         parameters = {key: value for key, value in self.get_params().items() if key != "device"}
-        settings = {"classes": self.classes_.tolist(), "scale": float(self.scale_), "parameters": parameters}
+        settings = {
+            "classes": self.classes_.tolist(),
+            "scale": float(self.scale_),
+            "parameters": parameters,
+        }
         arrays["input_mean"] = np.asarray(self.mean_)
-        save_model(Model(kind=MODEL_KIND, version=MODEL_VERSION, arrays=arrays, settings=settings), path)
+        save_model(
+            Model(kind=MODEL_KIND, version=MODEL_VERSION, arrays=arrays, settings=settings), path
+        )
 
     @classmethod
     def load(cls, path: str | Path, *, device: str = "auto") -> "TouchNetwork":
@@ -123,7 +143,9 @@ class TouchNetwork(TensorClassifier):
         try:
             return cls._rebuild(torch, file, device)
         except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
-            raise InvalidInput(f"{path} is no complete TouchNetwork ({str(error)[:150]}). Save it again.") from error
+            raise InvalidInput(
+                f"{path} is no complete TouchNetwork ({str(error)[:150]}). Save it again."
+            ) from error
 
     @classmethod
     def _rebuild(cls, torch: Any, file: Model, device: str) -> "TouchNetwork":
@@ -131,19 +153,29 @@ class TouchNetwork(TensorClassifier):
         shape = parameters["shape"] = tuple(int(n) for n in parameters["shape"])
         state = dict(file.arrays)
         mean = state.pop("input_mean")
-        if len(shape) != 2 or min(shape) < 1 or mean.shape != (shape[0] * shape[1],):  # before memory is taken for it
+        if (
+            len(shape) != 2 or min(shape) < 1 or mean.shape != (shape[0] * shape[1],)
+        ):  # before memory is taken for it
             raise ValueError(f"the shape {shape} does not fit a mean of {mean.size} values")
         model = cls(**parameters, device=device)
-        model.classes_, model.scale_, model.mean_ = np.array(file.settings["classes"]), file.settings["scale"], mean
+        model.classes_, model.scale_, model.mean_ = (
+            np.array(file.settings["classes"]),
+            file.settings["scale"],
+            mean,
+        )
         model.device_ = choose_device(torch, device)
         model.network_ = make_network(torch, model.shape, model.classes_.size).to(model.device_)
-        model.network_.load_state_dict({key: torch.from_numpy(values) for key, values in state.items()})
+        model.network_.load_state_dict(
+            {key: torch.from_numpy(values) for key, values in state.items()}
+        )
         return model
 
     def _read(self, X) -> np.ndarray:
         images = np.asarray(X, dtype=np.float32)
         if images[0].size != np.prod(self.shape):
-            raise InvalidInput(f"tensors of {images[0].size} entries do not have the shape {self.shape} given.")
+            raise InvalidInput(
+                f"tensors of {images[0].size} entries do not have the shape {self.shape} given."
+            )
         return images.reshape(len(images), -1)
 
     def _normalise(self, images: np.ndarray) -> np.ndarray:
@@ -151,17 +183,24 @@ class TouchNetwork(TensorClassifier):
 
     def _check(self, images: np.ndarray, y: np.ndarray) -> None:
         if y.shape != (len(images),):
-            raise InvalidInput(f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor.")
+            raise InvalidInput(
+                f"{len(images)} tensors but labels of shape {y.shape}; give one label per tensor."
+            )
         if np.unique(y).size < 2:
             raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
         least = KERNEL - 2 * PADDING + POOL - 1
         if min(self.shape) < least:
-            raise InvalidInput(f"the layers need at least {least} × {least} entries, got {self.shape}; use make_lda().")
+            raise InvalidInput(
+                f"the layers need at least {least} × {least} entries, got {self.shape}; use"
+                " make_lda()."
+            )
         if not 0 < self.validation_share < 1:
             raise InvalidInput(f"validation_share must lie in (0, 1), got {self.validation_share}.")
 
     def _split(self, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Training and validation positions; every class on both sides where there are enough trials."""
+        """Training and validation positions; every class on both sides where there are enough
+        trials.
+        """
         n_classes = targets.max() + 1
         n_validate = max(round(self.validation_share * targets.size), n_classes)
         even = np.bincount(targets).min() >= 2 and targets.size - n_validate >= n_classes
@@ -173,14 +212,18 @@ class TouchNetwork(TensorClassifier):
         )
 
     def _train(self, torch, data, targets, train, validate) -> None:
-        optimiser = torch.optim.Adam(self.network_.parameters(), lr=self.learning_rate, fused=True)  # a sixth faster
+        optimiser = torch.optim.Adam(
+            self.network_.parameters(), lr=self.learning_rate, fused=True
+        )  # a sixth faster
         best, kept, self.best_epoch_, losses = np.inf, None, 0, []
         for epoch in range(self.max_epochs):
             self.network_.train()
             for part in train[torch.randperm(len(train))].split(self.batch_size):
                 if len(part) > 1:  # batch norm has no variance of one
                     optimiser.zero_grad()
-                    torch.nn.functional.cross_entropy(self.network_(data[part]), targets[part]).backward()
+                    torch.nn.functional.cross_entropy(
+                        self.network_(data[part]), targets[part]
+                    ).backward()
                     optimiser.step()
             losses.append(self._validate(torch, data, targets, validate))
             if losses[-1] < best:
@@ -195,7 +238,9 @@ class TouchNetwork(TensorClassifier):
     def _validate(self, torch, data, targets, validate) -> float:
         self.network_.eval()
         with torch.no_grad():
-            return float(torch.nn.functional.cross_entropy(self.network_(data[validate]), targets[validate]))
+            return float(
+                torch.nn.functional.cross_entropy(self.network_(data[validate]), targets[validate])
+            )
 
 
 def make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
@@ -219,10 +264,14 @@ def import_torch() -> Any:
     try:
         import torch
     except ImportError:
-        raise MissingExtra(f"the network needs PyTorch, which is not installed. Install it with: {INSTALL}") from None
+        raise MissingExtra(
+            f"the network needs PyTorch, which is not installed. Install it with: {INSTALL}"
+        ) from None
     return torch
 
 
 def choose_device(torch: Any, device: str) -> Any:
     """A PyTorch device; ``auto`` is the GPU where there is one."""
-    return torch.device(("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device)
+    return torch.device(
+        ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
+    )

@@ -1,4 +1,6 @@
-"""The codes a classifier can be given: jointly fitted, fixed-basis with and without sparseness, raw; and the null."""
+"""The codes a classifier can be given: jointly fitted, fixed-basis with and without sparseness,
+raw; and the null.
+"""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Protocol
@@ -11,8 +13,10 @@ from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_like
 
 CODES = ("joint", "sparse", "ridge", "raw")
-"""Activations fitted together with the bases (the paper's recipe), activations for fixed bases with and without the
-sparseness constraint, and the tensors themselves; ``feeler.encoding.LABELS`` has a label for each."""
+"""Activations fitted together with the bases (the paper's recipe), activations for fixed bases with
+and without the sparseness constraint, and the tensors themselves; ``feeler.encoding.LABELS`` has a
+label for each.
+"""
 
 
 class Encoder(Protocol):
@@ -29,8 +33,11 @@ class Encoder(Protocol):
 
 
 @checked
-def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES) -> dict[str, Any]:
-    """Every kind of code of the same tensors, after one fit of the bases; labelled where the tensors are.
+def make_codes(
+    tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES
+) -> dict[str, Any]:
+    """Every kind of code of the same tensors, after one fit of the bases; labelled where the
+    tensors are.
 
     Parameters
     ----------
@@ -55,10 +62,14 @@ def make_codes(tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = COD
 
 
 @checked
-def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str) -> Any:
+def encode_with(
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str
+) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":
-        raise InvalidInput("joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'.")
+        raise InvalidInput(
+            "joint activations exist only for the tensors of the fit; use 'sparse' or 'ridge'."
+        )
     if kind == "raw":
         return tensors
     if encoder is None:
@@ -68,10 +79,11 @@ def encode_with(tensors: Annotated[np.ndarray, "trial sensor time"], encoder: En
 
 @checked
 def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
-    """One and the same tensor, as often as there were trials: a pipeline that tells these apart measures itself.
+    """One and the same tensor, as often as there were trials: a pipeline that tells these apart
+    measures itself.
 
-    The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies reach, labelled
-    as if they were different touches, comes from the method and not from touch.
+    The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies
+    reach, labelled as if they were different touches, comes from the method and not from touch.
     """
     array = check_tensors(tensors, least=1)
     energy = (array**2).sum(axis=(1, 2))

@@ -10,10 +10,11 @@ from feeler.tensors.labels import label_like
 
 
 class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
-    """PCA through the smaller of the Gram and the covariance matrix: exact, and only the components asked for.
+    """PCA through the smaller of the Gram and the covariance matrix: exact, and only the components
+    asked for.
 
-    scikit-learn's ``PCA`` with the same ``n_components``, up to sign; its automatic solver would be a randomised
-    approximation at this size, which the flat noise spectrum here does not suit.
+    scikit-learn's ``PCA`` with the same ``n_components``, up to sign; its automatic solver would be
+    a randomised approximation at this size, which the flat noise spectrum here does not suit.
 
     Parameters
     ----------
@@ -51,14 +52,18 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
             energy, left = eigh(centred @ centred.T, subset_by_index=(n - k, n - 1))
             axes = left.T @ centred
         else:
-            energy, right = eigh(centred.T @ centred, subset_by_index=(n_entries - k, n_entries - 1))
+            energy, right = eigh(
+                centred.T @ centred, subset_by_index=(n_entries - k, n_entries - 1)
+            )
             axes = right.T
         order = np.argsort(energy)[::-1]
         norm = np.linalg.norm(axes[order], axis=1, keepdims=True)
         self.components_ = axes[order] / np.maximum(norm, np.finfo(float).tiny)
         total = np.vdot(centred, centred)
         self.explained_variance_ = np.maximum(energy[order], 0.0) / (n - 1)
-        self.explained_variance_ratio_ = self.explained_variance_ * (n - 1) / max(total, np.finfo(float).tiny)
+        self.explained_variance_ratio_ = (
+            self.explained_variance_ * (n - 1) / max(total, np.finfo(float).tiny)
+        )
         return self
 
     @property
@@ -70,7 +75,9 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         """Coordinates of ``X`` along the components, (trial, component); labelled where ``X`` is."""
         check_is_fitted(self)
         values = validate_data(self, X, dtype=float, reset=False)
-        return label_like((values - self.mean_) @ self.components_.T, X, ("trial", "component"), "coordinate")
+        return label_like(
+            (values - self.mean_) @ self.components_.T, X, ("trial", "component"), "coordinate"
+        )
 
 
 def compute_kept_variance(components: PrincipalComponents, X: np.ndarray) -> float:

@@ -18,13 +18,17 @@ class Confused:
     correct: float
     """Nothing wrong."""
     wrong: dict[tuple[str, ...], float]
-    """wrong[("size",)] is the share in which only the size is wrong; keys are all combinations of attributes."""
+    """wrong[("size",)] is the share in which only the size is wrong; keys are all combinations of
+    attributes.
+    """
     accuracy: dict[str, float]
     """accuracy["location"] is the share in which the location is right, whatever else is wrong."""
 
     def describe(self) -> str:
         """One line of words, greatest share first."""
-        parts = sorted(((share, key) for key, share in self.wrong.items() if share > 0), reverse=True)
+        parts = sorted(
+            ((share, key) for key, share in self.wrong.items() if share > 0), reverse=True
+        )
         words = ", ".join(f"{' and '.join(key)} {100 * share:.1f} %" for share, key in parts)
         return f"right {100 * self.correct:.1f} %; wrong in {words}" if words else "all right"
 
@@ -43,12 +47,18 @@ def explain_confusion(confusion: np.ndarray, attributes: Mapping[str, Labels]) -
     confusion = np.asarray(confusion, dtype=float)
     n = len(confusion)
     if confusion.shape != (n, n) or confusion.sum() <= 0:
-        raise InvalidInput(f"expected a square matrix of counts with at least one trial, got shape {confusion.shape}.")
+        raise InvalidInput(
+            "expected a square matrix of counts with at least one trial, got shape"
+            f" {confusion.shape}."
+        )
     for name, values in attributes.items():
         if len(values) != n:
             raise InvalidInput(f"attribute {name!r} has {len(values)} values for {n} classes.")
     share = confusion / confusion.sum()
-    differ = {name: np.not_equal.outer(v, v) for name, v in ((k, np.asarray(v)) for k, v in attributes.items())}
+    differ = {
+        name: np.not_equal.outer(v, v)
+        for name, v in ((k, np.asarray(v)) for k, v in attributes.items())
+    }
     names = tuple(attributes)
     wrong = {}
     for size in range(1, len(names) + 1):

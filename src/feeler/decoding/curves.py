@@ -1,4 +1,6 @@
-"""All accuracy curves of one comparison: every code, noise level and number of copies, with null and baseline."""
+"""All accuracy curves of one comparison: every code, noise level and number of copies, with null
+and baseline.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +24,9 @@ class Curve(NamedTuple):
     group: str
     kind: str
     noise: str
-    """Name of the model; ``relative`` means to each tensor for tensors, to each vector for all other codes."""
+    """Name of the model; ``relative`` means to each tensor for tensors, to each vector for all
+    other codes.
+    """
     n_copies: int
     when: str = "after"
     """Noise ``after`` encoding (the paper) or ``before``."""
@@ -38,7 +42,9 @@ class Group:
     encoder: Any = None
     codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
     null: JointFit | None = None
-    """Jointly fitted codes of one tensor of the group, repeated; made where it is needed if it is not there."""
+    """Jointly fitted codes of one tensor of the group, repeated; made where it is needed if it is
+    not there.
+    """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,8 +53,8 @@ class Curves:
 
     sweeps: dict[Curve, Sweep]
     nulls: dict[Curve, Sweep]
-    """The same pipelines on one single tensor repeated, labelled as if it were different touches: of every group for
-    jointly fitted codes, of the first for fixed ones."""
+    """The same pipelines on one single tensor repeated, labelled as if it were different touches:
+    of every group for jointly fitted codes, of the first for fixed ones."""
     baselines: dict[str, Sweep]
     """Peak position and time only, by group, noise on the tensors at one common level."""
     noises: tuple[str, ...]
@@ -56,17 +62,37 @@ class Curves:
     fits: dict[str, JointFit] = field(default_factory=dict, repr=False)
     """Jointly fitted codes of the null, by group."""
 
-    def find(self, kind: str, noise: str = "relative", *, when: str = "after", n_copies: int | None = None) -> dict:
+    def find(
+        self,
+        kind: str,
+        noise: str = "relative",
+        *,
+        when: str = "after",
+        n_copies: int | None = None,
+    ) -> dict:
         """Sweeps by group name."""
         wanted = (kind, noise, n_copies or self.n_copies, when)
-        return {c.group: s for c, s in self.sweeps.items() if (c.kind, c.noise, c.n_copies, c.when) == wanted}
+        return {
+            c.group: s
+            for c, s in self.sweeps.items()
+            if (c.kind, c.noise, c.n_copies, c.when) == wanted
+        }
 
     def find_null(
-        self, kind: str, noise: str = "relative", n_copies: int | None = None, *, group: str | None = None
+        self,
+        kind: str,
+        noise: str = "relative",
+        n_copies: int | None = None,
+        *,
+        group: str | None = None,
     ) -> Sweep | None:
-        """The null of a kind of code: of jointly fitted ones the group's own, or the first there is."""
+        """The null of a kind of code: of jointly fitted ones the group's own, or the first there
+        is.
+        """
         wanted = (kind, noise, n_copies or self.n_copies)
-        found = {c.group: s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted}
+        found = {
+            c.group: s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted
+        }
         return found.get(group) if group and kind == "joint" else next(iter(found.values()), None)
 
 
@@ -79,29 +105,41 @@ def compute_curves(
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
-    """Every curve of the plan for every group; the null and the baseline are made from the groups themselves.
+    """Every curve of the plan for every group; the null and the baseline are made from the groups
+    themselves.
 
     Parameters
     ----------
     groups
-        Conditions to compare, e.g. three speeds; the first one also gives the null of fixed codes its tensor.
+        Conditions to compare, e.g. three speeds; the first one also gives the null of fixed codes
+        its tensor.
     kinds
         Codes to compare; each group must hold them.
     noises
         Names of noise models; all registered ones by default.
     """
     noises = tuple(NOISES) if noises is None else tuple(noises)
-    peaks = {kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds}
+    peaks = {
+        kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds
+    }
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
         for kind in kinds:
             codes = {name: group.codes[kind]}
-            sweeps |= _sweep_kind(codes, group.labels, kind, noises, peaks[kind], plan, random_state)
+            sweeps |= _sweep_kind(
+                codes, group.labels, kind, noises, peaks[kind], plan, random_state
+            )
         report(f"{name}: {len(kinds)} codes")
     if plan.before_repeats:
-        sweeps |= _sweep_before(groups, [k for k in kinds if k == "sparse"], noises, plan, random_state)
+        sweeps |= _sweep_before(
+            groups, [k for k in kinds if k == "sparse"], noises, plan, random_state
+        )
     reference = next(iter(groups))
-    fits = {n: g.null or fit_null(g.tensors, g.encoder, plan.null_iter) for n, g in groups.items() if "joint" in kinds}
+    fits = {
+        n: g.null or fit_null(g.tensors, g.encoder, plan.null_iter)
+        for n, g in groups.items()
+        if "joint" in kinds
+    }
     nulls: dict[Curve, Sweep] = {}
     for kind in kinds:
         codes = (
@@ -109,10 +147,22 @@ def compute_curves(
             if kind == "joint"
             else {reference: _repeat_code(groups[reference], kind)}
         )
-        nulls |= _sweep_kind(codes, groups[reference].labels, kind, noises, peaks[kind], plan, random_state)
+        nulls |= _sweep_kind(
+            codes, groups[reference].labels, kind, noises, peaks[kind], plan, random_state
+        )
     peak = max(group.tensors.max() for group in groups.values())
-    baselines = {name: compute_baseline(group, plan, float(peak), random_state) for name, group in groups.items()}
-    return Curves(sweeps=sweeps, nulls=nulls, baselines=baselines, noises=noises, n_copies=plan.n_copies, fits=fits)
+    baselines = {
+        name: compute_baseline(group, plan, float(peak), random_state)
+        for name, group in groups.items()
+    }
+    return Curves(
+        sweeps=sweeps,
+        nulls=nulls,
+        baselines=baselines,
+        noises=noises,
+        n_copies=plan.n_copies,
+        fits=fits,
+    )
 
 
 def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
@@ -120,8 +170,14 @@ def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> 
     found = {}
     for name, array in codes.items():
         for model in noises:
-            noise = NOISES[model](each="tensor" if kind == "raw" else "vector", reference=float(peak))
-            options = {"noise": noise, "rotate": kind == "raw" and noise.is_even, "random_state": random_state}
+            noise = NOISES[model](
+                each="tensor" if kind == "raw" else "vector", reference=float(peak)
+            )
+            options = {
+                "noise": noise,
+                "rotate": kind == "raw" and noise.is_even,
+                "random_state": random_state,
+            }
             found[Curve(name, kind, model, plan.n_copies)] = compute_sweep(
                 array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
                 estimator=make_fitting_lda(len(labels), plan.n_copies), **options,

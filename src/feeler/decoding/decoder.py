@@ -1,9 +1,11 @@
-"""Streaming decoder: samples in, a posterior over classes out after each one, with a "not sure yet".
+"""Streaming decoder: samples in, a posterior over classes out after each one, with a "not sure
+yet".
 
-Evidence adds up in time: after contact, each sample is compared with every class's expected sample at that moment,
-``log p_c ← log p_c − Σ_s (x_s − μ_cs(t))² / (2 σ_cs(t)² τ)``. The moment of contact is uncertain by a few samples, so
-each class is held at several lags at once and the lags are summed out. τ, the correlation time in samples, keeps
-neighbouring samples, whose errors go together, from counting as independent witnesses.
+Evidence adds up in time: after contact, each sample is compared with every class's expected sample
+at that moment, ``log p_c ← log p_c − Σ_s (x_s − μ_cs(t))² / (2 σ_cs(t)² τ)``. The moment of contact
+is uncertain by a few samples, so each class is held at several lags at once and the lags are summed
+out. τ, the correlation time in samples, keeps neighbouring samples, whose errors go together, from
+counting as independent witnesses.
 """
 
 import os
@@ -54,9 +56,11 @@ class StreamDecoder(TensorClassifier):
     threshold
         Posterior at which the answer counts as decided.
     onset, confirm
-        Contact is noticed when any sensor leaves its resting level by ``onset`` [rad] for ``confirm`` samples running.
+        Contact is noticed when any sensor leaves its resting level by ``onset`` [rad] for
+        ``confirm`` samples running.
     noise
-        Expected mismatch as a share of each class's largest absolute value, beside the spread of the training touches.
+        Expected mismatch as a share of each class's largest absolute value, beside the spread of
+        the training touches.
     correlation
         τ, samples over which the mismatch stays correlated.
     max_lag, lag_step
@@ -64,9 +68,10 @@ class StreamDecoder(TensorClassifier):
     interval
         Time between samples [ms].
     model
-        Something else that says what is felt, such as a trained network: ``model(tensor)`` takes the samples since contact
-        (sensor, window) [rad], relative to rest and NaN where missing or still to come, and gives the probabilities of the
-        classes (class,). ``adopt`` then takes the place of ``fit``.
+        Something else that says what is felt, such as a trained network: ``model(tensor)`` takes
+        the samples since contact (sensor, window) [rad], relative to rest and NaN where missing or
+        still to come, and gives the probabilities of the classes (class,). ``adopt`` then takes the
+        place of ``fit``.
 
     Attributes
     ----------
@@ -75,7 +80,8 @@ class StreamDecoder(TensorClassifier):
     correlation_
         τ in use: ``correlation``, or what ``temper`` found.
     expected_
-        (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact on.
+        (class, sensor, max_lag + window + max_lag) expected samples from ``max_lag`` before contact
+        on.
     """
 
     def __init__(
@@ -103,31 +109,51 @@ class StreamDecoder(TensorClassifier):
         self.model = model
 
     def adopt(self, classes: Sequence[Any], n_sensors: int) -> "StreamDecoder":
-        """Ready to stream with ``model``, whose probabilities are those of ``classes`` in this order."""
+        """Ready to stream with ``model``, whose probabilities are those of ``classes`` in this
+        order.
+        """
         self._check()
         if not callable(self.model):
-            raise InvalidInput("adopt needs model=, a function of the tensor so far (sensor, window); or use fit.")
+            raise InvalidInput(
+                "adopt needs model=, a function of the tensor so far (sensor, window); or use fit."
+            )
         if len(classes) < 2 or n_sensors < 1:
-            raise InvalidInput(f"a decoder needs at least 2 classes and 1 sensor, got {len(classes)} and {n_sensors}.")
+            raise InvalidInput(
+                f"a decoder needs at least 2 classes and 1 sensor, got {len(classes)} and"
+                f" {n_sensors}."
+            )
         self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
         return self
 
     def fit(self, X: Sequence[np.ndarray], y: Sequence[tuple]) -> "StreamDecoder":
-        """Learn from touches (sensor, time) of any durations that start at rest, with one label each.
+        """Learn from touches (sensor, time) of any durations that start at rest, with one label
+        each.
 
         Touches without contact are left out; several touches of one class give its spread.
         """
         self._check()
         if self.model is not None:
-            raise InvalidInput("a decoder with model= is not fitted; give it its classes with adopt.")
+            raise InvalidInput(
+                "a decoder with model= is not fitted; give it its classes with adopt."
+            )
         if len(X) != len(y) or not len(X):
-            raise InvalidInput(f"fit needs one label per touch, got {len(X)} touches and {len(y)} labels.")
-        found = [(self._cut(np.asarray(touch, dtype=float)), label) for touch, label in zip(X, y, strict=True)]
+            raise InvalidInput(
+                f"fit needs one label per touch, got {len(X)} touches and {len(y)} labels."
+            )
+        found = [
+            (self._cut(np.asarray(touch, dtype=float)), label)
+            for touch, label in zip(X, y, strict=True)
+        ]
         cut = [(touch, label) for touch, label in found if touch is not None]
         self.classes_ = sorted({label for _, label in cut})
         if len(self.classes_) < 2:
-            raise InvalidInput(f"a decoder needs touches of at least 2 classes with contact, got {len(self.classes_)}.")
-        groups = [np.stack([touch for touch, label in cut if label == name]) for name in self.classes_]
+            raise InvalidInput(
+                "a decoder needs touches of at least 2 classes with contact, got"
+                f" {len(self.classes_)}."
+            )
+        groups = [
+            np.stack([touch for touch, label in cut if label == name]) for name in self.classes_
+        ]
         self.expected_ = np.stack([group.mean(axis=0) for group in groups])
         spread = np.stack([group.var(axis=0) for group in groups])
         scale = self.noise * np.abs(self.expected_).max(axis=(1, 2), keepdims=True)
@@ -139,11 +165,15 @@ class StreamDecoder(TensorClassifier):
         self._pack()
         return self
 
-    def temper(self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = MOMENTS) -> "StreamDecoder":
-        """Set τ so that the posterior is as sure as it is right on other touches, which the fit has not seen.
+    def temper(
+        self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = MOMENTS
+    ) -> "StreamDecoder":
+        """Set τ so that the posterior is as sure as it is right on other touches, which the fit has
+        not seen.
 
-        Chooses the τ with the greatest mean log posterior of the true classes over ``moments`` (samples after contact).
-        Use simulations with drawn mechanics: a decoder tempered on its own training touches would trust itself fully.
+        Chooses the τ with the greatest mean log posterior of the true classes over ``moments``
+        (samples after contact). Use simulations with drawn mechanics: a decoder tempered on its own
+        training touches would trust itself fully.
         """
         check_is_fitted(self, "expected_at_")
         chosen = np.unique(np.clip(moments, 0, self.window - 1))
@@ -154,9 +184,15 @@ class StreamDecoder(TensorClassifier):
                 evidence.append(self._accumulate(cut)[chosen])
                 true.append(self.classes_.index(label))
         if not evidence:
-            raise InvalidInput("temper needs touches with contact and with labels that the decoder knows; got none.")
+            raise InvalidInput(
+                "temper needs touches with contact and with labels that the decoder knows; got"
+                " none."
+            )
         sharpness = np.geomspace(SHARPNESS[0], SHARPNESS[1], 61)
-        scores = [_score_log(np.stack(evidence) * s, np.array(true), len(self.classes_)) for s in sharpness]
+        scores = [
+            _score_log(np.stack(evidence) * s, np.array(true), len(self.classes_))
+            for s in sharpness
+        ]
         best = sharpness[int(np.argmax(scores))]
         self.correlation_ /= best
         self.weight_ *= best
@@ -165,47 +201,85 @@ class StreamDecoder(TensorClassifier):
         return self
 
     def save(self, path: str | os.PathLike) -> None:
-        """What was learned and all settings as a model file, which ``feeler info`` and ``validate`` know; never pickle."""
+        """What was learned and all settings as a model file, which ``feeler info`` and ``validate``
+        know; never pickle.
+        """
         check_is_fitted(self, "classes_")
         if self.model is not None:
-            raise InvalidInput("a decoder with model= holds a function, which no file can. Save the network by itself.")
+            raise InvalidInput(
+                "a decoder with model= holds a function, which no file can. Save the network by"
+                " itself."
+            )
         parameters = {name: value for name, value in self.get_params().items() if name != "model"}
-        settings = {"parameters": parameters, "classes": self.classes_, "correlation": self.correlation_}
+        settings = {
+            "parameters": parameters,
+            "classes": self.classes_,
+            "correlation": self.correlation_,
+        }
         arrays = {name: getattr(self, f"{name}_") for name in LEARNED}
         save_model(Model(kind=KIND, version=VERSION, arrays=arrays, settings=settings), path)
 
     @classmethod
     def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
-        """A decoder that :meth:`save` wrote, ready to stream; ``trusted=True`` skips the guard, for a file of your own.
+        """A decoder that :meth:`save` wrote, ready to stream; ``trusted=True`` skips the guard, for
+        a file of your own.
 
         Raises
         ------
         InvalidInput
-            No such file, damaged, of another kind or version, or with parts that do not fit together.
+            No such file, damaged, of another kind or version, or with parts that do not fit
+            together.
         """
         file = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
         try:
             given: dict[str, Any] = file.settings["parameters"]
-            options: dict[str, Any] = {name: int(x) if name in WHOLE else float(x) for name, x in given.items()}
+            options: dict[str, Any] = {
+                name: int(x) if name in WHOLE else float(x) for name, x in given.items()
+            }
             decoder = cls(**options)
             decoder._check()
             decoder._restore(file)
-        except (KeyError, TypeError, ValueError, AttributeError, OverflowError, FeelerError) as error:
-            raise InvalidInput(f"{path} is no complete StreamDecoder ({str(error)[:150]}). Save it again.") from error
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            OverflowError,
+            FeelerError,
+        ) as error:
+            raise InvalidInput(
+                f"{path} is no complete StreamDecoder ({str(error)[:150]}). Save it again."
+            ) from error
         return decoder
 
     def _restore(self, file: Model) -> None:
         """Take over what a file holds, once it is known to fit."""
-        labels = [tuple(label) if isinstance(label, list) else label for label in file.settings["classes"]]
-        expected, weight, constant = (np.asarray(file.arrays[name], dtype=float) for name in LEARNED)
+        labels = [
+            tuple(label) if isinstance(label, list) else label for label in file.settings["classes"]
+        ]
+        expected, weight, constant = (
+            np.asarray(file.arrays[name], dtype=float) for name in LEARNED
+        )
         n_classes, n_sensors, n_samples = expected.shape
         whole = weight.shape == expected.shape and constant.shape == (n_classes, n_samples)
-        if not whole or (n_classes, n_samples) != (len(labels), self.window + 2 * self.max_lag) or n_sensors < 1:
-            raise ValueError(f"{len(labels)} classes and window {self.window} do not fit arrays of {expected.shape}")
-        if not all(np.isfinite(values).all() for values in (expected, weight, constant)) or (weight <= 0).any():
+        if (
+            not whole
+            or (n_classes, n_samples) != (len(labels), self.window + 2 * self.max_lag)
+            or n_sensors < 1
+        ):
+            raise ValueError(
+                f"{len(labels)} classes and window {self.window} do not fit arrays of"
+                f" {expected.shape}"
+            )
+        if (
+            not all(np.isfinite(values).all() for values in (expected, weight, constant))
+            or (weight <= 0).any()
+        ):
             raise ValueError("its numbers are finite and its weights > 0")
         lags = 2 * self.max_lag // self.lag_step + 1
-        find_limits(None).check_bytes(2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to")
+        find_limits(None).check_bytes(
+            2 * self.window * lags * expected[:, :, 0].nbytes, "what it unpacks to"
+        )
         self.classes_ = labels
         self.expected_, self.weight_, self.constant_ = expected, weight, constant
         self.n_sensors_, self.correlation_ = int(n_sensors), float(file.settings["correlation"])
@@ -218,7 +292,9 @@ class StreamDecoder(TensorClassifier):
         return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:
-        """Views over lags, so that one sample costs a few array operations: (slot, class · lag, sensor)."""
+        """Views over lags, so that one sample costs a few array operations: (slot, class · lag,
+        sensor).
+        """
         lags = np.arange(0, 2 * self.max_lag + 1, self.lag_step)
         at = np.arange(self.window)[:, None] + lags
         shape = (self.window, len(self.classes_) * lags.size, self.n_sensors_)
@@ -234,9 +310,13 @@ class StreamDecoder(TensorClassifier):
                 raise InvalidInput(f"StreamDecoder needs {name} below {MOST:,}, got {value}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
-        """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None without contact."""
+        """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None
+        without contact.
+        """
         if touch.ndim != 2 or not np.isfinite(touch).all():
-            raise InvalidInput(f"training touches are finite (sensor, time), got shape {touch.shape} or NaN in it.")
+            raise InvalidInput(
+                f"training touches are finite (sensor, time), got shape {touch.shape} or NaN in it."
+            )
         finder = OnsetFinder(self.onset, self.confirm, touch.shape[0])
         found = next((k for k in range(touch.shape[1]) if finder.see(touch[:, k])), None)
         if found is None:
@@ -250,13 +330,20 @@ class StreamDecoder(TensorClassifier):
         return Stream(self)
 
     def replay(self, values: np.ndarray, time: np.ndarray | None = None) -> list[StreamState]:
-        """States after each sample of a recording (sensor, sample), with its times [ms] if it has any."""
+        """States after each sample of a recording (sensor, sample), with its times [ms] if it has
+        any.
+        """
         stream = self.start()
         values = np.asarray(values, dtype=float)
-        return [stream.update(values[:, k], None if time is None else time[k]) for k in range(values.shape[1])]
+        return [
+            stream.update(values[:, k], None if time is None else time[k])
+            for k in range(values.shape[1])
+        ]
 
     def decide(self, X: Sequence[np.ndarray]) -> np.ndarray:
-        """Posterior (touch, class) when each touch (sensor, time) has ended; NaN where no contact was noticed."""
+        """Posterior (touch, class) when each touch (sensor, time) has ended; NaN where no contact
+        was noticed.
+        """
         found = np.full((len(X), len(self.classes_)), np.nan)
         for row, touch in zip(found, X, strict=True):
             for state in self.replay(np.asarray(touch))[-1:]:

@@ -27,7 +27,9 @@ class EarlyAccuracy:
 def measure_early_accuracy(
     decoder: StreamDecoder, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int]
 ) -> EarlyAccuracy:
-    """Replay touches (sensor, time), score the answers at moments after contact; unnoticed touches count as wrong."""
+    """Replay touches (sensor, time), score the answers at moments after contact; unnoticed touches
+    count as wrong.
+    """
     at = np.asarray(moments, dtype=int)
     right, decided = np.zeros((2, len(X), at.size), dtype=bool)
     noticed = 0

@@ -26,7 +26,9 @@ def group_tensors(
     reference: str = "exponential",
     random_state: int = 0,
 ) -> dict[str, dict[str, Group]]:
-    """Both comparisons of ``list_groups``, encoded, each group with its null of jointly fitted codes."""
+    """Both comparisons of ``list_groups``, encoded, each group with its null of jointly fitted
+    codes.
+    """
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
@@ -44,7 +46,11 @@ def group_tensors(
         parts = {kind: np.split(code, ends) for kind, code in codes.items()}
         groups["speed"] = {
             name: Group(
-                tensors=a, labels=y, encoder=fitted, codes={kind: parts[kind][k] for kind in parts}, null=find_null(a)
+                tensors=a,
+                labels=y,
+                encoder=fitted,
+                codes={kind: parts[kind][k] for kind in parts},
+                null=find_null(a),
             )
             for k, (name, (a, y)) in enumerate(listed["speed"].items())
         }
@@ -62,13 +68,16 @@ def group_tensors(
 def list_groups(
     tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
 ) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order everywhere.
+    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order
+    everywhere.
 
-    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the slowest speed. A
-    comparison with one group only is left out.
+    ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the
+    slowest speed. A comparison with one group only is left out.
     """
     if reference not in tensors:
-        raise InvalidInput(f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}.")
+        raise InvalidInput(
+            f"no tensors of the reference antenna {reference!r}; given: {', '.join(tensors)}."
+        )
     peak = max(float(data[quantity].max()) for data in tensors.values())
     if not peak > 0:
         raise InvalidInput(f"no tensor has a positive {quantity}: did any contact take place?")
@@ -90,4 +99,6 @@ def list_groups(
 def configure(encoder: Any, settings: Mapping[str, Any]) -> Any:
     """An unfitted copy of an encoder with those of the settings that it knows."""
     known = encoder.get_params()
-    return clone(encoder).set_params(**{key: value for key, value in settings.items() if key in known})
+    return clone(encoder).set_params(
+        **{key: value for key, value in settings.items() if key in known}
+    )

@@ -10,7 +10,11 @@ from feeler.errors import InvalidInput
 
 Labels = Sequence[Any] | np.ndarray
 """One class per trial."""
-CLASS = ("feature", "size", "location")  # [P] six features (three shapes, two sizes) at five locations: 30 classes
+CLASS = (
+    "feature",
+    "size",
+    "location",
+)  # [P] six features (three shapes, two sizes) at five locations: 30 classes
 
 
 @checked
@@ -20,7 +24,8 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
     Parameters
     ----------
     trials
-        A Dataset (or anything indexed by name that gives one value per trial) with the coordinates in ``by``.
+        A Dataset (or anything indexed by name that gives one value per trial) with the coordinates
+        in ``by``.
     by
         What makes a class.
     """
@@ -29,7 +34,9 @@ def make_labels(trials: Any, by: Sequence[str] = CLASS) -> np.ndarray:
         try:
             columns.append(np.asarray(trials[name]))
         except (KeyError, TypeError, IndexError):
-            raise InvalidInput(f"the trials have no coordinate {name!r}; labels need {', '.join(by)}.") from None
+            raise InvalidInput(
+                f"the trials have no coordinate {name!r}; labels need {', '.join(by)}."
+            ) from None
     return np.array([write_label(row) for row in zip(*columns, strict=True)])
 
 

@@ -1,9 +1,11 @@
-"""The lines that a board sends: numbered, timed and summed, so that lost, late, doubled and broken ones are known.
+"""The lines that a board sends: numbered, timed and summed, so that lost, late, doubled and broken
+ones are known.
 
     $12,1034.250,4.73,4.71,nan*7F
 
-After the dollar: a number that rises by one and wraps at 65536, the board's time [ms], one value per sensor; after the
-asterisk the exclusive or of all bytes between the two, as two hexadecimal digits (as NMEA 0183 has it).
+After the dollar: a number that rises by one and wraps at 65536, the board's time [ms], one value
+per sensor; after the asterisk the exclusive or of all bytes between the two, as two hexadecimal
+digits (as NMEA 0183 has it).
 """
 
 from functools import reduce
@@ -12,7 +14,9 @@ from operator import xor
 import numpy as np
 
 WRAP = 65536
-CLOCK = 2**32 / 1000  # ms after which a board's clock of microseconds in 32 bits begins anew (71.6 minutes)
+CLOCK = (
+    2**32 / 1000
+)  # ms after which a board's clock of microseconds in 32 bits begins anew (71.6 minutes)
 MAX_HOLE = 2000  # [C] samples in a row; a longer hole is a board that began anew
 
 
@@ -23,7 +27,9 @@ def frame_sample(number: int, time: float, values: np.ndarray) -> str:
 
 
 def unwrap_clock(time: np.ndarray) -> np.ndarray:
-    """Times (sample,) [ms] that go on where a board's clock began anew; times that fall by less than half of it stay."""
+    """Times (sample,) [ms] that go on where a board's clock began anew; times that fall by less
+    than half of it stay.
+    """
     return time + CLOCK * np.cumsum(np.diff(time, prepend=time[:1]) < -CLOCK / 2)
 
 
@@ -40,7 +46,9 @@ class Link:
         self._n, self._last, self._time, self._turns = n_sensors, -1, 0.0, 0
 
     def take(self, line: str) -> list[tuple[float, np.ndarray]]:
-        """The samples (time [ms], values) that a line adds: none, one, or one and those lost before it."""
+        """The samples (time [ms], values) that a line adds: none, one, or one and those lost before
+        it.
+        """
         number, time, values = self._read(line.strip())
         if number is None:
             self.broken += 1
@@ -51,7 +59,11 @@ class Link:
             return []
         if ahead > MAX_HOLE:  # a board that began anew, and its clock with it
             self._turns, self._time = 0, time
-        before, missing, time = self._time, (ahead - 1 if ahead <= MAX_HOLE else 0), self.follow(time)
+        before, missing, time = (
+            self._time,
+            (ahead - 1 if ahead <= MAX_HOLE else 0),
+            self.follow(time),
+        )
         step = (time - before) / (missing + 1)
         holes = [(before + k * step, np.full(self._n, np.nan)) for k in range(1, missing + 1)]
         self.lost += missing
@@ -76,7 +88,11 @@ class Link:
         try:
             if not star or int(digits, 16) != _sum(body) or len(cells) != self._n + 2:
                 return bad
-            number, time, values = int(cells[0]), float(cells[1]), np.array([float(cell) for cell in cells[2:]])
+            number, time, values = (
+                int(cells[0]),
+                float(cells[1]),
+                np.array([float(cell) for cell in cells[2:]]),
+            )
         except ValueError:
             return bad
         return (number, time, values) if 0 <= number < WRAP and np.isfinite(time) else bad

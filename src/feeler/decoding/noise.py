@@ -7,27 +7,35 @@ import numpy as np
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-LEAST_RATIO = 1e-6  # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
+LEAST_RATIO = (
+    1e-6  # at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
+)
 PARTS = {"vector": 2, "tensor": (1, 2)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """A model of noise; a new one gives ``compute_size``, or draws its copies otherwise than Gaussian."""
+    """A model of noise; a new one gives ``compute_size``, or draws its copies otherwise than
+    Gaussian.
+    """
 
     each: str = "vector"
-    """What a ratio is a share of, where the model asks: the greatest magnitude of each ``vector`` h_i(t) of each trial, or
-    of each ``tensor``."""
+    """What a ratio is a share of, where the model asks: the greatest magnitude of each ``vector``
+    h_i(t) of each trial, or of each ``tensor``."""
     reference: float | None = None
     """Greatest magnitude over everything that is compared; None: over the codes at hand."""
 
     def __post_init__(self) -> None:
         if self.each not in PARTS:
-            raise InvalidInput(f"noise is relative to each of {', '.join(PARTS)}, got {self.each!r}.")
+            raise InvalidInput(
+                f"noise is relative to each of {', '.join(PARTS)}, got {self.each!r}."
+            )
 
     @property
     def is_even(self) -> bool:
-        """Whether the noise is Gaussian with one sd over all entries of a trial: ``draw_rotated`` is then exact."""
+        """Whether the noise is Gaussian with one sd over all entries of a trial: ``draw_rotated``
+        is then exact.
+        """
         return False
 
     def compute_size(self, codes: np.ndarray) -> np.ndarray:
@@ -40,8 +48,12 @@ class Noise:
             raise InvalidInput(f"noise must be a ratio ≥ 0 (0.1 is 10 %), got {ratio}.")
         return max(ratio, LEAST_RATIO) * self.compute_size(codes)
 
-    def draw(self, codes: np.ndarray, ratio: float, n_copies: int, rng: np.random.Generator) -> np.ndarray:
-        """``n_copies`` of every trial with fresh noise (copy · trial, vector, time), the set in turn."""
+    def draw(
+        self, codes: np.ndarray, ratio: float, n_copies: int, rng: np.random.Generator
+    ) -> np.ndarray:
+        """``n_copies`` of every trial with fresh noise (copy · trial, vector, time), the set in
+        turn.
+        """
         return draw_copies(codes, self.sd(codes, ratio), n_copies, rng)
 
 
@@ -56,7 +68,8 @@ class Relative(Noise):
 
     Notes
     -----
-    Paper, "Feature classification from tactile tensors": deviation relative to each activation vector's maximum.
+    Paper, "Feature classification from tactile tensors": deviation relative to each activation
+    vector's maximum.
     """
 
     @property
@@ -72,7 +85,9 @@ class Relative(Noise):
 @NOISES.register("common")
 @dataclass(frozen=True, kw_only=True)
 class Common(Noise):
-    """sd = ratio × ``reference``: the same absolute noise everywhere, as a sensor with a fixed noise floor has."""
+    """sd = ratio × ``reference``: the same absolute noise everywhere, as a sensor with a fixed
+    noise floor has.
+    """
 
     @property
     def is_even(self) -> bool:
@@ -84,8 +99,12 @@ class Common(Noise):
         return np.full((1, 1, 1), np.abs(codes).max() if self.reference is None else self.reference)
 
 
-def draw_copies(codes: np.ndarray, sd: np.ndarray, n_copies: int, rng: np.random.Generator) -> np.ndarray:
-    """``n_copies`` of every trial with fresh Gaussian noise (copy · trial, vector, time), the set in turn."""
+def draw_copies(
+    codes: np.ndarray, sd: np.ndarray, n_copies: int, rng: np.random.Generator
+) -> np.ndarray:
+    """``n_copies`` of every trial with fresh Gaussian noise (copy · trial, vector, time), the set
+    in turn.
+    """
     if n_copies < 1:
         raise InvalidInput(f"n_copies must be ≥ 1, got {n_copies}.")
     noise = rng.standard_normal((n_copies, *codes.shape), dtype=np.float32)
@@ -97,12 +116,14 @@ def draw_copies(codes: np.ndarray, sd: np.ndarray, n_copies: int, rng: np.random
 def draw_rotated(
     clean: np.ndarray, owner: np.ndarray, sd: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Noisy copies in far fewer coordinates, for methods that only see distances and angles (PCA, LDA, SVM).
+    """Noisy copies in far fewer coordinates, for methods that only see distances and angles (PCA,
+    LDA, SVM).
 
-    Isotropic noise looks the same after any rotation. Turned so that the first axes span the clean vectors, all
-    that m noisy copies show outside that span is the Gram matrix of m Gaussian vectors, a Wishart matrix; its
-    Bartlett factor L (chi-distributed diagonal, normal below) has exactly that Gram matrix in m coordinates. So 600
-    copies of 21,280 entries become 600 vectors of about 630, with the same joint distribution of all inner products.
+    Isotropic noise looks the same after any rotation. Turned so that the first axes span the clean
+    vectors, all that m noisy copies show outside that span is the Gram matrix of m Gaussian
+    vectors, a Wishart matrix; its Bartlett factor L (chi-distributed diagonal, normal below) has
+    exactly that Gram matrix in m coordinates. So 600 copies of 21,280 entries become 600 vectors of
+    about 630, with the same joint distribution of all inner products.
 
     Parameters
     ----------
@@ -131,7 +152,9 @@ def draw_rotated(
 
 
 def _span(clean: np.ndarray) -> np.ndarray:
-    """Coordinates of the clean vectors in an orthonormal basis of their span (trial, rank), from their Gram matrix."""
+    """Coordinates of the clean vectors in an orthonormal basis of their span (trial, rank), from
+    their Gram matrix.
+    """
     energy, axes = np.linalg.eigh(clean @ clean.T)
     keep = energy > energy[-1] * 1e-12
     return axes[:, keep] * np.sqrt(energy[keep])

@@ -1,4 +1,6 @@
-"""Two tests of codes that are fitted together with their bases: identical touches, and every touch twice."""
+"""Two tests of codes that are fitted together with their bases: identical touches, and every touch
+twice.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +31,9 @@ class Twins:
     """Accuracies on the codes of a set in which every touch stands twice."""
 
     same: Sweep
-    """Trained and tested on noisy copies of the first of each pair: what the paper's recipe measures."""
+    """Trained and tested on noisy copies of the first of each pair: what the paper's recipe
+    measures.
+    """
     other: Sweep
     """Tested on copies of the second: what of it belongs to the touch."""
     fitted: JointFit
@@ -39,13 +43,21 @@ class Twins:
         """Share of the accuracy above chance that carries over to the twin; at least 0."""
         above = self.same.ratios > 0
         height = self.same.noisy[above].mean() - self.same.chance
-        return float(max(self.other.noisy[above].mean() - self.other.chance, 0.0) / height) if height > 0 else 0.0
+        return (
+            float(max(self.other.noisy[above].mean() - self.other.chance, 0.0) / height)
+            if height > 0
+            else 0.0
+        )
 
 
 def fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
     known = encoder.get_params()
-    fitted = clone(encoder).set_params(**({"max_iter": n_iter} if "max_iter" in known else {})).fit(tensors)
+    fitted = (
+        clone(encoder)
+        .set_params(**({"max_iter": n_iter} if "max_iter" in known else {}))
+        .fit(tensors)
+    )
     done = int(getattr(fitted, "n_iter_", 0))
     return JointFit(codes=fitted.activations_, n_iter=done, converged=done < n_iter)
 
@@ -55,8 +67,11 @@ def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     return fit_jointly(make_null(tensors), encoder, n_iter)
 
 
-def compare_twins(tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: Plan, *, random_state: int = 0) -> Twins:
-    """Each tensor twice in one joint fit; train on noisy copies of one twin, test on noisy copies of the other.
+def compare_twins(
+    tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: Plan, *, random_state: int = 0
+) -> Twins:
+    """Each tensor twice in one joint fit; train on noisy copies of one twin, test on noisy copies
+    of the other.
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
     """
@@ -67,4 +82,8 @@ def compare_twins(tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: P
         "estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state,
     }  # fmt: skip
     same = compute_sweep(first, labels, **options)
-    return Twins(same=same, other=compute_sweep(first, labels, held_out=(second, labels), **options), fitted=fitted)
+    return Twins(
+        same=same,
+        other=compute_sweep(first, labels, held_out=(second, labels), **options),
+        fitted=fitted,
+    )

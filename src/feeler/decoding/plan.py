@@ -25,10 +25,14 @@ class Plan:
     before_repeats: int = 1
     """0 leaves noise before encoding out."""
     before_all: bool = False
-    """All groups and both noise levels before encoding, or the first group at the common level only."""
+    """All groups and both noise levels before encoding, or the first group at the common level
+    only.
+    """
     n_restarts: int = 3
     """Restarts of an encoder's fit."""
     null_iter: int = 300
-    """Iterations of the joint fits of identical touches and of twins: enough for what they reach to stand still."""
+    """Iterations of the joint fits of identical touches and of twins: enough for what they reach to
+    stand still.
+    """
     twins: str = "all"
     """Groups whose touches are fitted twice: all, the ends of each comparison, or none."""

@@ -13,9 +13,11 @@ MAX_LINE = 4096  # characters of one sample; more is no sample
 
 
 def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.ndarray]:
-    """Time [ms] or None, and values (sensor,), of one line: numbers separated by commas, semicolons, tabs or blanks.
+    """Time [ms] or None, and values (sensor,), of one line: numbers separated by commas,
+    semicolons, tabs or blanks.
 
-    ``n_sensors`` numbers are a sample, one more in front is its time. ``nan`` marks a missing channel.
+    ``n_sensors`` numbers are a sample, one more in front is its time. ``nan`` marks a missing
+    channel.
     """
     line = _decode(line)
     if len(line) > MAX_LINE:
@@ -23,7 +25,8 @@ def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.nd
     cells = split_sample(line)
     if len(cells) not in (n_sensors, n_sensors + 1):
         raise InvalidInput(
-            f"a sample is {n_sensors} numbers, or a time and {n_sensors} numbers; got {len(cells)} in {line[:80]!r}."
+            f"a sample is {n_sensors} numbers, or a time and {n_sensors} numbers; got {len(cells)}"
+            f" in {line[:80]!r}."
         )
     try:
         numbers = [float(cell) for cell in cells if "_" not in cell]
@@ -45,8 +48,12 @@ def _decode(line: str | bytes) -> str:
     return line if isinstance(line, str) else line[: MAX_LINE + 1].decode("utf-8", errors="replace")
 
 
-def take_line(line: str | bytes, n_sensors: int, link: Link) -> list[tuple[float | None, np.ndarray]]:
-    """The samples that a line adds; one that begins with ``$`` is a board's, which ``link`` checks and counts."""
+def take_line(
+    line: str | bytes, n_sensors: int, link: Link
+) -> list[tuple[float | None, np.ndarray]]:
+    """The samples that a line adds; one that begins with ``$`` is a board's, which ``link`` checks
+    and counts.
+    """
     text = _decode(line)
     if text.lstrip().startswith("$"):
         return [*link.take(text)]
@@ -66,7 +73,9 @@ def read_samples(
         text = _decode(line)
         if not text.strip() or text.lstrip().startswith("#"):
             continue
-        words = not text.lstrip().startswith("$") and text.lower().replace("nan", "").replace("e", "")
+        words = not text.lstrip().startswith("$") and text.lower().replace("nan", "").replace(
+            "e", ""
+        )
         is_header, first = first and any(c.isalpha() for c in words or ""), False
         if not is_header:
             yield from take_line(text, n_sensors, link)
@@ -79,7 +88,8 @@ def read_lines(stream: BinaryIO) -> Iterator[bytes]:
 
 
 def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:
-    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra ``robot``.
+    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra
+    ``robot``.
 
     Raises
     ------
@@ -101,4 +111,6 @@ def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Ite
             while line := connection.readline(MAX_LINE):
                 yield line
     except (serial.SerialException, OSError) as error:
-        raise InvalidInput(f"the board at {port} is gone ({error}). Plug it in and begin again.") from error
+        raise InvalidInput(
+            f"the board at {port} is gone ({error}). Plug it in and begin again."
+        ) from error

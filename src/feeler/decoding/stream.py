@@ -20,7 +20,9 @@ class StreamState:
     sample: int
     """Number of the sample's slot on the trained time base."""
     state: str
-    """``waiting`` for contact, ``unsure``, ``decided`` (posterior ≥ threshold), or ``over`` (the window is full)."""
+    """``waiting`` for contact, ``unsure``, ``decided`` (posterior ≥ threshold), or ``over`` (the
+    window is full).
+    """
     label: tuple | None
     """The most probable class; None before contact."""
     probability: float
@@ -54,7 +56,9 @@ class Stream:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
-        """(sensor, window) samples since contact, relative to rest; NaN where missing or still to come."""
+        """(sensor, window) samples since contact, relative to rest; NaN where missing or still to
+        come.
+        """
         self.missed = 0
         """Slots without a sample so far."""
         self.reset()
@@ -62,7 +66,9 @@ class Stream:
     def reset(self) -> None:
         """Forget the touch and wait for the next contact."""
         self.finder = OnsetFinder(self.decoder.onset, self.decoder.confirm, self.decoder.n_sensors_)
-        self.evidence = np.zeros(self.decoder.constant_at_.shape[1] if self.decoder.model is None else 0)
+        self.evidence = np.zeros(
+            self.decoder.constant_at_.shape[1] if self.decoder.model is None else 0
+        )
         self.posterior = np.full(self.n_classes, 1 / self.n_classes)
         self.tensor[:] = np.nan
         self.slot, self.contact, self.surplus = -1, -1, 0
@@ -76,13 +82,14 @@ class Stream:
         Raises
         ------
         InvalidInput
-            The wrong number of channels, infinite values, time running backwards, or a sender faster than the model.
+            The wrong number of channels, infinite values, time running backwards, or a sender
+            faster than the model.
         """
         sample = np.asarray(sample, dtype=float)
         if sample.shape != (self.decoder.n_sensors_,) or (np.abs(sample) > MAX_READING).any():
             raise InvalidInput(
-                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {MAX_READING:g}, got shape {sample.shape}: "
-                f"{np.array2string(sample.ravel()[:10], precision=3)}."
+                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {MAX_READING:g},"
+                f" got shape {sample.shape}: {np.array2string(sample.ravel()[:10], precision=3)}."
             )
         if not self._take_slot(time):
             return self._state()
@@ -107,13 +114,15 @@ class Stream:
             return True
         slot = round((time - self.first_time) / self.decoder.interval)
         if slot < self.slot - 1:
-            raise InvalidInput(f"time runs backwards: slot {self.slot} was followed by a sample at {time:g} ms.")
+            raise InvalidInput(
+                f"time runs backwards: slot {self.slot} was followed by a sample at {time:g} ms."
+            )
         if slot <= self.slot:
             self.surplus += 1
             if self.surplus > SURPLUS and self.surplus > 0.25 * (self.slot + 1):
                 raise InvalidInput(
-                    f"samples come faster than every {self.decoder.interval:g} ms, which the decoder was trained for. "
-                    "Thin them out, or train with another interval."
+                    f"samples come faster than every {self.decoder.interval:g} ms, which the"
+                    " decoder was trained for. Thin them out, or train with another interval."
                 )
             return False
         self.missed += slot - self.slot - 1
@@ -131,16 +140,23 @@ class Stream:
         if np.isnan(away).any():
             np.nan_to_num(error, copy=False)
         self.evidence += self.decoder.constant_at_[since] - error.sum(axis=1)
-        likelihood = np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
+        likelihood = (
+            np.exp(self.evidence - self.evidence.max()).reshape(self.n_classes, -1).sum(axis=1)
+        )
         self.posterior = likelihood / likelihood.sum()
 
     def _ask(self, model: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """The model's probabilities for what has been felt so far."""
         found = np.asarray(model(self.tensor.copy()), dtype=float).reshape(-1)
-        if found.shape != (self.n_classes,) or not (found >= 0).all() or abs(found.sum() - 1) > 1e-3:
+        if (
+            found.shape != (self.n_classes,)
+            or not (found >= 0).all()
+            or abs(found.sum() - 1) > 1e-3
+        ):
             raise InvalidInput(
-                f"the model must give {self.n_classes} probabilities, one for each class, that add up to 1; got "
-                f"{found.size} of sum {found.sum():.3g}. A network's scores need a softmax."
+                f"the model must give {self.n_classes} probabilities, one for each class, that add"
+                f" up to 1; got {found.size} of sum {found.sum():.3g}. A network's scores need a"
+                " softmax."
             )
         return found
 

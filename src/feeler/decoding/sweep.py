@@ -1,4 +1,6 @@
-"""Accuracy against noise: train on noisy copies, test on other noisy copies and on the clean originals."""
+"""Accuracy against noise: train on noisy copies, test on other noisy copies and on the clean
+originals.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -38,7 +40,9 @@ class Sweep:
     confusion: np.ndarray = field(repr=False)
     """Counts over all repeats on noisy copies (ratio, true class, predicted class)."""
     kept_noisy: np.ndarray = field(repr=False)
-    """Share of the training copies' variance that the principal components keep (ratio, repeat); NaN without PCA."""
+    """Share of the training copies' variance that the principal components keep (ratio, repeat);
+    NaN without PCA.
+    """
     kept_clean: np.ndarray = field(repr=False)
     """Share of the clean test originals' variance that they keep (ratio, repeat)."""
 
@@ -49,23 +53,36 @@ class Sweep:
 
     @property
     def recall(self) -> np.ndarray:
-        """Accuracy by true class, all repeats together (ratio, class); NaN for a class that was not tested."""
+        """Accuracy by true class, all repeats together (ratio, class); NaN for a class that was not
+        tested.
+        """
         total = self.confusion.sum(axis=2)
         hits = np.diagonal(self.confusion, axis1=1, axis2=2)
         return np.divide(hits, total, out=np.full(hits.shape, np.nan), where=total > 0)
 
     @property
     def area(self) -> np.ndarray:
-        """Accuracy by true class averaged over the ratios above 0 (class,): one number per stimulus."""
+        """Accuracy by true class averaged over the ratios above 0 (class,): one number per
+        stimulus.
+        """
         above = self.ratios > 0
         return self.recall[above if above.any() else slice(None)].mean(axis=0)
 
     def table(self) -> str:
-        """The numbers as text: mean ± 1 SD and the variance that the components keep, a line per ratio."""
-        lines = ["noise   on noisy copies   on clean        variance kept: of copies, of clean originals"]
+        """The numbers as text: mean ± 1 SD and the variance that the components keep, a line per
+        ratio.
+        """
+        lines = [
+            "noise   on noisy copies   on clean        variance kept: of copies, of clean originals"
+        ]
         for k, ratio in enumerate(self.ratios):
-            noisy, clean = (f"{100 * a[k].mean():5.1f} ± {100 * a[k].std():4.1f} %" for a in (self.noisy, self.clean))
-            kept = "  ".join(f"{100 * share[k].mean():5.1f} %" for share in (self.kept_noisy, self.kept_clean))
+            noisy, clean = (
+                f"{100 * a[k].mean():5.1f} ± {100 * a[k].std():4.1f} %"
+                for a in (self.noisy, self.clean)
+            )
+            kept = "  ".join(
+                f"{100 * share[k].mean():5.1f} %" for share in (self.kept_noisy, self.kept_clean)
+            )
             lines.append(f"{100 * ratio:4.0f} %  {noisy}   {clean}  {kept}")
         return "\n".join([*lines, f"chance {100 * self.chance:.1f} %"])
 
@@ -88,10 +105,10 @@ def compute_sweep(
 ) -> Sweep:
     """Accuracy of a classifier against the noise ratio.
 
-    Per ratio and repeat: draw ``n_copies`` noisy copies of every trial to train on, as many others to test on, fit a
-    fresh clone of the estimator on the training copies alone, score it on the test copies and on the clean originals.
-    Copies of the same trial stand on both sides, so this measures robustness to noise, not generalisation to other
-    touches; ``held_out`` measures that.
+    Per ratio and repeat: draw ``n_copies`` noisy copies of every trial to train on, as many others
+    to test on, fit a fresh clone of the estimator on the training copies alone, score it on the
+    test copies and on the clean originals. Copies of the same trial stand on both sides, so this
+    measures robustness to noise, not generalisation to other touches; ``held_out`` measures that.
 
     Parameters
     ----------
@@ -106,22 +123,24 @@ def compute_sweep(
     estimator
         Any scikit-learn classifier of flat vectors; default ``make_lda()``.
     encode
-        If given, noise is added *before* encoding: ``codes`` are tensors, and ``encode`` maps noisy tensors
-        (trial, sensor, time) to codes.
+        If given, noise is added *before* encoding: ``codes`` are tensors, and ``encode`` maps noisy
+        tensors (trial, sensor, time) to codes.
     held_out
         Other trials ``(codes, labels)`` to test on instead of the training trials.
     rotate
-        Use ``draw_rotated``: exact for estimators that see only distances and angles, and noise that is the same over
-        a whole trial (``Relative(each="tensor")`` or ``Common()``).
+        Use ``draw_rotated``: exact for estimators that see only distances and angles, and noise
+        that is the same over a whole trial (``Relative(each="tensor")`` or ``Common()``).
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
-        Threads; None: all cores, but one with ``encode``, which is called in a fixed order. Never changes the numbers.
+        Threads; None: all cores, but one with ``encode``, which is called in a fixed order. Never
+        changes the numbers.
 
     Raises
     ------
     InvalidInput
-        Fewer than two classes, labels that do not match, negative noise, more components than training copies.
+        Fewer than two classes, labels that do not match, negative noise, more components than
+        training copies.
 
     Notes
     -----
@@ -131,7 +150,8 @@ def compute_sweep(
     noise = NOISES[noise]() if isinstance(noise, str) else noise
     if rotate and (encode is not None or not noise.is_even):
         raise InvalidInput(
-            "rotate needs noise that is the same over a trial: Relative(each='tensor') or Common(), no encode."
+            "rotate needs noise that is the same over a trial: Relative(each='tensor') or Common(),"
+            " no encode."
         )
     classes = np.unique(sets[1])
     estimator = make_lda() if estimator is None else estimator
@@ -150,7 +170,11 @@ def compute_sweep(
             predicted = model.predict(test[0])
             noisy[k, r] = np.mean(predicted == test[1])
             clean[k, r] = np.mean(model.predict(originals[0]) == originals[1])
-            np.add.at(confusion[r, k], (np.searchsorted(classes, test[1]), np.searchsorted(classes, predicted)), 1)
+            np.add.at(
+                confusion[r, k],
+                (np.searchsorted(classes, test[1]), np.searchsorted(classes, predicted)),
+                1,
+            )
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
@@ -171,21 +195,31 @@ def compute_sweep(
 def _check_sets(codes, labels, held_out) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     train, labels = _check_labels(check_tensors(codes, least=1), labels)
     if np.unique(labels).size < 2:
-        raise InvalidInput(f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes.")
+        raise InvalidInput(
+            f"only one class ({labels[0]!r}): nothing to tell apart. Give at least two classes."
+        )
     test, test_labels = (
-        (train, labels) if held_out is None else _check_labels(check_tensors(held_out[0], least=1), held_out[1])
+        (train, labels)
+        if held_out is None
+        else _check_labels(check_tensors(held_out[0], least=1), held_out[1])
     )
     if test.shape[1:] != train.shape[1:]:
-        raise InvalidInput(f"held-out trials have shape {test.shape[1:]}, training trials {train.shape[1:]}.")
+        raise InvalidInput(
+            f"held-out trials have shape {test.shape[1:]}, training trials {train.shape[1:]}."
+        )
     if (unknown := np.setdiff1d(test_labels, labels)).size:
-        raise InvalidInput(f"held-out classes {', '.join(map(str, unknown))} do not occur in training.")
+        raise InvalidInput(
+            f"held-out classes {', '.join(map(str, unknown))} do not occur in training."
+        )
     return train, labels, test, test_labels
 
 
 def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.ndarray]:
     found = np.asarray(labels)
     if found.shape != (len(codes),):
-        raise InvalidInput(f"{len(codes)} trials but labels of shape {found.shape}; give one label per trial.")
+        raise InvalidInput(
+            f"{len(codes)} trials but labels of shape {found.shape}; give one label per trial."
+        )
     return codes, found
 
 

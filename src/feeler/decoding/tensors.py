@@ -1,4 +1,6 @@
-"""Decoders take tensors and give labels back: to each array the labels of what was asked, and tags that say what they take."""
+"""Decoders take tensors and give labels back: to each array the labels of what was asked, and tags
+that say what they take.
+"""
 
 from typing import Any
 
@@ -16,7 +18,9 @@ NO_CONTACT = ("no contact", float("nan"), float("nan"))
 
 
 class TensorClassifier(ClassifierMixin, BaseEstimator):
-    """A classifier of tensors (trial, sensor, time), whose labels may be tuples; a subclass gives ``decide``."""
+    """A classifier of tensors (trial, sensor, time), whose labels may be tuples; a subclass gives
+    ``decide``.
+    """
 
     classes_: Any
 
@@ -33,7 +37,9 @@ class TensorClassifier(ClassifierMixin, BaseEstimator):
         return _name_classes(found, self.classes_)
 
     def predict(self, X: Any) -> Any:
-        """The best label of each tensor, ``NO_CONTACT`` where there was none; labelled where the tensors are."""
+        """The best label of each tensor, ``NO_CONTACT`` where there was none; labelled where the
+        tensors are.
+        """
         best = [-1 if np.isnan(row).any() else int(row.argmax()) for row in self.decide(X)]
         found = [NO_CONTACT if k < 0 else self.classes_[k] for k in best]
         if not isinstance(X, xr.DataArray):
@@ -68,7 +74,9 @@ class FlatPipeline(Pipeline):
     @available_if(lambda self: hasattr(self.steps[-1][1], "predict_proba"))
     def predict_proba(self, X: Any, **params: Any) -> Any:
         """Probability (trial, class); labelled where the tensors are."""
-        found = label_like(super().predict_proba(_flatten(X), **params), X, ("trial", "class"), "probability")
+        found = label_like(
+            super().predict_proba(_flatten(X), **params), X, ("trial", "class"), "probability"
+        )
         return _name_classes(found, self.classes_)
 
     def score(self, X: Any, y: Any = None, sample_weight: Any = None, **params: Any) -> float:

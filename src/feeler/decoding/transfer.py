@@ -1,8 +1,10 @@
-"""Transfer from simulation to hardware: align touches, train on noisy simulations, score on recordings.
+"""Transfer from simulation to hardware: align touches, train on noisy simulations, score on
+recordings.
 
-The recipe of the paper (Methods, tactile feature classification from simulation to reality): align on the first
-positive peak of the tip trace, copy each simulated tensor ten times with Gaussian noise of 20 % of its maximum, train
-a one-versus-one support vector machine over all classes, test on recordings.
+The recipe of the paper (Methods, tactile feature classification from simulation to reality): align
+on the first positive peak of the tip trace, copy each simulated tensor ten times with Gaussian
+noise of 20 % of its maximum, train a one-versus-one support vector machine over all classes, test
+on recordings.
 """
 
 from collections.abc import Sequence
@@ -17,8 +19,13 @@ from sklearn.utils.validation import check_is_fitted
 from feeler.decoding.tensors import NO_CONTACT, TensorClassifier
 from feeler.errors import InvalidInput
 
-BEFORE, AFTER = 1500, 400  # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
-PROMINENCE = 0.2  # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
+BEFORE, AFTER = (
+    1500,
+    400,
+)  # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
+PROMINENCE = (
+    0.2  # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
+)
 MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
 N_COPIES = 10  # [P]
 NOISE = 0.2  # [P] sd as a share of each tensor's maximum
@@ -41,10 +48,14 @@ class Aligned:
         return self.peak >= 0
 
 
-def find_first_peak(tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION) -> int:
-    """Sample of the first positive peak of a tip trace (time,) [mm] measured from rest; −1 where there is none.
+def find_first_peak(
+    tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION
+) -> int:
+    """Sample of the first positive peak of a tip trace (time,) [mm] measured from rest; −1 where
+    there is none.
 
-    A peak counts if it is at least ``min_deflection`` high and its prominence is that share of the trace's maximum.
+    A peak counts if it is at least ``min_deflection`` high and its prominence is that share of the
+    trace's maximum.
     """
     top = np.max(tip, initial=-np.inf, where=np.isfinite(tip))
     if not top >= min_deflection:
@@ -62,14 +73,20 @@ def align(
     prominence: float = PROMINENCE,
     min_deflection: float = MIN_DEFLECTION,
 ) -> Aligned:
-    """Cut touches (sensor, time) of any durations to ``before + after`` samples around their tips' first peaks.
+    """Cut touches (sensor, time) of any durations to ``before + after`` samples around their tips'
+    first peaks.
 
-    Beyond a recording's ends its first and last samples go on: before contact the antenna is at rest.
+    Beyond a recording's ends its first and last samples go on: before contact the antenna is at
+    rest.
     """
     if len(angle) != len(tip) or not len(angle):
-        raise InvalidInput(f"align needs one tip trace per touch, got {len(angle)} touches and {len(tip)} traces.")
+        raise InvalidInput(
+            f"align needs one tip trace per touch, got {len(angle)} touches and {len(tip)} traces."
+        )
     if before < 0 or after < 1:
-        raise InvalidInput(f"the window needs before ≥ 0 and after ≥ 1 samples, got {before} and {after}.")
+        raise InvalidInput(
+            f"the window needs before ≥ 0 and after ≥ 1 samples, got {before} and {after}."
+        )
     values = np.full((len(angle), np.shape(angle[0])[0], before + after), np.nan)
     peaks = np.full(len(angle), -1)
     for k, (touch, trace) in enumerate(zip(angle, tip, strict=True)):
@@ -89,12 +106,15 @@ def align(
 def add_noisy_copies(
     tensors: np.ndarray, n_copies: int, noise: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Copies (trial · n_copies, sensor, time) with Gaussian noise, and the number of the tensor each is a copy of.
+    """Copies (trial · n_copies, sensor, time) with Gaussian noise, and the number of the tensor
+    each is a copy of.
 
     The noise's sd is ``noise`` × each tensor's largest absolute value.
     """
     if n_copies < 1 or not (np.isfinite(noise) and noise >= 0):
-        raise InvalidInput(f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {n_copies} and {noise}.")
+        raise InvalidInput(
+            f"noisy copies need n_copies ≥ 1 and noise ≥ 0, got {n_copies} and {noise}."
+        )
     index = np.repeat(np.arange(len(tensors)), n_copies)
     scale = noise * np.abs(tensors).max(axis=(1, 2))
     # single precision: the noise is a fifth of the signal, and this is half of the training time
@@ -110,9 +130,11 @@ class TransferClassifier(TensorClassifier):
     Parameters
     ----------
     n_copies, noise
-        Copies of each training tensor and their noise as a share of its maximum (10 and 20 % in the paper).
+        Copies of each training tensor and their noise as a share of its maximum (10 and 20 % in the
+        paper).
     C
-        Penalty of the support vector machine; the kernel is linear. Neither is stated in the paper [C].
+        Penalty of the support vector machine; the kernel is linear. Neither is stated in the paper
+        [C].
     random_state
         Seed of the noise.
 
@@ -124,14 +146,18 @@ class TransferClassifier(TensorClassifier):
         T of the probabilities: 1, or what ``temper`` found.
     """
 
-    def __init__(self, n_copies: int = N_COPIES, noise: float = NOISE, C: float = 1.0, random_state: int = 0) -> None:
+    def __init__(
+        self, n_copies: int = N_COPIES, noise: float = NOISE, C: float = 1.0, random_state: int = 0
+    ) -> None:
         self.n_copies = n_copies
         self.noise = noise
         self.C = C
         self.random_state = random_state
 
     def fit(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
-        """Train on tensors (trial, sensor, time) with one label each; several tensors may share a label."""
+        """Train on tensors (trial, sensor, time) with one label each; several tensors may share a
+        label.
+        """
         X = _check_tensors(X)
         if len(y) != len(X):
             raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
@@ -139,7 +165,9 @@ class TransferClassifier(TensorClassifier):
         if len(self.classes_) < 2:
             raise InvalidInput(f"a classifier needs at least 2 classes, got {len(self.classes_)}.")
         number = np.array([self.classes_.index(label) for label in y])
-        copies, index = add_noisy_copies(X, self.n_copies, self.noise, np.random.default_rng(self.random_state))
+        copies, index = add_noisy_copies(
+            X, self.n_copies, self.noise, np.random.default_rng(self.random_state)
+        )
         self.scale_ = float(np.abs(X).max()) or 1.0
         self.shape_ = X.shape[1:]
         self.copies_ = copies.reshape(len(copies), -1) / self.scale_
@@ -149,16 +177,25 @@ class TransferClassifier(TensorClassifier):
         return self
 
     def temper(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
-        """Set the temperature T of ``predict_proba`` on tensors that the fit has not seen (arXiv:1706.04599).
+        """Set the temperature T of ``predict_proba`` on tensors that the fit has not seen
+        (arXiv:1706.04599).
 
-        Chooses the T with the greatest mean log probability of the true classes; ones without contact are left out.
+        Chooses the T with the greatest mean log probability of the true classes; ones without
+        contact are left out.
         """
         votes = self.decide(X)
-        seen = [k for k, label in enumerate(y) if label in self.classes_ and np.isfinite(votes[k]).all()]
+        seen = [
+            k for k, label in enumerate(y) if label in self.classes_ and np.isfinite(votes[k]).all()
+        ]
         if len(y) != len(votes) or not seen:
-            raise InvalidInput("temper needs touches with contact and labels that the classifier knows; got none.")
+            raise InvalidInput(
+                "temper needs touches with contact and labels that the classifier knows; got none."
+            )
         true = np.array([self.classes_.index(y[k]) for k in seen])
-        scores = [log_softmax(votes[seen] / t, axis=1)[np.arange(true.size), true].mean() for t in TEMPERATURES]
+        scores = [
+            log_softmax(votes[seen] / t, axis=1)[np.arange(true.size), true].mean()
+            for t in TEMPERATURES
+        ]
         self.temperature_ = float(TEMPERATURES[int(np.argmax(scores))])
         return self
 
@@ -167,12 +204,15 @@ class TransferClassifier(TensorClassifier):
         return softmax(scores / self.temperature_, axis=1)
 
     def decide(self, X: np.ndarray) -> np.ndarray:
-        """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors without contact."""
+        """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors
+        without contact.
+        """
         check_is_fitted(self, "svm_")
         X = np.asarray(X, dtype=float)
         if X.shape[1:] != self.shape_:
             raise InvalidInput(
-                f"trained on tensors of (sensor, time) = {self.shape_}, got {X.shape[1:]}. Align and resample alike."
+                f"trained on tensors of (sensor, time) = {self.shape_}, got {X.shape[1:]}. Align"
+                " and resample alike."
             )
         votes = np.full((len(X), len(self.classes_)), np.nan)
         touched = np.isfinite(X).all(axis=(1, 2))
@@ -182,11 +222,15 @@ class TransferClassifier(TensorClassifier):
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
-        """The ``k`` best labels of each tensor, best first; ``NO_CONTACT`` alone for a tensor without contact."""
+        """The ``k`` best labels of each tensor, best first; ``NO_CONTACT`` alone for a tensor
+        without contact.
+        """
         ranked = []
         for votes in self.decide(X):
             order = np.argsort(-votes, kind="stable")[:k]
-            ranked.append([NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order])
+            ranked.append(
+                [NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order]
+            )
         return ranked
 
 
@@ -202,7 +246,8 @@ def _check_tensors(X: np.ndarray) -> np.ndarray:
     bad = ~np.isfinite(X).all(axis=(1, 2))
     if bad.any():
         raise InvalidInput(
-            f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing channel. Leave it out."
+            f"training tensor {int(np.argmax(bad))} holds NaN: no contact, or a missing channel."
+            " Leave it out."
         )
     return X
 
@@ -212,7 +257,9 @@ class TransferScore:
     """How well recordings were read; every share comes with its 95 % Wilson interval."""
 
     correct: dict[str, int]
-    """Right answers for ``all`` (feature, location and speed together), each part by itself, and ``top2``."""
+    """Right answers for ``all`` (feature, location and speed together), each part by itself, and
+    ``top2``.
+    """
     total: int
     predicted: list[tuple]
     true: list[tuple]
@@ -232,10 +279,16 @@ class TransferScore:
         return counts
 
 
-def score_transfer(classifier: TransferClassifier, X: np.ndarray, true: Sequence[tuple]) -> TransferScore:
-    """Score predictions for tensors (trial, sensor, time): together, feature, location and speed, and top-2."""
+def score_transfer(
+    classifier: TransferClassifier, X: np.ndarray, true: Sequence[tuple]
+) -> TransferScore:
+    """Score predictions for tensors (trial, sensor, time): together, feature, location and speed,
+    and top-2.
+    """
     if len(X) != len(true) or not len(true):
-        raise InvalidInput(f"one true label per tensor is needed, got {len(X)} tensors and {len(true)} labels.")
+        raise InvalidInput(
+            f"one true label per tensor is needed, got {len(X)} tensors and {len(true)} labels."
+        )
     ranked = classifier.predict_top(X, 2)
     predicted = [best[0] for best in ranked]
     pairs = list(zip(true, predicted, strict=True))
@@ -248,7 +301,9 @@ def score_transfer(classifier: TransferClassifier, X: np.ndarray, true: Sequence
 def compute_wilson(successes: int, total: int, z: float = 1.959964) -> tuple[float, float]:
     """Wilson's score interval of a share (doi:10.1080/01621459.1927.10502953), 95 % by default."""
     if total < 1 or not 0 <= successes <= total:
-        raise InvalidInput(f"an interval needs 0 ≤ successes ≤ total and total ≥ 1, got {successes} of {total}.")
+        raise InvalidInput(
+            f"an interval needs 0 ≤ successes ≤ total and total ≥ 1, got {successes} of {total}."
+        )
     share = successes / total
     centre = (share + z**2 / (2 * total)) / (1 + z**2 / total)
     half = z / (1 + z**2 / total) * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))

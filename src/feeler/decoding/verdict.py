@@ -1,4 +1,6 @@
-"""Does an order that was claimed hold? With an effect size, an interval, and what the null explains."""
+"""Does an order that was claimed hold? With an effect size, an interval, and what the null
+explains.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,11 +23,15 @@ class Verdict:
     means: tuple[tuple[str, float], ...]
     """Groups with their means, in the claimed order."""
     difference: Interval
-    """First minus last over paired stimuli, positive if the claim's ends stand as claimed; effect = Cohen's d_z."""
+    """First minus last over paired stimuli, positive if the claim's ends stand as claimed; effect =
+    Cohen's d_z.
+    """
     word: str
     """``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``."""
     explained: float = float("nan")
-    """Share of the first group's accuracy above chance that the null reaches; NaN where there is no null."""
+    """Share of the first group's accuracy above chance that the null reaches; NaN where there is no
+    null.
+    """
 
     @property
     def is_evidence(self) -> bool:
@@ -56,20 +62,24 @@ def judge_order(
     Parameters
     ----------
     values
-        Values per stimulus (stimulus,) for each group, in the claimed order; stimuli in the same order in all groups.
+        Values per stimulus (stimulus,) for each group, in the claimed order; stimuli in the same
+        order in all groups.
     greater
         True if the claim says first > … > last, False if first < … < last.
 
     Notes
     -----
-    ``agrees``: the means stand in the claimed order and the 95 % bootstrap interval of the ends' difference lies above
-    0. ``ends agree``: the latter only. ``opposite``: the interval lies below 0. Otherwise ``undecided``.
+    ``agrees``: the means stand in the claimed order and the 95 % bootstrap interval of the ends'
+    difference lies above 0. ``ends agree``: the latter only. ``opposite``: the interval lies below
+    0. Otherwise ``undecided``.
     """
     if len(values) < 2:
         raise InvalidInput(f"an order needs at least two groups, got {len(values)}.")
     groups = [np.asarray(v, dtype=float) for v in values.values()]
     sign = 1.0 if greater else -1.0
-    difference = bootstrap_difference(sign * groups[0], sign * groups[-1], np.random.default_rng(random_state))
+    difference = bootstrap_difference(
+        sign * groups[0], sign * groups[-1], np.random.default_rng(random_state)
+    )
     means = [float(v.mean()) for v in groups]
     ordered = all(sign * a > sign * b for a, b in pairwise(means))
     word = "opposite" if difference.high < 0 else "undecided"
@@ -86,7 +96,13 @@ def judge_order(
 
 
 def compute_explained(sweep: Sweep, null: Sweep) -> float:
-    """Share of a sweep's accuracy above chance that the null reaches, over their common ratios; at least 0."""
+    """Share of a sweep's accuracy above chance that the null reaches, over their common ratios; at
+    least 0.
+    """
     above = np.isin(sweep.ratios, null.ratios), np.isin(null.ratios, sweep.ratios)
     height = sweep.noisy[above[0]].mean() - sweep.chance
-    return float(max(null.noisy[above[1]].mean() - null.chance, 0.0) / height) if height > 0 else float("nan")
+    return (
+        float(max(null.noisy[above[1]].mean() - null.chance, 0.0) / height)
+        if height > 0
+        else float("nan")
+    )

@@ -1,4 +1,6 @@
-"""Which antenna should I build? A task, a score on touches never met, a space of antennas, constraints, and a search."""
+"""Which antenna should I build? A task, a score on touches never met, a space of antennas,
+constraints, and a search.
+"""
 
 from feeler.design.constraints import Constraints
 from feeler.design.front import compute_settling, find_front

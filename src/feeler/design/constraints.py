@@ -1,4 +1,6 @@
-"""Constraints: what keeps a search from winning by ringing, floppiness or hinges that nobody can make."""
+"""Constraints: what keeps a search from winning by ringing, floppiness or hinges that nobody can
+make.
+"""
 
 from dataclasses import dataclass
 
@@ -29,14 +31,24 @@ class Constraints:
     softest: float | None = None
     """Least stiffness of a hinge as a share of the reference's softest."""
     thickness: float | None = None
-    """Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64 ℓ)."""
+    """Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64
+    ℓ).
+    """
     modulus: float = 2500.0
     """[MPa]; Kapton."""
     peak_angle: float | None = None
     """Greatest angle of a hinge in all touches [rad]; known only after they are simulated."""
 
     def __post_init__(self) -> None:
-        for name in ("damping_ratio", "damping_share", "mass", "softest", "thickness", "peak_angle", "modulus"):
+        for name in (
+            "damping_ratio",
+            "damping_share",
+            "mass",
+            "softest",
+            "thickness",
+            "peak_angle",
+            "modulus",
+        ):
             value = getattr(self, name)
             if value is not None and not 0 < value < np.inf:
                 raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
@@ -46,7 +58,9 @@ class Constraints:
             raise InvalidInput(f"compliance must be shares 0 < low ≤ high, got {self.compliance}.")
 
     def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:
-        """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0: it holds."""
+        """By constraint, how far it is broken, as the logarithm of the factor that is missing; 0:
+        it holds.
+        """
         found = {}
         if self.damping_ratio is not None or self.damping_share is not None:
             ratio = compute_modes(antenna, self.modes).damping_ratio
@@ -54,16 +68,24 @@ class Constraints:
                 found["damping_ratio"] = _lack(ratio.min(), self.damping_ratio)
             if self.damping_share is not None:
                 wanted = self.damping_share * compute_modes(reference, self.modes).damping_ratio
-                found["damping_share"] = max(_lack(a, b) for a, b in zip(ratio, wanted, strict=True))
+                found["damping_share"] = max(
+                    _lack(a, b) for a, b in zip(ratio, wanted, strict=True)
+                )
         if self.mass is not None:
             found["mass"] = _lack(self.mass, 1e3 * antenna.segment_mass.sum())
         if self.compliance is not None:
             share = np.sum(1 / antenna.stiffness) / np.sum(1 / reference.stiffness)
-            found["compliance"] = _lack(share, self.compliance[0]) + _lack(self.compliance[1], share)
+            found["compliance"] = _lack(share, self.compliance[0]) + _lack(
+                self.compliance[1], share
+            )
         if self.softest is not None:
-            found["softest"] = _lack(antenna.stiffness.min(), self.softest * reference.stiffness.min())
+            found["softest"] = _lack(
+                antenna.stiffness.min(), self.softest * reference.stiffness.min()
+            )
         if self.thickness is not None:
-            found["thickness"] = _lack(compute_diameter(antenna, self.modulus).min(), self.thickness)
+            found["thickness"] = _lack(
+                compute_diameter(antenna, self.modulus).min(), self.thickness
+            )
         return found
 
     def check_peak(self, peak: float) -> float:
@@ -72,7 +94,9 @@ class Constraints:
 
 
 def compute_diameter(antenna: Antenna, modulus: float) -> np.ndarray:
-    """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E π d⁴ / (64 ℓ)."""
+    """Diameter (segment,) [mm] of full round hinges of this modulus [MPa] that are as stiff: k = E
+    π d⁴ / (64 ℓ).
+    """
     return (64 * antenna.stiffness * antenna.segment_length / (np.pi * modulus)) ** 0.25
 
 

@@ -1,4 +1,6 @@
-"""L-BFGS on the engine's own gradients: for spaces of many knots, where CMA-ES would need thousands of antennas."""
+"""L-BFGS on the engine's own gradients: for spaces of many knots, where CMA-ES would need thousands
+of antennas.
+"""
 
 from dataclasses import replace
 
@@ -12,12 +14,17 @@ from feeler.errors import SimulationDiverged
 
 COST = 6  # simulated antennas that a score with its gradient counts as
 WEIGHT = 20.0  # [C] bits for each squared logarithm of what a constraint misses
-MARGIN = 1.03  # [C] how much tighter the penalty's constraints are, so that its minimum keeps the true ones
+# [C] how much tighter the penalty's constraints are, so that its minimum keeps the true ones
+MARGIN = 1.03
 STEP = 1e-4  # of the constraints' forward differences
 
 
-def descend(problem: DesignProblem, x: np.ndarray, evaluations: int, _rng: np.random.Generator) -> None:
-    """L-BFGS-B in the box ±1 (Byrd et al. 1995), constraints as a penalty; what ends outside goes back towards the start."""
+def descend(
+    problem: DesignProblem, x: np.ndarray, evaluations: int, _rng: np.random.Generator
+) -> None:
+    """L-BFGS-B in the box ±1 (Byrd et al. 1995), constraints as a penalty; what ends outside goes
+    back towards the start.
+    """
     limits = tighten(problem.constraints)
 
     def cost(at: np.ndarray) -> tuple[float, np.ndarray]:
@@ -54,7 +61,9 @@ def tighten(limits: Constraints) -> Constraints:
     return replace(limits, damping_ratio=ratio, damping_share=share, softest=softest)
 
 
-def penalise(problem: DesignProblem, limits: Constraints, x: np.ndarray) -> tuple[float, np.ndarray]:
+def penalise(
+    problem: DesignProblem, limits: Constraints, x: np.ndarray
+) -> tuple[float, np.ndarray]:
     """The penalty and its slope by forward differences: constraints need no simulation."""
 
     def measure(at: np.ndarray) -> float:

@@ -1,4 +1,6 @@
-"""Making: a design as flexure hinges that can be cut, and what is lost when they are cut a little wrong."""
+"""Making: a design as flexure hinges that can be cut, and what is lost when they are cut a little
+wrong.
+"""
 
 from typing import Annotated, Any
 
@@ -10,7 +12,14 @@ from feeler.design.scoring import Score, score
 from feeler.design.task import Task
 from feeler.robot.hinge import FACTS, Flexures
 
-SHEETS = (0.0075, 0.0127, 0.0254, 0.0508, 0.0762, 0.127)  # mm; thicknesses in which Kapton is sold [B]
+SHEETS = (
+    0.0075,
+    0.0127,
+    0.0254,
+    0.0508,
+    0.0762,
+    0.127,
+)  # mm; thicknesses in which Kapton is sold [B]
 WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
 
 
@@ -18,18 +27,24 @@ WIDEST = 20.0  # mm [C]; the device is 16 mm wide [P]
 def make_strips(
     antenna: Antenna, length: Annotated[float, "> 0"] = 0.5, sheets: tuple[float, ...] = SHEETS
 ) -> Flexures:
-    """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E t³).
+    """Widths and sheet thicknesses of flexures as stiff as the antenna's hinges: w = 12 k ℓ / (E
+    t³).
 
-    Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so that widths can be cut;
-    otherwise the thinnest.
+    Each hinge takes the thickest sheet of which a strip at least ``length`` wide is soft enough, so
+    that widths can be cut; otherwise the thinnest.
     """
     modulus, stocks = FACTS["modulus"].number, np.array(sorted(sheets))
     widths = 12 * antenna.stiffness[:, None] * length / (modulus * stocks**3)
     fits = (widths >= length) & (widths <= WIDEST)
-    chosen = np.where(fits.any(axis=1), fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1), _nearest(widths, length))
+    chosen = np.where(
+        fits.any(axis=1), fits.shape[1] - 1 - fits[:, ::-1].argmax(axis=1), _nearest(widths, length)
+    )
     hinges = np.arange(antenna.n_segments)
     return Flexures(
-        width=widths[hinges, chosen], thickness=stocks[chosen], length=np.array(length), modulus=np.array(modulus)
+        width=widths[hinges, chosen],
+        thickness=stocks[chosen],
+        length=np.array(length),
+        modulus=np.array(modulus),
     )
 
 
@@ -49,7 +64,8 @@ def measure_tolerance(
     seed: int = 0,
     **options: Any,
 ) -> list[Score]:
-    """Scores of copies whose hinges were made wrong: width and thickness each off by up to ± ``share``, hinge by hinge.
+    """Scores of copies whose hinges were made wrong: width and thickness each off by up to ±
+    ``share``, hinge by hinge.
 
     Stiffness goes with width and the cube of thickness, and damping with stiffness.
     """
@@ -57,6 +73,8 @@ def measure_tolerance(
     for _ in range(copies):
         width, thickness = 1 + share * rng.uniform(-1, 1, (2, antenna.n_segments))
         factor = width * thickness**3
-        made = antenna.replace(stiffness=antenna.stiffness * factor, damping=antenna.damping * factor)
+        made = antenna.replace(
+            stiffness=antenna.stiffness * factor, damping=antenna.damping * factor
+        )
         found.append(score(made, task, purpose, **options))
     return found

@@ -1,4 +1,6 @@
-"""A plan carried out: searched, judged on tests, the best looked at once on the final draws, all kept in one folder."""
+"""A plan carried out: searched, judged on tests, the best looked at once on the final draws, all
+kept in one folder.
+"""
 
 import json
 import os
@@ -38,7 +40,9 @@ class DesignOutcome:
     """The best one's on the final draws."""
     reference_final: Score
     looks: int
-    """How many designs have been judged on these final draws, this one included: 1 is an honest test."""
+    """How many designs have been judged on these final draws, this one included: 1 is an honest
+    test.
+    """
 
     @property
     def best(self) -> Antenna:
@@ -52,8 +56,14 @@ class DesignOutcome:
         return self.plan.task if speed is None else self.plan.task.replace(speeds=(speed,))
 
     def compare(self, purpose: str = "final") -> tuple[float, float]:
-        """Share of the reference's errors that the best one avoids, and its standard error over touches met by both."""
-        mine, other = (self.final, self.reference_final) if purpose == "final" else (self.tests[0], self.reference_test)
+        """Share of the reference's errors that the best one avoids, and its standard error over
+        touches met by both.
+        """
+        mine, other = (
+            (self.final, self.reference_final)
+            if purpose == "final"
+            else (self.tests[0], self.reference_test)
+        )
         if other.errors == 0:
             return float("nan"), float("nan")
         touches = (other.wrong - mine.wrong).mean(axis=(0, 1))  # (touch,)
@@ -69,7 +79,12 @@ class DesignOutcome:
             "reference_final": _describe(self.reference_final),
             "reference_test": _describe(self.reference_test),
             "ends": [
-                {"x": end.best.x.tolist(), "speed": end.design.speed, "counts": end.counts, "seconds": end.seconds}
+                {
+                    "x": end.best.x.tolist(),
+                    "speed": end.design.speed,
+                    "counts": end.counts,
+                    "seconds": end.seconds,
+                }
                 | {"history": end.history, "optimiser_bits": end.best.bits, "test": _describe(test)}
                 for end, test in zip(self.ends, self.tests, strict=True)
             ],
@@ -79,11 +94,17 @@ class DesignOutcome:
 
 @checked
 def carry_out(
-    plan: DesignPlan, out: str | os.PathLike, *, watch: Callable[[DesignProblem], None] | None = None, **options: Any
+    plan: DesignPlan,
+    out: str | os.PathLike,
+    *,
+    watch: Callable[[DesignProblem], None] | None = None,
+    **options: Any,
 ) -> DesignOutcome:
-    """Search as the plan says, choose among the ends by the test draws, judge the choice on the final ones.
+    """Search as the plan says, choose among the ends by the test draws, judge the choice on the
+    final ones.
 
-    The folder receives the journal (the same call goes on from it), ``antenna.toml`` and ``design.json``.
+    The folder receives the journal (the same call goes on from it), ``antenna.toml`` and
+    ``design.json``.
 
     Raises
     ------
@@ -94,8 +115,14 @@ def carry_out(
     out.mkdir(parents=True, exist_ok=True)
     asked = {"journal": out / JOURNAL, "watch": watch, **plan.search}
     ends = optimise(plan.task, plan.space, plan.constraints, **asked, **options)
-    own = [plan.task if e.design.speed is None else plan.task.replace(speeds=(e.design.speed,)) for e in ends]
-    tests = [score(end.design.antenna, task, "test", **options) for end, task in zip(ends, own, strict=True)]
+    own = [
+        plan.task if e.design.speed is None else plan.task.replace(speeds=(e.design.speed,))
+        for e in ends
+    ]
+    tests = [
+        score(end.design.antenna, task, "test", **options)
+        for end, task in zip(ends, own, strict=True)
+    ]
     order = sorted(range(len(ends)), key=lambda k: -tests[k].bits)
     best, task = ends[order[0]].design.antenna, own[order[0]]
     found = DesignOutcome(
@@ -117,7 +144,9 @@ def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
         known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         seen = known.setdefault(str(task.seeds[2]), [])
     except (ValueError, AttributeError) as error:
-        raise InvalidInput(f"{path} is damaged; remove it, and take another final seed in the task.") from error
+        raise InvalidInput(
+            f"{path} is damaged; remove it, and take another final seed in the task."
+        ) from error
     name = compute_digest(antenna)[:16]
     if name not in seen:
         seen.append(name)
@@ -126,10 +155,15 @@ def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
 
 
 def _keep(found: DesignOutcome, out: Path) -> None:
-    note = f"designed: {found.final.bits:.4g} bits on final draws, the reference {found.reference_final.bits:.4g}"
+    note = (
+        f"designed: {found.final.bits:.4g} bits on final draws, the reference"
+        f" {found.reference_final.bits:.4g}"
+    )
     sources = {name: Source(tag="C", note=note) for name in ("stiffness", "damping")}
     save_antenna(found.best, out / "antenna.toml", sources)
-    (out / "design.json").write_text(json.dumps(found.to_plain(), indent=1, sort_keys=True), encoding="utf-8")
+    (out / "design.json").write_text(
+        json.dumps(found.to_plain(), indent=1, sort_keys=True), encoding="utf-8"
+    )
 
 
 def _describe(one: Score) -> dict[str, Any]:

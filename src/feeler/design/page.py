@@ -1,4 +1,6 @@
-"""What a plan came to as one page: the best antennas beside the reference, what they tell apart, and how sure."""
+"""What a plan came to as one page: the best antennas beside the reference, what they tell apart,
+and how sure.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -19,29 +21,38 @@ from feeler.report import Section, write_page
 from feeler.stimulus.trial import Trial
 
 LEAD = (
-    "The search saw the optimiser's touches, the tests chose among its ends, and the final touches were looked at when all was "
-    "decided. Bits are a lower bound on what a reader can know of object and place: those of a stated decoder on touches it "
-    "never met."
+    "The search saw the optimiser's touches, the tests chose among its ends, and the final touches"
+    " were looked at when all was decided. Bits are a lower bound on what a reader can know of"
+    " object and place: those of a stated decoder on touches it never met."
 )
 
 
 @checked
 def write_design(
-    found: DesignOutcome, out: Path, *, conditions: str = "", movie: bool = True, tolerance: list[Score] | None = None
+    found: DesignOutcome,
+    out: Path,
+    *,
+    conditions: str = "",
+    movie: bool = True,
+    tolerance: list[Score] | None = None,
 ) -> Path:
-    """``design.html`` in the folder ``out``, with its pictures beside it; ``tolerance`` adds the robot's hinges."""
+    """``design.html`` in the folder ``out``, with its pictures beside it; ``tolerance`` adds the
+    robot's hinges.
+    """
     section = Section(name="design", title="The best antennas", folder=out, vector=False)
     _say_result(found, section)
     section.figure(
         "profiles",
-        "Stiffness and damping of the best antenna of each start (colours) and of the reference (black), the damping ratios of "
-        "the first modes, and the fewest missing bits during each search.",
+        "Stiffness and damping of the best antenna of each start (colours) and of the reference"
+        " (black), the damping ratios of the first modes, and the fewest missing bits during each"
+        " search.",
         lambda figure: plot_designs(found, figure),
         height=4.6,
     )
     section.figure(
         "confusion",
-        "What is taken for what, on the final draws: rows are touches, columns answers, classes place by place.",
+        "What is taken for what, on the final draws: rows are touches, columns answers, classes"
+        " place by place.",
         lambda figure: plot_confusion(found, figure),
         height=3.4,
     )
@@ -56,24 +67,41 @@ def write_design(
 def _say_result(found: DesignOutcome, section: Section) -> None:
     fewer, error = found.compare()
     sure = (
-        f"{100 * fewer:.0f} ± {100 * error:.0f} % (standard error)" if np.isfinite(fewer) else "undefined (no errors)"
+        f"{100 * fewer:.0f} ± {100 * error:.0f} % (standard error)"
+        if np.isfinite(fewer)
+        else "undefined (no errors)"
     )
     looks = (
         "They were looked at once."
         if found.looks == 1
-        else f"{found.looks} designs have been judged on these draws, so that the best of them looks better than it is: for a "
-        "claim take a new final seed."
+        else (
+            f"{found.looks} designs have been judged on these draws, so that the best of them looks"
+            " better than it is: for a claim take a new final seed."
+        )
     )
-    mine, other = (f"{100 * s.errors:.1f} ± {100 * s.errors_error:.1f} %" for s in (found.final, found.reference_final))
+    mine, other = (
+        f"{100 * s.errors:.1f} ± {100 * s.errors_error:.1f} %"
+        for s in (found.final, found.reference_final)
+    )
     section.text(
-        f"On the final draws the best antenna names {mine} of noisy touches wrong, the reference {other}: errors avoided {sure}. "
-        + looks
+        f"On the final draws the best antenna names {mine} of noisy touches wrong, the reference"
+        f" {other}: errors avoided {sure}. " + looks
     )
-    rows: list[list[object]] = [["reference", *_list_cells(found.reference_test, found.plan.reference), "", "", ""]]
+    rows: list[list[object]] = [
+        ["reference", *_list_cells(found.reference_test, found.plan.reference), "", "", ""]
+    ]
     for k, (end, test) in enumerate(zip(found.ends, found.tests, strict=True)):
         counts = end.counts
-        rows.append([f"design {k + 1}", *_list_cells(test, end.design.antenna), end.best.bits, counts["simulated"],
-                     f"{counts['excluded']} excluded, {counts['diverged']} diverged, {counts['peak']} too bent"])  # fmt: skip
+        rows.append(
+            [
+                f"design {k + 1}",
+                *_list_cells(test, end.design.antenna),
+                end.best.bits,
+                counts["simulated"],
+                # fmt: skip
+                f"{counts['excluded']} excluded, {counts['diverged']} diverged, {counts['peak']} too bent",
+            ]
+        )
     section.table(["test draws", "bits", "± SE", "wrong [%]", "peak [rad]", "least damping ratio", "bits, optimiser's draws",
                    "simulated", "other candidates"], rows,
                   f"At most {np.log2(found.plan.task.n_classes):.2f} bits. A gap between the optimiser's draws and the tests is "
@@ -90,12 +118,19 @@ def plot_designs(found: DesignOutcome, figure: Figure) -> None:
     axes = figure.subplots(2, 2).flat
     shown = [(found.plan.reference, "black", "reference")]
     shown += [
-        (e.design.antenna, c, f"design {k + 1}") for k, (e, c) in enumerate(zip(found.ends, PALETTE, strict=False))
+        (e.design.antenna, c, f"design {k + 1}")
+        for k, (e, c) in enumerate(zip(found.ends, PALETTE, strict=False))
     ]
     for antenna, colour, label in shown:
         place = antenna.hinge_position / antenna.length
         axes[0].plot(place, antenna.stiffness, color=colour, label=label)
-        axes[0].plot(place[antenna.sensors - 1], antenna.stiffness[antenna.sensors - 1], "|", color=colour, ms=3)
+        axes[0].plot(
+            place[antenna.sensors - 1],
+            antenna.stiffness[antenna.sensors - 1],
+            "|",
+            color=colour,
+            ms=3,
+        )
         axes[1].plot(place, antenna.damping, color=colour)
         ratio = compute_modes(antenna, 6).damping_ratio
         axes[2].plot(np.arange(1, ratio.size + 1), ratio, "o-", ms=3, color=colour)
@@ -117,9 +152,13 @@ def _name(ax: Axes, x: str, y: str, kind: str) -> None:
 def plot_confusion(found: DesignOutcome, figure: Figure) -> None:
     """Reference and best side by side, on one scale."""
     axes = figure.subplots(1, 2, sharey=True)
-    for ax, one, title in zip(axes, (found.reference_final, found.final), ("reference", "design 1"), strict=True):
+    for ax, one, title in zip(
+        axes, (found.reference_final, found.final), ("reference", "design 1"), strict=True
+    ):
         image = ax.imshow(one.confusion, vmin=0, vmax=1, interpolation="nearest")
-        ax.set(title=f"{title}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong", xlabel="answer")
+        ax.set(
+            title=f"{title}: {one.bits:.2f} bits, {100 * one.errors:.1f} % wrong", xlabel="answer"
+        )
         n_objects, n_places = len(found.plan.task.objects), len(found.plan.task.locations)
         middle = n_objects * (np.arange(n_places) + 0.5) - 0.5
         names = [f"{place:g}" for place in found.plan.task.locations]
@@ -135,8 +174,14 @@ def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
     from feeler.plotting import write_touch_movie
 
     task = found.task
-    trial = Trial(feature=task.objects[0], location=task.locations[len(task.locations) // 2], speed=task.speeds[0])
-    everything = touch(found.best, trial, duration=task.duration, timestep=task.timestep, all_hinges=True)
+    trial = Trial(
+        feature=task.objects[0],
+        location=task.locations[len(task.locations) // 2],
+        speed=task.speeds[0],
+    )
+    everything = touch(
+        found.best, trial, duration=task.duration, timestep=task.timestep, all_hinges=True
+    )
     try:
         path = write_touch_movie(found.best, trial, everything, out / "touch.mp4")
     except MissingExtra as missing:
@@ -152,12 +197,18 @@ def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) 
             for k in range(found.best.n_segments)]  # fmt: skip
     broken = int(np.sum((strips.width > WIDEST) | (strips.width < strips.length)))
     note = f" {broken} of them cannot be cut from any such sheet." if broken else ""
-    section.table(["hinge", "stiffness [N·mm/rad]", "width [mm]", "sheet [mm]"], rows,
-                  "Polyimide strips 0.5 mm long, w = 12 k ℓ / (E t³), of the thickest sheet sold that fits." + note)  # fmt: skip
+    section.table(
+        ["hinge", "stiffness [N·mm/rad]", "width [mm]", "sheet [mm]"],
+        rows,
+        # fmt: skip
+        "Polyimide strips 0.5 mm long, w = 12 k ℓ / (E t³), of the thickest sheet sold that fits."
+        + note,
+    )
     errors: Any = np.array([one.errors for one in tolerance])
     bits: Any = np.array([one.bits for one in tolerance])
     section.text(
-        f"Made 5 % wrong (width and thickness of each hinge, {len(tolerance)} copies, test draws): "
-        f"{100 * errors.mean():.1f} % wrong ({100 * errors.min():.1f} to {100 * errors.max():.1f}) in place of "
-        f"{100 * found.tests[0].errors:.1f} %, {bits.mean():.3f} bits in place of {found.tests[0].bits:.3f}."
+        f"Made 5 % wrong (width and thickness of each hinge, {len(tolerance)} copies, test draws):"
+        f" {100 * errors.mean():.1f} % wrong ({100 * errors.min():.1f} to {100 * errors.max():.1f})"
+        f" in place of {100 * found.tests[0].errors:.1f} %, {bits.mean():.3f} bits in place of"
+        f" {found.tests[0].bits:.3f}."
     )

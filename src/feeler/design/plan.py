@@ -1,4 +1,6 @@
-"""Plans: one TOML file says what is to be told apart, which antennas may be tried, what they must keep, and how to search."""
+"""Plans: one TOML file says what is to be told apart, which antennas may be tried, what they must
+keep, and how to search.
+"""
 
 import os
 import tomllib
@@ -86,7 +88,8 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     Raises
     ------
     InvalidInput
-        Not TOML of this schema, an unknown key, or a value that cannot be used; the message names the table.
+        Not TOML of this schema, an unknown key, or a value that cannot be used; the message names
+        the table.
     """
     path = Path(path)
     text = read_toml_text(path)
@@ -95,12 +98,19 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InvalidInput(f"{path.name}: {str(error)[:300]}") from error
     if content.get("schema") != SCHEMA:
-        raise InvalidInput(f"{path.name}: schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}.")
+        raise InvalidInput(
+            f"{path.name}: schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}."
+        )
     tables = {"task": Task, "space": Space, "constraints": Constraints, "search": None}
     if unknown := sorted(content.keys() - tables.keys() - {"schema", "antenna"}):
-        raise InvalidInput(f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}.")
+        raise InvalidInput(
+            f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}."
+        )
     antenna = _choose(str(content.get("antenna", "exponential")), path)
-    made = {name: _make(path, name, kind, content.get(name, {}), antenna) for name, kind in tables.items()}
+    made = {
+        name: _make(path, name, kind, content.get(name, {}), antenna)
+        for name, kind in tables.items()
+    }
     return DesignPlan(**made)
 
 
@@ -110,11 +120,15 @@ def _choose(name: str, path: Path) -> Antenna:
 
 
 def _make(path: Path, name: str, kind: Any, table: Any, antenna: Antenna) -> Any:
-    valid = list(SEARCH) if kind is None else [f.name for f in fields(kind) if f.name != "reference"]
+    valid = (
+        list(SEARCH) if kind is None else [f.name for f in fields(kind) if f.name != "reference"]
+    )
     if not isinstance(table, dict):
         raise InvalidInput(f"{path.name}: {name} must be a table [{name}].")
     if unknown := sorted(table.keys() - set(valid)):
-        raise InvalidInput(f"{path.name}: [{name}] has no {unknown[0]!r}; valid: {', '.join(valid)}.")
+        raise InvalidInput(
+            f"{path.name}: [{name}] has no {unknown[0]!r}; valid: {', '.join(valid)}."
+        )
     if kind is None:
         return _check_search(path, table)
     values = {key: _read(key, value) for key, value in table.items()}
@@ -129,7 +143,9 @@ def _make(path: Path, name: str, kind: Any, table: Any, antenna: Antenna) -> Any
 def _check_search(path: Path, table: dict[str, Any]) -> dict[str, Any]:
     for key, value in table.items():
         if type(value) is not SEARCH[key]:
-            raise InvalidInput(f"{path.name}: [search] {key} must be {SEARCH[key].__name__}, got {value!r}.")
+            raise InvalidInput(
+                f"{path.name}: [search] {key} must be {SEARCH[key].__name__}, got {value!r}."
+            )
     METHODS[table.get("method", "cma")]
     return table
 
@@ -144,4 +160,6 @@ def _read(key: str, value: Any) -> Any:
         return tuple((name, _read(name, one)) for name, one in value.items())
     if isinstance(value, list):
         return tuple(_read(key, one) for one in value)
-    return float(value) if isinstance(value, int) and key in ("deadline", "level", "span") else value
+    return (
+        float(value) if isinstance(value, int) and key in ("deadline", "level", "span") else value
+    )

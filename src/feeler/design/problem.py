@@ -1,4 +1,6 @@
-"""A search's problem: what each candidate costs, from the journal where it is known, and how many broke down."""
+"""A search's problem: what each candidate costs, from the journal where it is known, and how many
+broke down.
+"""
 
 import time
 from collections.abc import Callable
@@ -16,7 +18,10 @@ from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.provenance import make_key
 
 FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
-CLEAR = (0.02, 0.99)  # [C] shares of log₂ K outside which the reference says that there is nothing to search
+CLEAR = (
+    0.02,
+    0.99,
+)  # [C] shares of log₂ K outside which the reference says that there is nothing to search
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,7 +35,9 @@ class Candidate:
     errors: float = float("nan")
     peak: float = float("nan")
     fate: str = "simulated"
-    """``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the limit)."""
+    """``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the
+    limit).
+    """
 
 
 @dataclass(kw_only=True, eq=False)
@@ -81,7 +88,9 @@ class DesignProblem:
             return Candidate(x=x, cost=1e3 * FAR, fate="diverged")
         over = self.constraints.check_peak(peak)
         cost, fate = (FAR * (1 + over), "peak") if over else (self.ceiling - bits, "simulated")
-        return Candidate(x=x, cost=cost, bits=bits, bits_error=bits_error, errors=errors, peak=peak, fate=fate)
+        return Candidate(
+            x=x, cost=cost, bits=bits, bits_error=bits_error, errors=errors, peak=peak, fate=fate
+        )
 
     def measure_violation(self, design: Design) -> float:
         """How far the design breaks what is known before it is simulated."""
@@ -124,15 +133,18 @@ def check_task(found: Score, task: Task) -> None:
     InvalidInput
         ``found``, the score of the reference, is next to nothing, or next to everything.
     """
-    share, told = found.bits / np.log2(task.n_classes), f"{found.bits:.4g} of {np.log2(task.n_classes):.4g} bits"
+    share, told = (
+        found.bits / np.log2(task.n_classes),
+        f"{found.bits:.4g} of {np.log2(task.n_classes):.4g} bits",
+    )
     noise = f"{task.noise} {task.level:g}"
     if share < CLEAR[0]:
         raise InvalidInput(
-            f"the reference tells {told}: nothing can be told in this noise, so that a search would follow chance. Lower the "
-            f"noise (now {noise}), or give more time or larger objects."
+            f"the reference tells {told}: nothing can be told in this noise, so that a search would"
+            f" follow chance. Lower the noise (now {noise}), or give more time or larger objects."
         )
     if share > CLEAR[1]:
         raise InvalidInput(
-            f"the reference already tells {told}: nothing is left to gain. Raise the noise (now {noise}), or give less time "
-            "or more classes."
+            f"the reference already tells {told}: nothing is left to gain. Raise the noise (now"
+            f" {noise}), or give less time or more classes."
         )

@@ -1,8 +1,10 @@
-r"""Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna, with its standard error.
+r"""Score: bits that a stated decoder gets of touches it has never met; smooth in the antenna, with
+its standard error.
 
-The decoder learns from clean touches. It takes the tensors of class k in noise for normal, with the mean m_k of the class's
-touches and the covariance Σ_k = σ² 1 + B_kᵀ B_k: white noise of known sd σ, and the scatter B_k of the touches about their mean,
-which is what the nuisances do. With u = y − m_k and S_k = σ² 1 + B_k B_kᵀ (small), its logits are
+The decoder learns from clean touches. It takes the tensors of class k in noise for normal, with the
+mean m_k of the class's touches and the covariance Σ_k = σ² 1 + B_kᵀ B_k: white noise of known sd σ,
+and the scatter B_k of the touches about their mean, which is what the nuisances do. With u = y −
+m_k and S_k = σ² 1 + B_k B_kᵀ (small), its logits are
 
     −½ (|u|² − uᵀ B_kᵀ S_k⁻¹ B_k u) / σ² − ½ ln det S_k.
 
@@ -10,9 +12,10 @@ Asked about other touches in noise, its posterior p(k|y) gives
 
     bits = log₂ K + ⟨log₂ p(true | y)⟩,
 
-a lower bound on the mutual information of class and tensor, as any decoder's cross-entropy is (Barber & Agakov 2003). The same
-noise is drawn for all antennas, in pairs n, −n, so that the score is a smooth function of the tensors, and its derivative is
-exact for the noise that was drawn. The share of errors, a staircase, is only reported.
+a lower bound on the mutual information of class and tensor, as any decoder's cross-entropy is
+(Barber & Agakov 2003). The same noise is drawn for all antennas, in pairs n, −n, so that the score
+is a smooth function of the tensors, and its derivative is exact for the noise that was drawn. The
+share of errors, a staircase, is only reported.
 """
 
 from dataclasses import dataclass
@@ -44,7 +47,9 @@ class Score:
     """How well touches never met are told apart, means over the speeds."""
 
     bits: float
-    """Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0 where the decoder misleads."""
+    """Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0
+    where the decoder misleads.
+    """
     bits_error: float
     """Its standard error, from how the test touches differ."""
     errors: float
@@ -63,7 +68,12 @@ class Score:
 
 @checked
 def score(
-    antenna: Antenna, task: Task, purpose: str = "test", *, workers: int | None = None, executor: Executor | None = None
+    antenna: Antenna,
+    task: Task,
+    purpose: str = "test",
+    *,
+    workers: int | None = None,
+    executor: Executor | None = None,
 ) -> Score:
     """How well the decoder tells the task's classes apart by this antenna.
 
@@ -80,7 +90,11 @@ def score(
         Some touch left the finite numbers.
     """
     return judge(
-        [touch_classes(antenna, task, purpose, v, workers=workers, executor=executor) for v in task.speeds], task
+        [
+            touch_classes(antenna, task, purpose, v, workers=workers, executor=executor)
+            for v in task.speeds
+        ],
+        task,
     )
 
 
@@ -93,10 +107,16 @@ def touch_classes(
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> np.ndarray:
-    """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the same trials."""
+    """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
+    same trials.
+    """
     scenes = make_scenes(antenna, task, purpose, speed)
-    motions = expect_motions(run_scenes(scenes, make_clock(task), workers=workers, executor=executor))
-    angles = np.array([motion.angle[round(LEAD) + 1 :, antenna.sensors - 1].T for motion in motions])
+    motions = expect_motions(
+        run_scenes(scenes, make_clock(task), workers=workers, executor=executor)
+    )
+    angles = np.array(
+        [motion.angle[round(LEAD) + 1 :, antenna.sensors - 1].T for motion in motions]
+    )
     return angles.reshape(task.n_classes, task.train + task.test, *angles.shape[1:])
 
 
@@ -106,10 +126,15 @@ def make_clock(task: Task) -> Clock:
 
 
 def make_scenes(antenna: Antenna, task: Task, purpose: str, speed: float) -> list[Scene]:
-    """The scene of every touch; where objects stand depends on the antenna's outline alone, and is kept."""
+    """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
+    kept.
+    """
     outline = antenna.replace(stiffness=1.0, damping=1.0, sensors=[1], name="")
     objects = _place_objects(outline, task.replace(level=1.0, noise="common"), purpose, speed)
-    return [Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name) for item in objects]
+    return [
+        Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name)
+        for item in objects
+    ]
 
 
 @lru_cache(maxsize=32)
@@ -138,7 +163,9 @@ def judge(angles: list[np.ndarray], task: Task) -> Score:
 
 
 def scale(angles: np.ndarray, noise: str) -> np.ndarray:
-    """Tensors (class, touch, entry) in whose unit the noise is white: divided by their own peaks where it is relative."""
+    """Tensors (class, touch, entry) in whose unit the noise is white: divided by their own peaks
+    where it is relative.
+    """
     flat = angles.reshape(-1, *angles.shape[2:])
     flat = scale_peaks(flat) if noise == "relative" else flat
     return flat.reshape(*angles.shape[:2], -1)
@@ -146,9 +173,13 @@ def scale(angles: np.ndarray, noise: str) -> np.ndarray:
 
 @checked
 def decode(
-    tensors: Annotated[np.ndarray, "class touch entry"], train: Annotated[int, "> 0"], sd: Annotated[float, "> 0"]
+    tensors: Annotated[np.ndarray, "class touch entry"],
+    train: Annotated[int, "> 0"],
+    sd: Annotated[float, "> 0"],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares (class, touch, answer)."""
+    """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares
+    (class, touch, answer).
+    """
     logits = compute_logits(tensors, train, sd)
     own, _ = take_own(logits)
     answers = np.eye(len(tensors))[logits.argmax(axis=-1)].mean(axis=0)
@@ -156,7 +187,9 @@ def decode(
 
 
 def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithm of the true class's posterior (noise, class, touch), and all posteriors (noise, class, touch, answer)."""
+    """Logarithm of the true class's posterior (noise, class, touch), and all posteriors (noise,
+    class, touch, answer).
+    """
     shifted = logits - logits.max(axis=-1, keepdims=True)
     shifted -= np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
     k = np.arange(logits.shape[-1])
@@ -164,7 +197,9 @@ def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compute_logits(tensors: np.ndarray, train: int, sd: float) -> np.ndarray:
-    """Logits (noise, class, touch, answer) of noisy test touches; terms common to all answers are left out."""
+    """Logits (noise, class, touch, answer) of noisy test touches; terms common to all answers are
+    left out.
+    """
     known, tests = tensors[:, :train], tensors[:, train:]
     noise = draw_noise(tensors.shape[-1], sd)
     cross = np.einsum("ne,kte->nkt", noise, tests)
@@ -180,7 +215,9 @@ def compute_logits(tensors: np.ndarray, train: int, sd: float) -> np.ndarray:
 
 
 def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Mean (entry,) and scatter B (row, entry) of a class's touches, and S⁻¹ and ln det S of S = σ² 1 + B Bᵀ."""
+    """Mean (entry,) and scatter B (row, entry) of a class's touches, and S⁻¹ and ln det S of S = σ²
+    1 + B Bᵀ.
+    """
     mean = touches.mean(axis=0)
     scatter = (touches - mean) / np.sqrt(len(touches) - 1)
     small = scatter @ scatter.T
@@ -200,7 +237,9 @@ def _draw_units(entries: int) -> np.ndarray:
 
 
 def estimate_error(values: np.ndarray) -> float:
-    """Standard error of the mean of values (speed, class, touch): touches are drawn anew, classes and speeds are given."""
+    """Standard error of the mean of values (speed, class, touch): touches are drawn anew, classes
+    and speeds are given.
+    """
     count = values.shape[2]
     if count < 2:
         return float("nan")

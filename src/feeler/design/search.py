@@ -32,7 +32,8 @@ class Optimum:
     history: tuple[tuple[int, float], ...]
     """Evaluations, and the fewest missing bits until then."""
     counts: dict[str, int]
-    """Candidates by their fate: simulated, excluded by a constraint, diverged, over the peak angle."""
+    """Candidates by their fate: simulated, excluded by a constraint, diverged, over the peak angle.
+    """
     seconds: float
     """Processor time of its simulations."""
 
@@ -58,18 +59,22 @@ def optimise(
     watch: Callable[[DesignProblem], None] | None = None,
     **options: Any,
 ) -> list[Optimum]:
-    """Search a space for antennas with the fewest missing bits on the optimiser's draws; best first.
+    """Search a space for antennas with the fewest missing bits on the optimiser's draws; best
+    first.
 
     Parameters
     ----------
     method
-        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or ``lbfgs`` with the engine's own gradients, for many knots.
+        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or ``lbfgs`` with the engine's own
+        gradients, for many knots.
     evaluations
         Candidates simulated from each start.
     starts, far
-        The first start is the reference, the others (with ``far`` all) are drawn evenly from the whole space.
+        The first start is the reference, the others (with ``far`` all) are drawn evenly from the
+        whole space.
     journal
-        File that receives each simulated candidate at once; the same call goes on from there with the same numbers.
+        File that receives each simulated candidate at once; the same call goes on from there with
+        the same numbers.
     watch
         Called with the :class:`DesignProblem` after each candidate.
     options
@@ -78,24 +83,38 @@ def optimise(
     Raises
     ------
     InvalidInput
-        A task at which nothing is to be gained, constraints that exclude all, or a journal of another search.
+        A task at which nothing is to be gained, constraints that exclude all, or a journal of
+        another search.
     """
     search = METHODS[method]
     check_task(score(space.reference, task, "optimiser", **options), task)
-    made = DesignProblem(task=task, space=space, constraints=constraints or Constraints(), options=options)
+    made = DesignProblem(
+        task=task, space=space, constraints=constraints or Constraints(), options=options
+    )
     with ExitStack() as stack:
-        kept = stack.enter_context(Journal(journal, made.describe(), "search")) if journal is not None else None
+        kept = (
+            stack.enter_context(Journal(journal, made.describe(), "search"))
+            if journal is not None
+            else None
+        )
         found = []
         for number in range(starts):
             rng = np.random.default_rng([seed, number])
             problem = DesignProblem(
-                task=task, space=space, constraints=made.constraints, options=options, journal=kept, watch=watch
+                task=task,
+                space=space,
+                constraints=made.constraints,
+                options=options,
+                journal=kept,
+                watch=watch,
             )
             found.append(_run(problem, search, number == 0 and not far, evaluations, rng))
     return sorted(found, key=lambda one: one.best.cost)
 
 
-def _run(problem: DesignProblem, search: Method, near: bool, evaluations: int, rng: np.random.Generator) -> Optimum:
+def _run(
+    problem: DesignProblem, search: Method, near: bool, evaluations: int, rng: np.random.Generator
+) -> Optimum:
     start = find_start(problem, rng, near)
     history, watch = [], problem.watch
 
@@ -120,7 +139,8 @@ def _run(problem: DesignProblem, search: Method, near: bool, evaluations: int, r
 
 
 def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = True) -> np.ndarray:
-    """The reference (``near``) or a point drawn from the whole space, moved to where all constraints hold.
+    """The reference (``near``) or a point drawn from the whole space, moved to where all
+    constraints hold.
 
     Raises
     ------
@@ -144,8 +164,8 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
     worst = problem.constraints.check(problem.space.build(x).antenna, problem.space.reference)
     name = max(worst, key=lambda key: worst[key])
     raise InvalidInput(
-        f"the constraints exclude every antenna of this space that was tried ({TRIES}): {name} is missed by a factor of at least "
-        f"{np.exp(worst[name]):.3g}. Loosen it, or widen the space."
+        f"the constraints exclude every antenna of this space that was tried ({TRIES}): {name} is"
+        f" missed by a factor of at least {np.exp(worst[name]):.3g}. Loosen it, or widen the space."
     )
 
 
@@ -155,14 +175,21 @@ def make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
         import cma
     except ImportError as error:
         raise MissingExtra("designing needs CMA-ES: pip install 'feeler[design]'.") from error
-    options = {"bounds": [-1.0, 1.0], "seed": np.nan, "verbose": -9, "randn": lambda *shape: rng.standard_normal(shape)}
+    options = {
+        "bounds": [-1.0, 1.0],
+        "seed": np.nan,
+        "verbose": -9,
+        "randn": lambda *shape: rng.standard_normal(shape),
+    }
     if len(x) == 1:
         options["CMA_active"] = False
     return cma.CMAEvolutionStrategy(np.clip(x, -0.999, 0.999), step, options)
 
 
 @METHODS.register("cma")
-def evolve(problem: DesignProblem, x: np.ndarray, evaluations: int, rng: np.random.Generator) -> None:
+def evolve(
+    problem: DesignProblem, x: np.ndarray, evaluations: int, rng: np.random.Generator
+) -> None:
     """CMA-ES; what a constraint excludes costs no evaluation."""
     strategy = make_strategy(x, STEP, rng)
     while problem.evaluations < evaluations and not _is_done(strategy.stop()):

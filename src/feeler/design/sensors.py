@@ -1,4 +1,6 @@
-"""Sensors: which few hinges tell nearly as much as all of them, by what rule they are chosen, and what each set tells."""
+"""Sensors: which few hinges tell nearly as much as all of them, by what rule they are chosen, and
+what each set tells.
+"""
 
 from collections.abc import Callable
 from typing import Annotated
@@ -14,38 +16,63 @@ from feeler.execute.threads import hold_blas
 from feeler.registry import Registry
 
 Choice = Callable[[np.ndarray, float, int], np.ndarray]
-"""``choice(tensors, sd, count)``: numbers of sensors of tensors (class, touch, sensor, time), best first, at least ``count``."""
+"""``choice(tensors, sd, count)``: numbers of sensors of tensors (class, touch, sensor, time), best
+first, at least ``count``.
+"""
 CHOICES: Registry[Choice] = Registry("choice of sensors")
 """Every known rule by its name."""
 
 
 @checked
 def choose_sensors(
-    antenna: Antenna, task: Task, count: Annotated[int, "> 0"], choice: str = "d-optimal", purpose: str = "optimiser"
+    antenna: Antenna,
+    task: Task,
+    count: Annotated[int, "> 0"],
+    choice: str = "d-optimal",
+    purpose: str = "optimiser",
 ) -> np.ndarray:
-    """The hinge numbers (count,) of the antenna's sensors that a rule of :data:`CHOICES` takes first, rising.
+    """The hinge numbers (count,) of the antenna's sensors that a rule of :data:`CHOICES` takes
+    first, rising.
 
-    Noise that is relative is a share of the peak over all of the antenna's sensors, whichever are kept.
+    Noise that is relative is a share of the peak over all of the antenna's sensors, whichever are
+    kept.
     """
     if count > antenna.sensors.size:
-        raise InvalidInput(f"count must be at most the antenna's {antenna.sensors.size} sensors, got {count}.")
+        raise InvalidInput(
+            f"count must be at most the antenna's {antenna.sensors.size} sensors, got {count}."
+        )
     angles = touch_classes(antenna, task, purpose, task.speeds[0])
-    return np.sort(antenna.sensors[CHOICES[choice](_scale(angles, task), task.level, count)[:count]])
+    return np.sort(
+        antenna.sensors[CHOICES[choice](_scale(angles, task), task.level, count)[:count]]
+    )
 
 
 @checked
 def measure_sensors(
-    antenna: Antenna, task: Task, counts: list[int], choice: str = "d-optimal", purpose: str = "test"
+    antenna: Antenna,
+    task: Task,
+    counts: list[int],
+    choice: str = "d-optimal",
+    purpose: str = "test",
 ) -> np.ndarray:
-    """Bits (count,) that sets of so many sensors tell; chosen on the optimiser's draws, asked on those of ``purpose``."""
-    known, asked = (_scale(touch_classes(antenna, task, name, task.speeds[0]), task) for name in ("optimiser", purpose))
-    chosen = [np.sort(CHOICES[choice](known, task.level, n)[:n]) for n in counts]  # in their order along the antenna
+    """Bits (count,) that sets of so many sensors tell; chosen on the optimiser's draws, asked on
+    those of ``purpose``.
+    """
+    known, asked = (
+        _scale(touch_classes(antenna, task, name, task.speeds[0]), task)
+        for name in ("optimiser", purpose)
+    )
+    chosen = [
+        np.sort(CHOICES[choice](known, task.level, n)[:n]) for n in counts
+    ]  # in their order along the antenna
     return np.array([_tell(asked[:, :, own], task) for own in chosen])
 
 
 def _tell(tensors: np.ndarray, task: Task) -> float:
     with hold_blas():
-        return float(decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.level)[0].mean())
+        return float(
+            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.level)[0].mean()
+        )
 
 
 def _scale(angles: np.ndarray, task: Task) -> np.ndarray:
@@ -54,8 +81,10 @@ def _scale(angles: np.ndarray, task: Task) -> np.ndarray:
 
 @CHOICES.register("d-optimal")
 def _choose_greedily(tensors: np.ndarray, sd: float, count: int) -> np.ndarray:
-    """One after the other, each that adds most to ln det(1 + Σ_s M_s M_sᵀ / σ²): twice the information [nat] that a normal
-    source with these class means would pass through them (Krause et al. 2008 bound how far greed can be off)."""
+    """One after the other, each that adds most to ln det(1 + Σ_s M_s M_sᵀ / σ²): twice the
+    information [nat] that a normal source with these class means would pass through them (Krause et
+    al. 2008 bound how far greed can be off).
+    """
     means = tensors.mean(axis=1)
     means = means - means.mean(axis=0)
     each = np.einsum("kst,jst->skj", means, means) / sd**2
@@ -81,13 +110,18 @@ def _choose_by_chance(tensors: np.ndarray, _sd: float, _count: int) -> np.ndarra
 
 @CHOICES.register("sspoc")
 def _choose_sparsely(tensors: np.ndarray, _sd: float, count: int) -> np.ndarray:
-    """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's time course in one vector,
-    whose greatest absolute value counts for the sensor."""
+    """PySensors' sparse sensor placement for classification (Brunton et al. 2016): each sensor's
+    time course in one vector, whose greatest absolute value counts for the sensor."""
     try:
         from pysensors.classification import SSPOC
     except ImportError as error:
-        raise MissingExtra("sparse placement needs PySensors: pip install 'feeler[design]'.") from error
+        raise MissingExtra(
+            "sparse placement needs PySensors: pip install 'feeler[design]'."
+        ) from error
     peaks = np.take_along_axis(tensors, np.abs(tensors).argmax(axis=-1)[..., None], axis=-1)[..., 0]
-    flat, labels = peaks.reshape(-1, tensors.shape[2]), np.repeat(np.arange(len(tensors)), tensors.shape[1])
+    flat, labels = (
+        peaks.reshape(-1, tensors.shape[2]),
+        np.repeat(np.arange(len(tensors)), tensors.shape[1]),
+    )
     model = SSPOC(n_sensors=count).fit(flat, labels, quiet=True)
     return np.asarray(model.get_selected_sensors())

@@ -1,4 +1,6 @@
-"""Slope: the derivative of the score with respect to every angle, and so, by the engine run backwards, to every hinge."""
+"""Slope: the derivative of the score with respect to every angle, and so, by the engine run
+backwards, to every hinge.
+"""
 
 from typing import Annotated, Any
 
@@ -26,10 +28,11 @@ from feeler.stimulus.trial import LEAD
 def differentiate_score(
     antenna: Antenna, task: Task, purpose: str = "optimiser", **options: Any
 ) -> tuple[float, float, dict[str, np.ndarray]]:
-    """Bits, peak angle [rad], and ∂bits/∂ stiffness, damping and segment mass (segment,) of an antenna.
+    """Bits, peak angle [rad], and ∂bits/∂ stiffness, damping and segment mass (segment,) of an
+    antenna.
 
-    Bits are those of :func:`feeler.design.score`, their derivative exact for the steps and the noise that were taken. It costs
-    about as much as six scores, however many hinges there are.
+    Bits are those of :func:`feeler.design.score`, their derivative exact for the steps and the
+    noise that were taken. It costs about as much as six scores, however many hinges there are.
     """
     bits, peak = 0.0, 0.0
     slopes = {name: np.zeros(antenna.n_segments) for name in FIELDS}
@@ -39,21 +42,30 @@ def differentiate_score(
             own, slope = differentiate_bits(scale(angles, task.noise), task.train, task.level)
         bits, peak = bits + own / len(task.speeds), max(peak, float(np.abs(angles).max()))
         slope = (
-            unscale(slope.reshape(angles.shape), angles) if task.noise == "relative" else slope.reshape(angles.shape)
+            unscale(slope.reshape(angles.shape), angles)
+            if task.noise == "relative"
+            else slope.reshape(angles.shape)
         )
-        weights = np.zeros((angles.shape[0] * angles.shape[1], make_clock(task).n_samples, antenna.n_segments))
+        weights = np.zeros(
+            (angles.shape[0] * angles.shape[1], make_clock(task).n_samples, antenna.n_segments)
+        )
         flat = slope.reshape(-1, *angles.shape[2:]).transpose(0, 2, 1)
         weights[:, round(LEAD) + 1 :, antenna.sensors - 1] = flat / len(task.speeds)
-        for name, values in pull_back(make_scenes(antenna, task, purpose, speed), make_clock(task), weights).items():
+        for name, values in pull_back(
+            make_scenes(antenna, task, purpose, speed), make_clock(task), weights
+        ).items():
             slopes[name] += values.sum(axis=0)
     return bits, peak, slopes
 
 
 @checked
 def differentiate_bits(
-    tensors: Annotated[np.ndarray, "class touch entry"], train: Annotated[int, "> 0"], sd: Annotated[float, "> 0"]
+    tensors: Annotated[np.ndarray, "class touch entry"],
+    train: Annotated[int, "> 0"],
+    sd: Annotated[float, "> 0"],
 ) -> tuple[float, np.ndarray]:
-    """Mean bits of :func:`feeler.design.scoring.decode`, and ∂bits/∂ each entry (class, touch, entry).
+    """Mean bits of :func:`feeler.design.scoring.decode`, and ∂bits/∂ each entry (class, touch,
+    entry).
 
     With v = Σ_k⁻¹ u: ∂logit/∂y = −v, ∂/∂m = v, ∂/∂B = (B v) vᵀ − S⁻¹ B, and B v = S⁻¹ B u.
     """
@@ -71,12 +83,19 @@ def differentiate_bits(
         pulled = flat.sum(axis=0)[:, None] * far.reshape(-1, entries) + flat.T @ noise
         solved = (pulled - pulled @ scatter.T @ inverse @ scatter) / sd**2
         slope[:, train:] -= solved.reshape(tests.shape)
-        seen = ((noise @ scatter.T)[:, None, None] + far @ scatter.T).reshape(len(noise), -1, len(scatter))
+        seen = ((noise @ scatter.T)[:, None, None] + far @ scatter.T).reshape(
+            len(noise), -1, len(scatter)
+        )
         turned = (flat[..., None] * seen) @ inverse  # w S⁻¹ B u
-        outer = np.einsum("nar,ae->re", turned, far.reshape(-1, entries), optimize=True) + turned.sum(axis=1).T @ noise
+        outer = (
+            np.einsum("nar,ae->re", turned, far.reshape(-1, entries), optimize=True)
+            + turned.sum(axis=1).T @ noise
+        )
         outer -= np.einsum("nar,nas->rs", turned, seen) @ inverse @ scatter
         rows = outer / sd**2 - flat.sum() * inverse @ scatter
-        slope[k, :train] += (rows - rows.mean(axis=0)) / np.sqrt(train - 1) + solved.sum(axis=0) / train
+        slope[k, :train] += (rows - rows.mean(axis=0)) / np.sqrt(train - 1) + solved.sum(
+            axis=0
+        ) / train
     return float(np.log2(count) + own.mean() / np.log(2)), slope
 
 

@@ -26,9 +26,10 @@ class Design:
 class Space:
     """Antennas x ↦ log-factors on a reference's stiffness, damping, length, radius; sensors; speed.
 
-    Stiffness and damping have values at knots spread evenly over the segments, between which the logarithm of the factor is a
-    natural cubic spline: 0 knots leave the profile, 1 scales it, 2 give the exponential family (of an exponential reference),
-    as many as hinges free each hinge. All entries of x are 0 at the reference; ±1 is each bound.
+    Stiffness and damping have values at knots spread evenly over the segments, between which the
+    logarithm of the factor is a natural cubic spline: 0 knots leave the profile, 1 scales it, 2
+    give the exponential family (of an exponential reference), as many as hinges free each hinge.
+    All entries of x are 0 at the reference; ±1 is each bound.
 
     Raises
     ------
@@ -56,18 +57,23 @@ class Space:
         n = self.reference.n_segments
         for name in ("stiffness", "damping"):
             if not 0 <= getattr(self, name) <= n:
-                raise InvalidInput(f"{name} must have 0 to {n} knots (one per hinge), got {getattr(self, name)}.")
+                raise InvalidInput(
+                    f"{name} must have 0 to {n} knots (one per hinge), got {getattr(self, name)}."
+                )
         for name in ("length", "radius"):
             low, high = getattr(self, name)
             if not 0 < low <= 1 <= high < np.inf:
-                raise InvalidInput(f"{name} must be factors (low ≤ 1, high ≥ 1), got {getattr(self, name)}.")
+                raise InvalidInput(
+                    f"{name} must be factors (low ≤ 1, high ≥ 1), got {getattr(self, name)}."
+                )
         if self.speed is not None and not 0 < self.speed[0] < self.speed[1] < np.inf:
             raise InvalidInput(f"speed must be a range 0 < low < high [m/s], got {self.speed}.")
         if not (1 < self.span < np.inf and 1 <= self.warp < np.inf):
             raise InvalidInput(f"span must be > 1 and warp ≥ 1, got {self.span} and {self.warp}.")
         if not self.names:
             raise InvalidInput(
-                "this space has no freedom: give stiffness or damping knots, or a range of length, radius, warp or speed."
+                "this space has no freedom: give stiffness or damping knots, or a range of length,"
+                " radius, warp or speed."
             )
 
     @property
@@ -75,7 +81,11 @@ class Space:
         """What each number of x changes."""
         ends = [name for name in ("length", "radius") if getattr(self, name) != (1.0, 1.0)]
         ends += ["warp"] * (self.warp > 1) + ["speed"] * (self.speed is not None)
-        knots = [f"{what} {k + 1}" for what in ("stiffness", "damping") for k in range(getattr(self, what))]
+        knots = [
+            f"{what} {k + 1}"
+            for what in ("stiffness", "damping")
+            for k in range(getattr(self, what))
+        ]
         return knots + ends
 
     def list_parts(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -91,13 +101,21 @@ class Space:
         base, n = self.reference, self.reference.n_segments
         grow = np.exp(_scale(part.get("length"), self.length))
         changes: dict[str, Any] = {
-            name: getattr(base, name) * np.exp(np.log(self.span) * make_basis(n, getattr(self, name)) @ part[name])
+            name: (
+                getattr(base, name)
+                * np.exp(np.log(self.span) * make_basis(n, getattr(self, name)) @ part[name])
+            )
             for name in ("stiffness", "damping")
         }
-        changes["segment_length"], changes["segment_mass"] = base.segment_length * grow, base.segment_mass * grow
+        changes["segment_length"], changes["segment_mass"] = (
+            base.segment_length * grow,
+            base.segment_mass * grow,
+        )
         changes["radius"] = base.radius * np.exp(_scale(part.get("radius"), self.radius))
         if "warp" in part:
-            changes["sensors"] = place_sensors(n, base.sensors.size, float(self.warp ** part["warp"]))
+            changes["sensors"] = place_sensors(
+                n, base.sensors.size, float(self.warp ** part["warp"])
+            )
         speed = None
         if self.speed is not None:
             speed = float(np.exp(np.interp(part["speed"], (-1, 1), np.log(self.speed))))
@@ -107,18 +125,23 @@ class Space:
         """∂/∂x from the derivatives with respect to each hinge's stiffness and damping (segment,)."""
         if len(self.names) > self.stiffness + self.damping:
             raise InvalidInput(
-                "gradients know stiffness and damping only; leave length, radius, warp and speed as they are."
+                "gradients know stiffness and damping only; leave length, radius, warp and speed as"
+                " they are."
             )
         antenna, n = self.build(x).antenna, self.reference.n_segments
         parts = [
-            np.log(self.span) * make_basis(n, getattr(self, name)).T @ (getattr(antenna, name) * gradient[name])
+            np.log(self.span)
+            * make_basis(n, getattr(self, name)).T
+            @ (getattr(antenna, name) * gradient[name])
             for name in ("stiffness", "damping")
         ]
         return np.concatenate(parts)
 
 
 def make_basis(n_segments: int, knots: int) -> np.ndarray:
-    """Values (segment, knot) of the natural cubic splines that are 1 at one knot and 0 at the others."""
+    """Values (segment, knot) of the natural cubic splines that are 1 at one knot and 0 at the
+    others.
+    """
     if knots < 2:
         return np.ones((n_segments, knots))
     if knots == n_segments:
@@ -128,7 +151,9 @@ def make_basis(n_segments: int, knots: int) -> np.ndarray:
 
 
 def place_sensors(n_segments: int, count: int, warp: float) -> np.ndarray:
-    """``count`` hinge numbers at shares (j / (count − 1))^warp; where two fall together the next free one to the tip."""
+    """``count`` hinge numbers at shares (j / (count − 1))^warp; where two fall together the next
+    free one to the tip.
+    """
     wanted = 1 + np.round((n_segments - 1) * np.linspace(0, 1, count) ** warp).astype(int)
     for j in range(1, count):
         wanted[j] = max(wanted[j], wanted[j - 1] + 1)
@@ -139,4 +164,8 @@ def place_sensors(n_segments: int, count: int, warp: float) -> np.ndarray:
 
 def _scale(value: Any, ends: Range) -> float:
     """A log-factor: 0 at the reference, the ends' at ±1."""
-    return 0.0 if value is None else float(np.interp(value, (-1, 0, 1), (np.log(ends[0]), 0.0, np.log(ends[1]))))
+    return (
+        0.0
+        if value is None
+        else float(np.interp(value, (-1, 0, 1), (np.log(ends[0]), 0.0, np.log(ends[1]))))
+    )

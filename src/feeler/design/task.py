@@ -1,4 +1,6 @@
-"""Task: what an antenna is to tell apart, in which noise, and by when; drawn three times, for three purposes."""
+"""Task: what an antenna is to tell apart, in which noise, and by when; drawn three times, for three
+purposes.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,14 +18,20 @@ from feeler.stimulus.trial import LEAD, Trial
 
 NOISES = ("relative", "common")
 DRAWS = ("optimiser", "test", "final")
-NUISANCES = {"location": 0.015, "size": 0.05, "approach": 4.0, "friction": (0.6, 1.0)}  # [C] as in the tradeoff
+NUISANCES = {
+    "location": 0.015,
+    "size": 0.05,
+    "approach": 4.0,
+    "friction": (0.6, 1.0),
+}  # [C] as in the tradeoff
 MAX_CLASSES = 1000
 
 
 @checked
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """Classes (object × place) to be told apart at each speed, each touch drawn anew within its nuisances.
+    """Classes (object × place) to be told apart at each speed, each touch drawn anew within its
+    nuisances.
 
     Raises
     ------
@@ -52,21 +60,29 @@ class Task:
     timestep: float = 0.05
     """Integration step [ms]."""
     seeds: tuple[int, int, int] = (1, 2, 3)
-    """Of the touches for the optimiser, for tests, and for the final judgement that is looked at once."""
+    """Of the touches for the optimiser, for tests, and for the final judgement that is looked at
+    once.
+    """
 
     def __post_init__(self) -> None:
         given = self.objects or make_features()
-        objects = tuple(parse_feature(item, 1.5) if isinstance(item, str) else item for item in given)
-        if wrong := [item for item in objects if not (isinstance(item, Feature) and np.isfinite(item.size))]:
+        objects = tuple(
+            parse_feature(item, 1.5) if isinstance(item, str) else item for item in given
+        )
+        if wrong := [
+            item for item in objects if not (isinstance(item, Feature) and np.isfinite(item.size))
+        ]:
             raise InvalidInput(
-                f"objects must be bounded features or text such as 'ball:radius=2', got {str(wrong[0])[:60]}."
+                "objects must be bounded features or text such as 'ball:radius=2', got"
+                f" {str(wrong[0])[:60]}."
             )
         object.__setattr__(self, "objects", objects)
         object.__setattr__(self, "nuisances", tuple((NUISANCES | dict(self.nuisances)).items()))
         self._check_numbers()
         if len(set(self.seeds)) != 3:
             raise InvalidInput(
-                f"the seeds of optimiser, test and final must differ, got {self.seeds}: else a result is no test."
+                f"the seeds of optimiser, test and final must differ, got {self.seeds}: else a"
+                " result is no test."
             )
         if unknown := dict(self.nuisances).keys() - NUISANCES.keys():
             raise InvalidInput(f"unknown nuisance {min(unknown)!r}; valid: {', '.join(NUISANCES)}.")
@@ -74,8 +90,8 @@ class Task:
             raise InvalidInput(f"noise must be one of {', '.join(NOISES)}, got {self.noise!r}.")
         if not 2 <= self.n_classes <= MAX_CLASSES:
             raise InvalidInput(
-                f"a task needs 2 to {MAX_CLASSES} classes (objects × locations), got {self.n_classes}: with one there is "
-                "nothing to tell apart."
+                f"a task needs 2 to {MAX_CLASSES} classes (objects × locations), got"
+                f" {self.n_classes}: with one there is nothing to tell apart."
             )
 
     def _check_numbers(self) -> None:
@@ -85,10 +101,13 @@ class Task:
         for name in ("locations", "speeds"):
             values = getattr(self, name)
             if not values or min(values) <= 0 or len(set(values)) < len(values):
-                raise InvalidInput(f"{name} must be different numbers > 0, at least one, got {values}.")
+                raise InvalidInput(
+                    f"{name} must be different numbers > 0, at least one, got {values}."
+                )
         if self.train < 2 or self.test < 1:
             raise InvalidInput(
-                f"train must be ≥ 2 and test ≥ 1 touches of each class, got {self.train} and {self.test}."
+                f"train must be ≥ 2 and test ≥ 1 touches of each class, got {self.train} and"
+                f" {self.test}."
             )
 
     @property
@@ -99,7 +118,9 @@ class Task:
     @property
     def labels(self) -> list[str]:
         """What each class is called, location by location."""
-        return [f"{f.name} {f.size:g} mm at {place:g}" for place in self.locations for f in self.objects]
+        return [
+            f"{f.name} {f.size:g} mm at {place:g}" for place in self.locations for f in self.objects
+        ]
 
     @property
     def duration(self) -> float:
@@ -113,7 +134,8 @@ class Task:
     def draw(self, antenna: Antenna, purpose: str, speed: float) -> list[Trial]:
         """The touches for one of ``DRAWS``, class by class, ``train`` before ``test`` ones.
 
-        They depend on the seed and the class alone, so that all antennas and speeds meet the same touches.
+        They depend on the seed and the class alone, so that all antennas and speeds meet the same
+        touches.
         """
         if purpose not in DRAWS:
             raise InvalidInput(f"touches are drawn for one of {', '.join(DRAWS)}, got {purpose!r}.")
@@ -143,4 +165,6 @@ def _widen(middle: float, half: float, most: float = np.inf) -> tuple[float, flo
 
 def as_tuple(values: Any) -> tuple[Any, ...]:
     """A list, or one thing alone, as a tuple."""
-    return tuple(values) if isinstance(values, Sequence) and not isinstance(values, str) else (values,)
+    return (
+        tuple(values) if isinstance(values, Sequence) and not isinstance(values, str) else (values,)
+    )

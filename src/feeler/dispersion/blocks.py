@@ -1,4 +1,6 @@
-"""Pairs in blocks: every index works on two slices of a set at a time, so memory never depends on the set's size."""
+"""Pairs in blocks: every index works on two slices of a set at a time, so memory never depends on
+the set's size.
+"""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -14,13 +16,14 @@ Block = Callable[[slice, slice], np.ndarray]
 
 
 def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
-    """Tensors or codes as a finite float array (trial, vector, time), from NumPy or a DataArray; a view where it can be.
+    """Tensors or codes as a finite float array (trial, vector, time), from NumPy or a DataArray; a
+    view where it can be.
 
     Raises
     ------
     InvalidInput
-        Not three dimensions of numbers (tensors of unequal shapes cannot form such an array), an empty dimension,
-        fewer than ``least`` trials, or NaN or infinite entries.
+        Not three dimensions of numbers (tensors of unequal shapes cannot form such an array), an
+        empty dimension, fewer than ``least`` trials, or NaN or infinite entries.
     """
     dims = getattr(tensors, "dims", None)
     if dims is not None and {"trial", "time"} <= set(dims) and dims[0] != "trial":
@@ -29,21 +32,29 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
         array = np.asarray(tensors, dtype=float)
     except (ValueError, TypeError) as error:
         raise InvalidInput(
-            f"the tensors do not form one array (trial, sensor, time): {error}. They must all have the same number of "
-            "sensors and samples; crop or pad them to a common length first."
+            f"the tensors do not form one array (trial, sensor, time): {error}. They must all have"
+            " the same number of sensors and samples; crop or pad them to a common length first."
         ) from None
     if array.ndim != 3 or 0 in array.shape:
-        raise InvalidInput(f"expected tensors or codes (trial, vector, time), got shape {array.shape}.")
+        raise InvalidInput(
+            f"expected tensors or codes (trial, vector, time), got shape {array.shape}."
+        )
     if array.shape[0] < least:
-        raise InvalidInput(f"{array.shape[0]} tensor(s) given, at least {least} are needed to compare them.")
+        raise InvalidInput(
+            f"{array.shape[0]} tensor(s) given, at least {least} are needed to compare them."
+        )
     if not np.isfinite(array).all():
         bad = np.flatnonzero(~np.isfinite(array).all(axis=(1, 2)))
-        raise InvalidInput(f"trial(s) {name_trials(bad)} hold NaN or infinite entries; drop or repair them first.")
+        raise InvalidInput(
+            f"trial(s) {name_trials(bad)} hold NaN or infinite entries; drop or repair them first."
+        )
     return array
 
 
 def iterate_blocks(n: int, block: int = BLOCK) -> Iterator[tuple[slice, slice]]:
-    """Slices (rows, columns) that cover the upper triangle of an n × n matrix, diagonal blocks included."""
+    """Slices (rows, columns) that cover the upper triangle of an n × n matrix, diagonal blocks
+    included.
+    """
     if block < 1:
         raise InvalidInput(f"block must be ≥ 1 tensor, got {block}.")
     edges = [slice(start, min(start + block, n)) for start in range(0, n, block)]
@@ -63,7 +74,9 @@ def fill_matrix(n: int, compute: Block, block: int = BLOCK) -> np.ndarray:
 
 
 def list_pairs(rows: slice, columns: slice) -> np.ndarray:
-    """Pairs (pair, 2) of positions within two slices; within one and the same slice only the upper triangle."""
+    """Pairs (pair, 2) of positions within two slices; within one and the same slice only the upper
+    triangle.
+    """
     n_rows, n_columns = rows.stop - rows.start, columns.stop - columns.start
     if rows == columns:
         return np.stack(np.triu_indices(n_rows), axis=1)

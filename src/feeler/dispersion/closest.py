@@ -14,7 +14,9 @@ from feeler.tensors.labels import label_like
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Closest:
-    """Each tensor's closest match among the others; arrays, or labelled ones where the tensors were."""
+    """Each tensor's closest match among the others; arrays, or labelled ones where the tensors
+    were.
+    """
 
     trial: Any
     """Position of the match (trial,)."""
@@ -35,7 +37,9 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
     """
     matrix = np.asarray(matrix, dtype=float)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 2:
-        raise InvalidInput(f"expected a square matrix of at least 2 tensors, got shape {matrix.shape}.")
+        raise InvalidInput(
+            f"expected a square matrix of at least 2 tensors, got shape {matrix.shape}."
+        )
     score = matrix.copy() if greatest else -matrix
     np.fill_diagonal(score, -np.inf)
     match = score.argmax(axis=1)
@@ -43,10 +47,14 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
 
 
 @checked
-def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, **options: Any) -> Closest:
-    """Each tensor's closest match by one index, in memory that grows with the block and not with the pairs.
+def search_closest(
+    tensors: Any, index: str = "pearson", *, block: int = BLOCK, **options: Any
+) -> Closest:
+    """Each tensor's closest match by one index, in memory that grows with the block and not with
+    the pairs.
 
-    For sets whose full matrix would not fit: 10,000 tensors have 50 million pairs, but only 10,000 matches.
+    For sets whose full matrix would not fit: 10,000 tensors have 50 million pairs, but only 10,000
+    matches.
 
     Parameters
     ----------
@@ -70,12 +78,16 @@ def search_closest(tensors: Any, index: str = "pearson", *, block: int = BLOCK, 
         else:
             _improve(best[columns], match[columns], score.T, rows.start)
         _improve(best[rows], match[rows], score, columns.start)
-    trial, value = (label_like(values, tensors, ("trial",), index) for values in (match, sign * best))
+    trial, value = (
+        label_like(values, tensors, ("trial",), index) for values in (match, sign * best)
+    )
     return Closest(trial=trial, value=value)
 
 
 def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int) -> None:
-    """Take over the better matches of a block, in place; blocks come in order, so at equal values the earlier stays."""
+    """Take over the better matches of a block, in place; blocks come in order, so at equal values
+    the earlier stays.
+    """
     candidate = score.argmax(axis=1)
     value = score[np.arange(len(score)), candidate]
     better = value > best

@@ -1,4 +1,6 @@
-"""Dispersion of groups of tensors: closest matches, their average and its interval, by index and group."""
+"""Dispersion of groups of tensors: closest matches, their average and its interval, by index and
+group.
+"""
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,10 +26,14 @@ class Dispersion:
     closest: dict[str, dict[Hashable, Closest]] = field(repr=False)
     """``closest[index][group]``; trials counted within the group."""
     average: dict[str, dict[Hashable, Interval]]
-    """``average[index][group]``: mean over the group's closest matches, with its bootstrap interval."""
+    """``average[index][group]``: mean over the group's closest matches, with its bootstrap
+    interval.
+    """
 
     def values(self, index: str, group: Hashable) -> Any:
-        """Each tensor's index with its closest match (trial of the group,); labelled where the tensors were."""
+        """Each tensor's index with its closest match (trial of the group,); labelled where the
+        tensors were.
+        """
         return self.closest[index][group].value
 
 
@@ -49,8 +55,8 @@ def compute_dispersion(
     Parameters
     ----------
     tensors
-        (trial, sensor, time), or activations (trial, component, time); or one such array per group by its name, which
-        may differ in sensors and samples: matches are sought within groups only.
+        (trial, sensor, time), or activations (trial, component, time); or one such array per group
+        by its name, which may differ in sensors and samples: matches are sought within groups only.
     groups
         One name per trial, for instance its speed; None takes the whole set as one group.
     indices
@@ -58,34 +64,48 @@ def compute_dispersion(
     options
         Options per index, e.g. ``{"nmi": {"n_bins": 64}}``.
     scale
-        Divide the whole set by one common factor first (``scale_common``). NMI bins span the whole set either way.
+        Divide the whole set by one common factor first (``scale_common``). NMI bins span the whole
+        set either way.
     random_state
         Seed of the bootstrap.
 
     Raises
     ------
     InvalidInput
-        A group with fewer than two tensors, groups of another length, or tensors an index cannot take.
+        A group with fewer than two tensors, groups of another length, or tensors an index cannot
+        take.
 
     Notes
     -----
     Paper, "Dataset dispersion evaluation".
     """
     sets = _split(tensors, groups)
-    least, greatest = min(array.min() for array in sets.values()), max(array.max() for array in sets.values())
+    least, greatest = (
+        min(array.min() for array in sets.values()),
+        max(array.max() for array in sets.values()),
+    )
     if scale:
         largest = max(-least, greatest)
         if largest == 0:
-            raise InvalidInput("every tensor is zero: there is nothing to scale. Did any contact take place?")
+            raise InvalidInput(
+                "every tensor is zero: there is nothing to scale. Did any contact take place?"
+            )
         sets = {name: array / largest for name, array in sets.items()}
         least, greatest = least / largest, greatest / largest
     closest: dict[str, dict[Hashable, Closest]] = {}
     for index in INDICES if indices is None else indices:
-        given = {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
+        given = (
+            {"data_range": (float(least), float(greatest))} if INDICES[index].needs_range else {}
+        )
         given |= (options or {}).get(index, {})
-        closest[index] = {name: search_closest(array, index, block=block, **given) for name, array in sets.items()}
+        closest[index] = {
+            name: search_closest(array, index, block=block, **given) for name, array in sets.items()
+        }
     average = {  # the same draws for every group, so that equal groups have equal intervals
-        i: {n: bootstrap_mean(c.value, np.random.default_rng(random_state)) for n, c in by_group.items()}
+        i: {
+            n: bootstrap_mean(c.value, np.random.default_rng(random_state))
+            for n, c in by_group.items()
+        }
         for i, by_group in closest.items()
     }
     return Dispersion(groups=tuple(sets), closest=closest, average=average)
@@ -99,11 +119,15 @@ def _split(tensors: Any, groups: Any) -> dict[Hashable, Any]:
         array = _check(tensors)
         labels = [""] * len(array) if groups is None else list(getattr(groups, "values", groups))
         if len(labels) != len(array):
-            raise InvalidInput(f"{len(labels)} group names for {len(array)} tensors; give one per tensor.")
+            raise InvalidInput(
+                f"{len(labels)} group names for {len(array)} tensors; give one per tensor."
+            )
         sets = {name: array[[label == name for label in labels]] for name in dict.fromkeys(labels)}
     for name, array in sets.items():
         if len(array) < 2:
-            raise InvalidInput(f"group {name!r} has one tensor; a closest match needs at least two.")
+            raise InvalidInput(
+                f"group {name!r} has one tensor; a closest match needs at least two."
+            )
     return sets
 
 
@@ -112,4 +136,8 @@ def _check(tensors: Any) -> Any:
     array = np.ascontiguousarray(check_tensors(tensors, least=1))
     if not isinstance(tensors, xr.DataArray):
         return array
-    return tensors.transpose("trial", ..., "time").copy(data=array) if {"trial", "time"} <= {*tensors.dims} else array
+    return (
+        tensors.transpose("trial", ..., "time").copy(data=array)
+        if {"trial", "time"} <= {*tensors.dims}
+        else array
+    )

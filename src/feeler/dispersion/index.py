@@ -14,12 +14,15 @@ class Index:
     label: str
     """What figures and tables call it."""
     make: Callable[..., Block]
-    """``make(tensors, **options)`` for a set (trial, sensor, time): a function of two slices of its trials that gives the
-    index of each pair, (row, column)."""
+    """``make(tensors, **options)`` for a set (trial, sensor, time): a function of two slices of its
+    trials that gives the index of each pair, (row, column)."""
     is_similarity: bool = True
-    """Whether the closest match has the greatest value; False for a distance, which is least there."""
+    """Whether the closest match has the greatest value; False for a distance, which is least there.
+    """
     needs_range: bool = False
-    """Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets that are compared."""
+    """Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets that are
+    compared.
+    """
 
     @property
     def sign(self) -> float:
@@ -29,6 +32,9 @@ class Index:
 
 INDICES: Registry[Index] = Registry(
     "dispersion index",
-    {name: f"feeler.dispersion.{name}:{name.upper()}" for name in ("pearson", "ssim", "mse", "nmi")},
+    {
+        name: f"feeler.dispersion.{name}:{name.upper()}"
+        for name in ("pearson", "ssim", "mse", "nmi")
+    },
 )
 """Every known index by its name; ``INDICES.register(name, Index(...))`` adds one."""

@@ -19,7 +19,9 @@ class Interval:
     low: float
     high: float
     effect: float = float("nan")
-    """Of a difference: Cohen's d_z, mean of the paired differences over their sd (inf if they are all equal)."""
+    """Of a difference: Cohen's d_z, mean of the paired differences over their sd (inf if they are
+    all equal).
+    """
 
     def __str__(self) -> str:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"
@@ -27,12 +29,17 @@ class Interval:
 
 @checked
 def bootstrap_mean(
-    values: np.ndarray, rng: np.random.Generator, *, n_resamples: int = N_RESAMPLES, level: float = LEVEL
+    values: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    n_resamples: int = N_RESAMPLES,
+    level: float = LEVEL,
 ) -> Interval:
     """Mean of ``values`` (n,) with its percentile interval, resampling the values.
 
-    For closest matches the values of neighbours depend on each other (two tensors are often each other's match), so
-    the interval is somewhat too narrow; it describes this set of stimuli, not all possible stimuli.
+    For closest matches the values of neighbours depend on each other (two tensors are often each
+    other's match), so the interval is somewhat too narrow; it describes this set of stimuli, not
+    all possible stimuli.
     """
     values = _check(values, level)
     picks = rng.integers(values.size, size=(n_resamples, values.size))
@@ -42,14 +49,25 @@ def bootstrap_mean(
 
 @checked
 def bootstrap_difference(
-    a: np.ndarray, b: np.ndarray, rng: np.random.Generator, *, n_resamples: int = N_RESAMPLES, level: float = LEVEL
+    a: np.ndarray,
+    b: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    n_resamples: int = N_RESAMPLES,
+    level: float = LEVEL,
 ) -> Interval:
-    """Mean of a − b over paired values, e.g. the same 30 stimuli at two speeds, with interval and effect size."""
+    """Mean of a − b over paired values, e.g. the same 30 stimuli at two speeds, with interval and
+    effect size.
+    """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape:
-        raise InvalidInput(f"paired values must match one to one, got shapes {a.shape} and {b.shape}.")
+        raise InvalidInput(
+            f"paired values must match one to one, got shapes {a.shape} and {b.shape}."
+        )
     mean = bootstrap_mean(a - b, rng, n_resamples=n_resamples, level=level)
-    return Interval(estimate=mean.estimate, low=mean.low, high=mean.high, effect=_compute_effect(a - b))
+    return Interval(
+        estimate=mean.estimate, low=mean.low, high=mean.high, effect=_compute_effect(a - b)
+    )
 
 
 def _compute_effect(difference: np.ndarray) -> float:

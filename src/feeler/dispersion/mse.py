@@ -9,15 +9,16 @@ from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix
 from feeler.dispersion.index import Index
 from feeler.tensors.labels import label_pairs
 
-CANCELLATION = 1e-4  # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
+# below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
+CANCELLATION = 1e-4
 
 
 @checked
 def compute_mse(tensors: Any, *, block: int = BLOCK) -> Any:
     """Mean squared error between all pairs of tensors: mean over sensors and samples of (a − b)².
 
-    The only index of the four that grows with dispersion, and the only one with a unit: that of the input, squared.
-    Compare sets only after scaling them by one common factor (``scale_common``).
+    The only index of the four that grows with dispersion, and the only one with a unit: that of the
+    input, squared. Compare sets only after scaling them by one common factor (``scale_common``).
 
     Parameters
     ----------
@@ -39,7 +40,9 @@ def compute_mse(tensors: Any, *, block: int = BLOCK) -> Any:
 
 
 def make_mse(array: np.ndarray) -> Block:
-    """Mean squared error of two slices of a set: one matrix product, near-identical pairs again by subtraction."""
+    """Mean squared error of two slices of a set: one matrix product, near-identical pairs again by
+    subtraction.
+    """
     size = array[0].size
 
     def compute(rows: slice, columns: slice) -> np.ndarray:

@@ -7,7 +7,14 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.blocks import (
+    BLOCK,
+    Block,
+    check_tensors,
+    fill_matrix,
+    fold_pairs,
+    list_pairs,
+)
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_pairs
@@ -28,7 +35,8 @@ def compute_nmi(
 ) -> Any:
     """Normalised mutual information between all pairs of tensors, entry against entry.
 
-    NMI = 2 I(A; B) / (H(A) + H(B)), from the joint histogram over all sensors and samples, bins common to the set.
+    NMI = 2 I(A; B) / (H(A) + H(B)), from the joint histogram over all sensors and samples, bins
+    common to the set.
 
     Parameters
     ----------
@@ -37,18 +45,18 @@ def compute_nmi(
     n_bins
         Equal bins over ``data_range``, 2–256.
     data_range
-        Lowest and highest bin edge; default: the set's own least and greatest entry. Entries outside go to the end
-        bins. Give one range when sets are to be compared.
+        Lowest and highest bin edge; default: the set's own least and greatest entry. Entries
+        outside go to the end bins. Give one range when sets are to be compared.
     common_zeros
-        ``keep``; or ``drop`` the entries where both tensors lie in the bin of zero: the common background, which
-        otherwise dominates the index.
+        ``keep``; or ``drop`` the entries where both tensors lie in the bin of zero: the common
+        background, which otherwise dominates the index.
     block
         Tensors per side of a block; bounds memory.
 
     Returns
     -------
-    Matrix (trial, trial) in [0, 1]. As in scikit-learn, two tensors that fill one bin each have NMI 1, and one such
-    tensor against a varied one 0.
+    Matrix (trial, trial) in [0, 1]. As in scikit-learn, two tensors that fill one bin each have NMI
+    1, and one such tensor against a varied one 0.
 
     Raises
     ------
@@ -74,7 +82,11 @@ def make_nmi(
     """NMI of two slices of a set."""
     low, high = (array.min(), array.max()) if data_range is None else data_range
     _check(n_bins, low, high, common_zeros)
-    zero = int(digitise(np.zeros(1), n_bins, low, high)[0]) if common_zeros == "drop" and low <= 0 <= high else -1
+    zero = (
+        int(digitise(np.zeros(1), n_bins, low, high)[0])
+        if common_zeros == "drop" and low <= 0 <= high
+        else -1
+    )
     size = array[0].size
     counts = np.arange(size + 1.0)
     self_information = counts * np.log(np.maximum(counts, 1.0))  # c log c, 0 at 0
@@ -88,7 +100,9 @@ def make_nmi(
         a = prepare(rows)
         b = a if rows == columns else prepare(columns)
         pairs = list_pairs(rows, columns)
-        return fold_pairs(_compare_pairs(*a, *b, pairs, self_information, gain, zero), pairs, rows, columns)
+        return fold_pairs(
+            _compare_pairs(*a, *b, pairs, self_information, gain, zero), pairs, rows, columns
+        )
 
     return compute
 
@@ -144,7 +158,9 @@ def _compare_pairs(a, histogram_a, b, histogram_b, pairs, self_information, gain
 
 @compiled
 def _normalise(together, alone_a, alone_b, n):
-    """2 I / (H_A + H_B) from the sums Σ c log c of the joint table and of its two margins, n points."""
+    """2 I / (H_A + H_B) from the sums Σ c log c of the joint table and of its two margins, n
+    points.
+    """
     if n == 0:
         return 1.0
     log_n = np.log(n)

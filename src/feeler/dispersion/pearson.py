@@ -46,13 +46,16 @@ def make_pearson(array: np.ndarray) -> Block:
     spread = np.array([np.ptp(tensor) for tensor in array])
     if (constant := np.flatnonzero(spread == 0)).size:
         raise InvalidInput(
-            f"trial(s) {name_trials(constant)} are constant (no contact, or all zero after rectifying), so their "
-            "correlation is undefined. Leave them out, or use compute_mse or compute_nmi, which are defined for them."
+            f"trial(s) {name_trials(constant)} are constant (no contact, or all zero after"
+            " rectifying), so their correlation is undefined. Leave them out, or use compute_mse"
+            " or compute_nmi, which are defined for them."
         )
 
     def standardise(part: slice) -> np.ndarray:
         flat = array[part].reshape(part.stop - part.start, -1)
-        flat = flat / np.abs(flat).max(axis=1, keepdims=True)  # tiny angles squared must not underflow
+        flat = flat / np.abs(flat).max(
+            axis=1, keepdims=True
+        )  # tiny angles squared must not underflow
         flat = flat - flat.mean(axis=1, keepdims=True)
         return flat / np.linalg.norm(flat, axis=1, keepdims=True)
 

@@ -8,7 +8,14 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, fold_pairs, list_pairs
+from feeler.dispersion.blocks import (
+    BLOCK,
+    Block,
+    check_tensors,
+    fill_matrix,
+    fold_pairs,
+    list_pairs,
+)
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_pairs
@@ -21,24 +28,29 @@ CHUNKS = 64  # pieces of the pair list that threads take
 
 
 @checked
-def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK) -> Any:
+def compute_ssim(
+    tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK
+) -> Any:
     """Mean SSIM between all pairs of tensors read as grey images (sensor × time).
 
-    SSIM = (2 μa μb + C1)(2 σab + C2) / ((μa² + μb² + C1)(σa² + σb² + C2)), averaged over the image, with a Gaussian
-    window (σ 1.5, 11 × 11), population (co)variances, C1 = (0.01 L)², C2 = (0.03 L)², L = ``data_range``.
+    SSIM = (2 μa μb + C1)(2 σab + C2) / ((μa² + μb² + C1)(σa² + σb² + C2)), averaged over the image,
+    with a Gaussian window (σ 1.5, 11 × 11), population (co)variances, C1 = (0.01 L)², C2 = (0.03
+    L)², L = ``data_range``.
 
     Parameters
     ----------
     tensors
-        (trial, sensor, time) scaled to about [0, ``data_range``] by one common factor (``scale_common``), never
-        tensor by tensor: on raw angles the constants swamp the signal and SSIM → 1.
+        (trial, sensor, time) scaled to about [0, ``data_range``] by one common factor
+        (``scale_common``), never tensor by tensor: on raw angles the constants swamp the signal and
+        SSIM → 1.
     data_range
         L.
     border
-        ``replicate``: edges repeated, mean over the whole image (MATLAB's ``ssim``; the only one that can also take
-        three activations as an image of three rows). ``interior``: mean over the pixels whose window lies inside the
-        image (``skimage.metrics.structural_similarity``). ``reflect``: edges mirrored, mean over the whole image
-        (the map that scikit-image returns with ``full=True``).
+        ``replicate``: edges repeated, mean over the whole image (MATLAB's ``ssim``; the only one
+        that can also take three activations as an image of three rows). ``interior``: mean over the
+        pixels whose window lies inside the image (``skimage.metrics.structural_similarity``).
+        ``reflect``: edges mirrored, mean over the whole image (the map that scikit-image returns
+        with ``full=True``).
     block
         Tensors per side of a block; bounds memory.
 
@@ -53,18 +65,22 @@ def compute_ssim(tensors: Any, *, data_range: float = 1.0, border: str = "replic
 
     Notes
     -----
-    Each tensor's means and variances are filtered once; per pair one separable filter of the product remains.
+    Each tensor's means and variances are filtered once; per pair one separable filter of the
+    product remains.
     """
     array = check_tensors(tensors)
     largest = np.abs(array).max()
     if 0 < largest < 0.2 * data_range:
         warnings.warn(
-            f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's constants will swamp "
-            "the signal and every pair will look alike. Scale the whole set first: scale_common(tensors).",
+            f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's"
+            " constants will swamp the signal and every pair will look alike. Scale the whole set"
+            " first: scale_common(tensors).",
             stacklevel=2,
         )
     return label_pairs(
-        fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block), tensors, "ssim"
+        fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block),
+        tensors,
+        "ssim",
     )
 
 
@@ -99,8 +115,8 @@ def _check(array: np.ndarray, data_range: float, border: str) -> None:
     window = 2 * RADIUS + 1
     if border == "interior" and min(array.shape[1:]) < window:
         raise InvalidInput(
-            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} × {window} window. "
-            "Use border='replicate'."
+            f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
+            f" {window} window. Use border='replicate'."
         )
 
 
@@ -119,7 +135,9 @@ def _pad(images: np.ndarray, border: str) -> np.ndarray:
 
 @compiled(inline="always")
 def _filter(image, taps, column, out):
-    """Separable window over ``image`` (Gaussian, symmetric) into ``out``; ``column`` holds the half-filtered rows."""
+    """Separable window over ``image`` (Gaussian, symmetric) into ``out``; ``column`` holds the
+    half-filtered rows.
+    """
     height, width = out.shape
     padded = image.shape[1]
     for y in range(height):

@@ -1,9 +1,20 @@
-"""Tensors become codes: convolutive NMF with exact sparseness, and measures of its bases and activations."""
+"""Tensors become codes: convolutive NMF with exact sparseness, and measures of its bases and
+activations.
+"""
 
-from feeler.encoding.bases import compute_basis_similarity, compute_stability, locate_components, match_components
+from feeler.encoding.bases import (
+    compute_basis_similarity,
+    compute_stability,
+    locate_components,
+    match_components,
+)
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
-from feeler.encoding.entropy import compute_entropies, compute_histogram_entropy, compute_mass_entropy
+from feeler.encoding.entropy import (
+    compute_entropies,
+    compute_histogram_entropy,
+    compute_mass_entropy,
+)
 from feeler.encoding.files import load_encoder, save_encoder
 from feeler.encoding.inputs import LABELS
 from feeler.encoding.mapping import LocationMapping, map_locations

@@ -1,4 +1,6 @@
-"""Steps of the activations on fixed bases, from what the bases see (A) and from their inner products (kernel, edge)."""
+"""Steps of the activations on fixed bases, from what the bases see (A) and from their inner
+products (kernel, edge).
+"""
 
 import numpy as np
 
@@ -34,8 +36,12 @@ def _find_extent(row):
 
 @compiled
 def multiply_activations(seen, kernel, edge, activations, n_sweeps):
-    """Multiplicative updates H ← H·A/(G H), n_sweeps of them: activations (trial, component, time) change in place."""
-    tiny = np.finfo(np.float32).eps  # what scikit-learn's NMF puts in place of a vanishing denominator
+    """Multiplicative updates H ← H·A/(G H), n_sweeps of them: activations (trial, component, time)
+    change in place.
+    """
+    tiny = np.finfo(
+        np.float32
+    ).eps  # what scikit-learn's NMF puts in place of a vanishing denominator
     pulled = np.empty(activations.shape[1:])
     for n in range(activations.shape[0]):
         for _ in range(n_sweeps):
@@ -49,15 +55,19 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
 
 @compiled
 def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
-    """Projected-gradient sweeps under the sparseness constraint: activations (trial, component, time) change in place.
+    """Projected-gradient sweeps under the sparseness constraint: activations (trial, component,
+    time) change in place.
 
-    joint: one constraint per component over all trials given, else one per component and trial. steps (trial,
-    component) are the step sizes, kept between calls, in units of the one that cannot fail. A trial ends early once a
-    sweep lowers its loss by less than tol times what the bases explain. Returns the most sweeps any trial took.
+    joint: one constraint per component over all trials given, else one per component and trial.
+    steps (trial, component) are the step sizes, kept between calls, in units of the one that cannot
+    fail. A trial ends early once a sweep lowers its loss by less than tol times what the bases
+    explain. Returns the most sweeps any trial took.
     """
     safe = np.empty(kernel.shape[0])
     for m in range(safe.size):
-        bound = np.abs(kernel[m, m]).sum()  # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
+        bound = np.abs(
+            kernel[m, m]
+        ).sum()  # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
         safe[m] = 1.0 / bound if bound > 0.0 else 0.0
     if joint:
         return _descend_group(seen, kernel, edge, activations, steps[0], safe, l1, n_sweeps, tol)
@@ -78,13 +88,28 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
     for n in range(n_trials):
         apply_gram(kernel, edge, activations[n], pulled[n])
     row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
-    change, pull = np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2)), np.empty((n_trials, n_times))
+    change, pull = (
+        np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2)),
+        np.empty((n_trials, n_times)),
+    )
     for sweep in range(n_sweeps):
         gained, explained = 0.0, 0.0
         for m in range(n_components):
             if safe[m] > 0.0:
                 gained += _descend_row(
-                    m, seen, kernel, edge, activations, pulled, steps, safe[m], l1, row, projected, change, pull
+                    m,
+                    seen,
+                    kernel,
+                    edge,
+                    activations,
+                    pulled,
+                    steps,
+                    safe[m],
+                    l1,
+                    row,
+                    projected,
+                    change,
+                    pull,
                 )
             for n in range(n_trials):
                 for t in range(n_times):
@@ -95,15 +120,21 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
 
 
 @compiled
-def _descend_row(m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull):
-    """One step of component m: halve it until the loss falls, then try a longer one next time. Returns the fall."""
+def _descend_row(
+    m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull
+):
+    """One step of component m: halve it until the loss falls, then try a longer one next time.
+    Returns the fall.
+    """
     n_trials, _, n_times = activations.shape
     pad = edge.shape[2] - 1
     while True:
         step = steps[m] * safe
         for n in range(n_trials):
             for t in range(n_times):
-                row[n * n_times + t] = activations[n, m, t] - step * (pulled[n, m, t] - seen[n, m, t])
+                row[n * n_times + t] = activations[n, m, t] - step * (
+                    pulled[n, m, t] - seen[n, m, t]
+                )
         project_row(row, l1, projected)
         fall = 0.0
         for n in range(n_trials):

@@ -1,4 +1,6 @@
-"""The bases: multiplicative updates from sums over trials, a canonical order and scale, and how alike two sets are."""
+"""The bases: multiplicative updates from sums over trials, a canonical order and scale, and how
+alike two sets are.
+"""
 
 from itertools import combinations
 from typing import Annotated
@@ -9,13 +11,16 @@ from scipy.optimize import linear_sum_assignment
 from feeler.checked import checked
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
-_TINY = float(np.finfo(np.float32).eps)  # scikit-learn's NMF puts it in place of a vanishing denominator
+_TINY = float(
+    np.finfo(np.float32).eps
+)  # scikit-learn's NMF puts it in place of a vanishing denominator
 
 
 def multiply_bases(
     components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
 ) -> tuple[np.ndarray, float, float]:
-    """Multiplicative updates W ← W·B/(W C), n_sweeps of them; each lowers the loss or leaves it (Lee & Seung 2001).
+    """Multiplicative updates W ← W·B/(W C), n_sweeps of them; each lowers the loss or leaves it
+    (Lee & Seung 2001).
 
     Parameters
     ----------
@@ -25,17 +30,22 @@ def multiply_bases(
 
     Returns
     -------
-    The new bases, and two of the three parts of the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩: ⟨B, W⟩ and ⟨W, W C⟩.
+    The new bases, and two of the three parts of the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩: ⟨B, W⟩ and ⟨W,
+    W C⟩.
     """
     n_components, n_sensors, n_lags = components.shape
     size = n_components * n_lags
     flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
-    target = np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)  # the Fourier transform leaves −1e-16
+    target = (
+        np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)
+    )  # the Fourier transform leaves −1e-16
     square = gram.reshape(size, size)
     pulled = flat @ square
     for _ in range(n_sweeps):
         flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
-        flat[flat < 1e-50 * flat.max()] = 0  # fading for ever, such numbers end up slowing the processor
+        flat[flat < 1e-50 * flat.max()] = (
+            0  # fading for ever, such numbers end up slowing the processor
+        )
         pulled = flat @ square
     bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
@@ -43,7 +53,8 @@ def multiply_bases(
 
 @checked
 def locate_components(components: Bases) -> np.ndarray:
-    """Where along the antenna each basis acts: its centre of mass over sensors, 0 at the first and 1 at the last.
+    """Where along the antenna each basis acts: its centre of mass over sensors, 0 at the first and
+    1 at the last.
 
     A basis of zeros is put at the tip.
     """
@@ -54,7 +65,9 @@ def locate_components(components: Bases) -> np.ndarray:
 
 
 def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Order the components from base to tip and give each basis unit length; their product stays the same."""
+    """Order the components from base to tip and give each basis unit length; their product stays
+    the same.
+    """
     order = np.argsort(locate_components(components), kind="stable")
     components, activations = components[order], activations[:, order]
     length = np.sqrt((components**2).sum(axis=(1, 2)))
@@ -64,7 +77,8 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 @checked
 def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
-    """Greatest cosine between each basis of one set and each of another, over all shifts along the lags.
+    """Greatest cosine between each basis of one set and each of another, over all shifts along the
+    lags.
 
     Parameters
     ----------
@@ -72,8 +86,8 @@ def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
 
     Returns
     -------
-    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled or shifted within
-    the lags.
+    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled
+    or shifted within the lags.
     """
     length = first.shape[2] + second.shape[2]
     spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
@@ -97,12 +111,15 @@ def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarra
 
 @checked
 def compute_stability(restarts: list[Bases]) -> float:
-    """How alike the bases of several restarts are: mean cosine of matched bases over all pairs of restarts, in [0, 1].
+    """How alike the bases of several restarts are: mean cosine of matched bases over all pairs of
+    restarts, in [0, 1].
 
-    NaN for a single restart. Random non-negative bases already score far above 0, so compare scores between numbers of
-    components rather than read one by itself.
+    NaN for a single restart. Random non-negative bases already score far above 0, so compare scores
+    between numbers of components rather than read one by itself.
     """
-    pairs = [match_components(first, second)[1].mean() for first, second in combinations(restarts, 2)]
+    pairs = [
+        match_components(first, second)[1].mean() for first, second in combinations(restarts, 2)
+    ]
     return float(np.mean(pairs)) if pairs else float("nan")
 
 

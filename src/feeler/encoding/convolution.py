@@ -1,8 +1,9 @@
-"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ), forwards and as correlations, per trial.
+"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ), forwards and as correlations, per
+trial.
 
-A trial starts with nothing before it and its window ends at T: what a basis would do after T is not seen, and nothing
-of it runs into the next trial. Zero padding by L − 1 makes the circular correlations of the Fourier transform equal
-to these.
+A trial starts with nothing before it and its window ends at T: what a basis would do after T is not
+seen, and nothing of it runs into the next trial. Zero padding by L − 1 makes the circular
+correlations of the Fourier transform equal to these.
 """
 
 from typing import Annotated
@@ -54,7 +55,10 @@ def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
     spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1))
     for start in range(0, len(tensors), 8):  # a few at a time: no second copy of all
         transform = fft.rfft(tensors[start : start + 8], length)
-        spectra[0, start : start + 8], spectra[1, start : start + 8] = transform.real, transform.imag
+        spectra[0, start : start + 8], spectra[1, start : start + 8] = (
+            transform.real,
+            transform.imag,
+        )
     return spectra
 
 

@@ -8,23 +8,27 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 SCALES = ("max", "none")
-LEVELS = 256  # [D]: only a histogram of 256 grey levels gives numbers of the size the paper reports (1.9 to 2.8 bits)
+# [D]: only a histogram of 256 grey levels gives numbers of the size the paper reports (1.9 to 2.8
+# bits)
+LEVELS = 256
 
 
 @checked
 def compute_histogram_entropy(
     values: np.ndarray, *, levels: Annotated[int, "> 0"] = LEVELS, scale: str = "max"
 ) -> float:
-    """Entropy of the grey levels of an array taken as a picture, −Σ p log₂ p over its histogram, in bits.
+    """Entropy of the grey levels of an array taken as a picture, −Σ p log₂ p over its histogram, in
+    bits.
 
-    How many values occur, however they are arranged: 0 for a flat picture, log₂(levels) at most. It depends on the
-    scaling.
+    How many values occur, however they are arranged: 0 for a flat picture, log₂(levels) at most. It
+    depends on the scaling.
 
     Parameters
     ----------
     values : non-negative, any shape; one basis, or one activation vector.
     levels : grey levels; 256 is MATLAB's `entropy` of a picture.
-    scale : "max" stretches the largest entry to the top level; "none" takes 1 as the top level and clips above, as
+    scale : "max" stretches the largest entry to the top level; "none" takes 1 as the top level and
+    clips above, as
         MATLAB does with a picture of doubles.
     """
     values = _check(values)
@@ -39,21 +43,26 @@ def compute_histogram_entropy(
 
 @checked
 def compute_mass_entropy(values: np.ndarray) -> float:
-    """Entropy of an array taken as a distribution of mass over its entries, −Σ p log₂ p with p = v/Σv, in bits.
+    """Entropy of an array taken as a distribution of mass over its entries, −Σ p log₂ p with p =
+    v/Σv, in bits.
 
-    How many entries share the mass: 0 where one holds it all, log₂(size) where all hold the same. Scaling changes
-    nothing. NaN for an array of zeros.
+    How many entries share the mass: 0 where one holds it all, log₂(size) where all hold the same.
+    Scaling changes nothing. NaN for an array of zeros.
     """
     values = _check(values)
     return _entropy(values.ravel()) if values.max() > 0 else float("nan")
 
 
 @checked
-def compute_entropies(arrays: Annotated[np.ndarray, "... array element"], definition: str = "histogram") -> np.ndarray:
+def compute_entropies(
+    arrays: Annotated[np.ndarray, "... array element"], definition: str = "histogram"
+) -> np.ndarray:
     """The entropy of each array along the first axis, in bits; definition "histogram" or "mass"."""
     definitions = {"histogram": compute_histogram_entropy, "mass": compute_mass_entropy}
     if definition not in definitions:
-        raise InvalidInput(f"definition must be one of {', '.join(map(repr, definitions))}; got {definition!r}.")
+        raise InvalidInput(
+            f"definition must be one of {', '.join(map(repr, definitions))}; got {definition!r}."
+        )
     return np.array([definitions[definition](array) for array in arrays])
 
 
@@ -62,7 +71,10 @@ def _check(values: np.ndarray) -> np.ndarray:
     if values.size == 0:
         raise InvalidInput("The entropy of an empty array is undefined.")
     if not (np.isfinite(values).all() and (values >= 0).all()):
-        raise InvalidInput("Entropy is defined here for finite, non-negative entries, as bases and activations have.")
+        raise InvalidInput(
+            "Entropy is defined here for finite, non-negative entries, as bases and activations"
+            " have."
+        )
     return values
 
 

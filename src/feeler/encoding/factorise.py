@@ -19,7 +19,9 @@ from feeler.encoding.gram import compute_activation_gram, compute_basis_gram
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 from feeler.execute.threads import ThreadExecutor, hold_blas
 
-BLOCK = 8  # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
+BLOCK = (
+    8  # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +75,9 @@ class Data:
         return invert_spectra(out, self.length, self.n_times)
 
     def gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
-        """Transform of B (component, sensor, lag): tensors correlated with activations, summed over trials."""
+        """Transform of B (component, sensor, lag): tensors correlated with activations, summed over
+        trials.
+        """
         h_re, h_im = compute_spectra(activations[trials], self.length)
         v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
         out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))
@@ -89,14 +93,15 @@ def factorise(
     run: Callable = map,
     on_iteration: Callable[[int, float], None] | None = None,
 ) -> Factors:
-    """Lower ½‖V − V̂‖² from these starting bases and activations; see `ConvolutiveNMF` for the algorithm.
+    """Lower ½‖V − V̂‖² from these starting bases and activations; see `ConvolutiveNMF` for the
+    algorithm.
 
     Parameters
     ----------
     data : the tensors.
     components : (component, sensor, lag), non-negative.
-    activations : (trial, component, time), non-negative; made to fulfil the constraint by the first steps.
-    run : how to map a function over blocks of trials (`map`, or a thread pool's).
+    activations : (trial, component, time), non-negative; made to fulfil the constraint by the first
+    steps. run : how to map a function over blocks of trials (`map`, or a thread pool's).
     on_iteration : called with the iteration and the relative residual ‖V − V̂‖/‖V‖.
     """
     components, activations = components.copy(), activations.copy()
@@ -116,7 +121,9 @@ def factorise(
         if _has_converged(losses, settings.tol, data.energy):
             converged = True
             break
-    return Factors(components=components, activations=activations, losses=np.array(losses), converged=converged)
+    return Factors(
+        components=components, activations=activations, losses=np.array(losses), converged=converged
+    )
 
 
 def project_activations(activations: np.ndarray, sparseness: float, joint: bool) -> None:
@@ -153,7 +160,9 @@ def _update_activations(data, components, activations, steps, settings, blocks, 
             multiply_activations(seen, kernel, edge, activations[block], settings.inner_steps)
         else:
             row = steps if joint else steps[block]
-            descend_activations(seen, kernel, edge, activations[block], row, l1, joint, settings.inner_steps, 0.0)
+            descend_activations(
+                seen, kernel, edge, activations[block], row, l1, joint, settings.inner_steps, 0.0
+            )
 
     list(run(update, [slice(None)] if joint else blocks))
 
@@ -171,10 +180,11 @@ def _update_bases(data, components, activations, settings, blocks, run) -> tuple
 
 @contextmanager
 def open_pool(n_jobs: int) -> Iterator[Callable]:
-    """How to map over blocks of trials: on this many threads (the compiled parts release the interpreter's lock), or
-    none.
+    """How to map over blocks of trials: on this many threads (the compiled parts release the
+    interpreter's lock), or none.
 
-    The products of small matrices in between stay on one thread: there, more only wait for each other.
+    The products of small matrices in between stay on one thread: there, more only wait for each
+    other.
     """
     with hold_blas(), ThreadExecutor(n_jobs) as pool:
         yield pool.map

@@ -29,25 +29,35 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
     parameters = encoder.get_params()
     if not isinstance(parameters["random_state"], int | None):
         parameters["random_state"] = None  # a generator has no lasting name
-    arrays = {name: np.asarray(getattr(encoder, name)) for name in _ARRAYS + _NUMBERS if hasattr(encoder, name)}
-    save_model(Model(kind=KIND, version=VERSION, arrays=arrays, settings={"parameters": parameters}), path)
+    arrays = {
+        name: np.asarray(getattr(encoder, name))
+        for name in _ARRAYS + _NUMBERS
+        if hasattr(encoder, name)
+    }
+    save_model(
+        Model(kind=KIND, version=VERSION, arrays=arrays, settings={"parameters": parameters}), path
+    )
     return Path(path)
 
 
 @checked
 def load_encoder(path: str | os.PathLike, *, trusted: bool = False) -> ConvolutiveNMF:
-    """Read an encoder that `save_encoder` wrote; ``trusted=True`` skips the guard, for a file of your own.
+    """Read an encoder that `save_encoder` wrote; ``trusted=True`` skips the guard, for a file of
+    your own.
 
     Raises
     ------
-    StoreError : no such file, another kind of file, another version, or arrays that do not fit together.
+    StoreError : no such file, another kind of file, another version, or arrays that do not fit
+    together.
     """
     if not Path(path).exists():
         raise StoreError(f"There is no file {path}.")
     try:
         model = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
     except InvalidInput as error:
-        raise StoreError(f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again.") from error
+        raise StoreError(
+            f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again."
+        ) from error
     return _rebuild(path, model)
 
 
@@ -62,7 +72,12 @@ def _rebuild(path: str | os.PathLike, model: Model) -> ConvolutiveNMF:
     except (KeyError, TypeError, ValueError, AttributeError, FeelerError) as error:
         raise StoreError(f"{path} lacks parts of an encoder ({error}). Save it again.") from error
     if components.shape != shape or not np.isfinite(components).all() or (components < 0).any():
-        raise StoreError(f"The bases in {path} should be {shape}, finite and non-negative; got {components.shape}.")
-    for name, value in ({name: model.arrays[name] for name in _ARRAYS if name in model.arrays} | numbers).items():
+        raise StoreError(
+            f"The bases in {path} should be {shape}, finite and non-negative; got"
+            f" {components.shape}."
+        )
+    for name, value in (
+        {name: model.arrays[name] for name in _ARRAYS if name in model.arrays} | numbers
+    ).items():
         setattr(encoder, name, value)
     return encoder

@@ -16,7 +16,9 @@ LABELS = {
     "nonnegative": "fixed bases, least squares",
     "raw": "tensors",
 }
-"""What every figure and table calls activations found together with the bases, the codes on fixed bases, and no code."""
+"""What every figure and table calls activations found together with the bases, the codes on fixed
+bases, and no code.
+"""
 STARTS = ("windows", "random")
 
 
@@ -31,18 +33,25 @@ def as_tensors(X: Any) -> np.ndarray:
     """
     if hasattr(X, "data_vars"):
         if "angle" not in X:
-            raise InvalidInput(f"The Dataset has no variable 'angle'; it has {sorted(X.data_vars)}. Pass one of them.")
+            raise InvalidInput(
+                f"The Dataset has no variable 'angle'; it has {sorted(X.data_vars)}. Pass one of"
+                " them."
+            )
         X = X["angle"]
     if hasattr(X, "dims"):
         if set(X.dims) != {"trial", "sensor", "time"}:
-            raise InvalidInput(f"The tensors need the dims trial, sensor, time; got {tuple(X.dims)}.")
+            raise InvalidInput(
+                f"The tensors need the dims trial, sensor, time; got {tuple(X.dims)}."
+            )
         X = X.transpose("trial", "sensor", "time").values
     tensors = np.asarray(X)
     if tensors.dtype.kind not in "fiub":
         raise InvalidInput(f"The tensors need numbers; got an array of {tensors.dtype}.")
     if tensors.ndim != 3:
         hint = " One tensor is X[None]." if tensors.ndim == 2 else ""
-        raise InvalidInput(f"The tensors need the shape (trial, sensor, time); got {tensors.shape}.{hint}")
+        raise InvalidInput(
+            f"The tensors need the shape (trial, sensor, time); got {tensors.shape}.{hint}"
+        )
     if 0 in tensors.shape:
         raise InvalidInput(f"The tensors are empty: shape {tensors.shape} (trial, sensor, time).")
     tensors = np.ascontiguousarray(tensors, dtype=float)
@@ -51,19 +60,23 @@ def as_tensors(X: Any) -> np.ndarray:
 
 
 def _check_values(tensors: np.ndarray) -> None:
-    low, high = tensors.min(), tensors.max()  # NaN carries through both; no copy of the data is made
+    low, high = (
+        tensors.min(),
+        tensors.max(),
+    )  # NaN carries through both; no copy of the data is made
     if not (np.isfinite(low) and np.isfinite(high)):
         trial = next(i for i, tensor in enumerate(tensors) if not np.isfinite(tensor).all())
         raise InvalidInput(
-            f"The tensors hold NaN or infinite entries, the first in trial {trial}. Drop such trials, or fill the gaps "
-            "before encoding."
+            f"The tensors hold NaN or infinite entries, the first in trial {trial}. Drop such"
+            " trials, or fill the gaps before encoding."
         )
     if low < 0:
         share = float((tensors < 0).mean())
         raise InvalidInput(
-            f"The tensors hold negative entries ({share:.1%} of them, the lowest {low:.3g}); the factorisation is "
-            "non-negative. Rectify first: np.maximum(X, 0) keeps bending one way, as the paper's does; "
-            "np.concatenate([np.maximum(X, 0), np.maximum(-X, 0)], axis=1) keeps both ways as twice the sensors."
+            f"The tensors hold negative entries ({share:.1%} of them, the lowest {low:.3g}); the"
+            " factorisation is non-negative. Rectify first: np.maximum(X, 0) keeps bending one"
+            " way, as the paper's does; np.concatenate([np.maximum(X, 0), np.maximum(-X, 0)],"
+            " axis=1) keeps both ways as twice the sensors."
         )
 
 
@@ -102,7 +115,7 @@ def check_size(tensors: np.ndarray, n_components: int, n_lags: int) -> None:
     most = max(n_trials * n_times // n_lags, 1)
     if n_components > most:
         raise InvalidInput(
-            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only {most} separate "
-            f"windows of n_lags = {n_lags} samples; more bases than that are not determined. Choose at most {most}, or "
-            "fewer lags."
+            f"n_components is {n_components}, but {n_trials} trials of {n_times} samples hold only"
+            f" {most} separate windows of n_lags = {n_lags} samples; more bases than that are not"
+            f" determined. Choose at most {most}, or fewer lags."
         )

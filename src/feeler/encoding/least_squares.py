@@ -1,24 +1,30 @@
-"""Non-negative least squares on shifted bases, solved exactly: block principal pivoting on a banded system."""
+"""Non-negative least squares on shifted bases, solved exactly: block principal pivoting on a banded
+system.
+"""
 
 import numpy as np
 
 from feeler.compiled import compiled
 from feeler.encoding.activations import apply_gram
 
-MOST_PIVOTS = 300  # [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
+# [C]: pivoting ends after some tens; this many would mean that rounding drives it in a circle
+MOST_PIVOTS = 300
 
 
 @compiled
 def solve_nonnegative(seen, kernel, edge, activations):
-    """The least ½ h·G h − A·h over h ≥ 0 for each trial, G positive definite; activations are overwritten.
+    """The least ½ h·G h − A·h over h ≥ 0 for each trial, G positive definite; activations are
+    overwritten.
 
-    Variables run by time, then component, so G has a band of component × lag. The equations of a set of active ones
-    are solved; those that come out negative leave, those whose slope is negative enter; all at once while that lowers
-    their number, else one at a time, which ends for certain. Returns the most pivots that any trial took.
+    Variables run by time, then component, so G has a band of component × lag. The equations of a
+    set of active ones are solved; those that come out negative leave, those whose slope is negative
+    enter; all at once while that lowers their number, else one at a time, which ends for certain.
+    Returns the most pivots that any trial took.
 
     References
     ----------
-    Portugal, Júdice & Vicente 1994, Math. Comput. 63:625; Kim & Park 2011, SIAM J. Sci. Comput. 33:3261.
+    Portugal, Júdice & Vicente 1994, Math. Comput. 63:625; Kim & Park 2011, SIAM J. Sci. Comput.
+    33:3261.
     """
     n_trials, n_components, n_times = activations.shape
     most = 0
@@ -65,7 +71,9 @@ def _pivot(seen, kernel, edge, h, slope):
 
 @compiled(inline="always")
 def _is_wrong(active, value, slope, top):
-    """An active variable below zero, or an idle one that would lower the loss; rounding does not count."""
+    """An active variable below zero, or an idle one that would lower the loss; rounding does not
+    count.
+    """
     return value < 0.0 if active else slope < -1e-10 * top
 
 
@@ -91,7 +99,9 @@ def _solve_active(seen, kernel, edge, active, h):
             start += 1
         first[i] = start
         for j in range(start, i + 1):
-            factor[i, j - start] = _look_up(kernel, edge, component[i], time[i], component[j], time[j], n_times)
+            factor[i, j - start] = _look_up(
+                kernel, edge, component[i], time[i], component[j], time[j], n_times
+            )
     _solve_banded(factor, first, value)
     h[:] = 0.0
     for i in range(count):
@@ -135,10 +145,11 @@ def _solve_banded(factor, first, value):
 
 @compiled
 def polish_nonnegative(seen, kernel, edge, activations, n_steps):
-    """Lower ½ h·G h − A·h over h ≥ 0 by n_steps of accelerated projected gradient, from these activations, in place.
+    """Lower ½ h·G h − A·h over h ≥ 0 by n_steps of accelerated projected gradient, from these
+    activations, in place.
 
-    For a G that is all but singular, where the least is reached by many h. The momentum starts again whenever it points
-    uphill (O'Donoghue & Candès 2015, Found. Comput. Math. 15:715).
+    For a G that is all but singular, where the least is reached by many h. The momentum starts
+    again whenever it points uphill (O'Donoghue & Candès 2015, Found. Comput. Math. 15:715).
     """
     n_trials, n_components, n_times = activations.shape
     bound = 0.0
@@ -149,7 +160,9 @@ def polish_nonnegative(seen, kernel, edge, activations, n_steps):
     slope, ahead = np.empty((n_components, n_times)), np.empty((n_components, n_times))
     for n in range(n_trials):
         h, momentum = activations[n], 1.0
-        nothing = 1e-14 * max(h.max(), 0.0)  # below rounding; fading numbers would slow the processor
+        nothing = 1e-14 * max(
+            h.max(), 0.0
+        )  # below rounding; fading numbers would slow the processor
         ahead[:] = h
         for _ in range(n_steps):
             apply_gram(kernel, edge, ahead, slope)

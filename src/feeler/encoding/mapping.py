@@ -1,4 +1,6 @@
-"""Do the bases map to contact location? How well location follows from the component that dominates a code."""
+"""Do the bases map to contact location? How well location follows from the component that dominates
+a code.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -19,13 +21,18 @@ class LocationMapping:
     information_null: float
     """Its mean over shuffles: what so few trials yield by chance, bits."""
     ceiling: float
-    """The entropy of the locations or log₂(components), whichever is less: no code can do better, bits."""
+    """The entropy of the locations or log₂(components), whichever is less: no code can do better,
+    bits.
+    """
     p_information: float
     """Share of shuffles, the real order counted as one, with at least this information."""
     correlation: float
-    """Spearman's rank correlation of location with where along the antenna the active bases act, in [−1, 1]."""
+    """Spearman's rank correlation of location with where along the antenna the active bases act, in
+    [−1, 1].
+    """
     p_correlation: float
-    """Share of shuffles, the real order counted as one, with a correlation at least as far from 0."""
+    """Share of shuffles, the real order counted as one, with a correlation at least as far from 0.
+    """
     share: np.ndarray
     """Mean share of each component in the energy of a code, (location, component)."""
     locations: np.ndarray
@@ -43,13 +50,13 @@ def map_locations(
 ) -> LocationMapping:
     """Score how contact location follows from which component is most active.
 
-    A component's share of a trial is its energy Σ_t H² over that of all components (bases have unit length). Trials
-    with a code of zeros are left out.
+    A component's share of a trial is its energy Σ_t H² over that of all components (bases have unit
+    length). Trials with a code of zeros are left out.
 
     Parameters
     ----------
-    activations : (trial, component, time), codes on fixed bases; prefer the ridge code, which is unique.
-    locations : (trial,), where each contact was, any unit.
+    activations : (trial, component, time), codes on fixed bases; prefer the ridge code, which is
+    unique. locations : (trial,), where each contact was, any unit.
     places : (component,), where each basis acts: `locate_components(components_)`.
     n_shuffles : how many shuffles of the locations make the null.
     """
@@ -57,8 +64,9 @@ def map_locations(
     locations, places = np.asarray(locations), np.asarray(places, dtype=float)
     if len(locations) != len(energy) or places.shape != energy.shape[1:]:
         raise InvalidInput(
-            f"Got {len(energy)} codes of {energy.shape[1]} components, {len(locations)} locations and {places.size} "
-            "places of bases; each code needs one location, each component one place."
+            f"Got {len(energy)} codes of {energy.shape[1]} components, {len(locations)} locations"
+            f" and {places.size} places of bases; each code needs one location, each component one"
+            " place."
         )
     active = energy.sum(axis=1) > 0
     energy, locations = energy[active], locations[active]
@@ -72,7 +80,10 @@ def map_locations(
     generator = np.random.default_rng(rng)
     shuffles = [generator.permutation(which.size) for _ in range(n_shuffles)]
     null = np.array(
-        [(_information(dominant, which[shuffle]), _correlation(centre, order[shuffle])) for shuffle in shuffles]
+        [
+            (_information(dominant, which[shuffle]), _correlation(centre, order[shuffle]))
+            for shuffle in shuffles
+        ]
     ).reshape(n_shuffles, 2)
     entropy = _information(which, which)
     return LocationMapping(
@@ -81,7 +92,9 @@ def map_locations(
         ceiling=min(entropy, float(np.log2(len(places)))),
         p_information=float((1 + (null[:, 0] >= real[0] - 1e-12).sum()) / (1 + n_shuffles)),
         correlation=real[1],
-        p_correlation=float((1 + (np.abs(null[:, 1]) >= abs(real[1]) - 1e-12).sum()) / (1 + n_shuffles)),
+        p_correlation=float(
+            (1 + (np.abs(null[:, 1]) >= abs(real[1]) - 1e-12).sum()) / (1 + n_shuffles)
+        ),
         share=np.array([share[which == i].mean(axis=0) for i in range(len(names))]),
         locations=names,
     )
@@ -99,4 +112,8 @@ def _information(first: np.ndarray, second: np.ndarray) -> float:
 def _correlation(ranks: np.ndarray, other: np.ndarray) -> float:
     """Spearman's correlation of two rankings; 0 where one does not vary."""
     spread = ranks.std() * other.std()
-    return float(np.mean((ranks - ranks.mean()) * (other - other.mean())) / spread) if spread > 0 else 0.0
+    return (
+        float(np.mean((ranks - ranks.mean()) * (other - other.mean())) / spread)
+        if spread > 0
+        else 0.0
+    )

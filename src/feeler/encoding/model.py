@@ -21,58 +21,66 @@ from feeler.tensors.labels import label_like
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
-    """Convolutive non-negative matrix factorisation of tactile tensors, with exactly sparse activations (cNMFsc).
+    """Convolutive non-negative matrix factorisation of tactile tensors, with exactly sparse
+    activations (cNMFsc).
 
-    Every tensor becomes a sum of a few bases that are short films of the antenna, each played whenever its activation
-    says:
+    Every tensor becomes a sum of a few bases that are short films of the antenna, each played
+    whenever its activation says:
 
         V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
 
-    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases, projected-gradient
-    steps with Hoyer's exact projection for the activations, row by row, a step accepted only if the loss falls. No
-    trial runs into the next.
+    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases,
+    projected-gradient steps with Hoyer's exact projection for the activations, row by row, a step
+    accepted only if the loss falls. No trial runs into the next.
 
     Parameters
     ----------
     n_components : how many bases, M. The paper shows 2 to 5, and works with 3.
     n_lags : how many samples a basis lasts, T. The paper: 40 samples of 1 ms.
-    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain convolutive NMF with
+    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain
+    convolutive NMF with
         multiplicative updates; with n_lags=1 it is scikit-learn's NMF(solver="mu"), step for step.
-    constraint : "trial": every trial's activation of every component has this sparseness, or is zero. "all": the
-        activation of each component over all trials together has it, as if the tensors were one recording; then how
-        sparse a trial's code is depends on the others. The default is "trial", because only then is the code of a
-        tensor a matter of the tensor alone.
-    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row), "ridge"
-        (non-negative with a small ridge: one answer, continuous in the tensor), "nonnegative" (no ridge). None:
-        "sparse" with a sparseness, else "nonnegative".
+    constraint : "trial": every trial's activation of every component has this sparseness, or is
+    zero. "all": the
+        activation of each component over all trials together has it, as if the tensors were one
+        recording; then how sparse a trial's code is depends on the others. The default is "trial",
+        because only then is the code of a tensor a matter of the tensor alone.
+    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row),
+    "ridge"
+        (non-negative with a small ridge: one answer, continuous in the tensor), "nonnegative" (no
+        ridge). None: "sparse" with a sparseness, else "nonnegative".
     ridge : weight of the ridge, relative to the squared length of a basis.
-    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by energy: nearer
+    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by
+    energy: nearer
         at first, but planted bases come back less often from there.
     n_restarts : fits from this many starts; keeps the one with the lowest loss.
-    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by less than tol
+    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by
+    less than tol
         times itself per iteration (times 10⁻⁴ of the tensors' energy, once it is lower than that).
-    inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1 without.
-    random_state : seed or generator of the starts.
+    inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a
+    sparseness, 1 without. random_state : seed or generator of the starts.
     n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
     warn : say so when a fit or a code stops before it has converged.
 
     Attributes
     ----------
-    components_ : (component, sensor, lag); unit length each, ordered from base to tip by where they act.
-    activations_ : (trial, component, time): those found together with the bases. They are not unique, so codes to
+    components_ : (component, sensor, lag); unit length each, ordered from base to tip by where they
+    act. activations_ : (trial, component, time): those found together with the bases. They are not
+    unique, so codes to
         compare come from `transform`; `fit_transform` returns those too.
-    reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V − V̂‖/‖V‖.
-    n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
-    stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one restart.
-    restarts_ : relative residual of each restart, best first. restart_components_,
+    reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V −
+    V̂‖/‖V‖. n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
+    stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one
+    restart. restarts_ : relative residual of each restart, best first. restart_components_,
         restart_activations_ : their bases and activations, in the same order.
     n_sensors_in_ : sensors the bases were learned on.
 
     References
     ----------
-    Smaragdis 2004, LNCS 3195:494 (convolutive NMF). Hoyer 2004, J. Mach. Learn. Res. 5:1457 (sparseness).
-    Ramanarayanan, Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc). Lee & Seung 2001, NIPS 13
-    (multiplicative updates). Gillis & Glineur 2012, Neural Comput. 24:1085 (several inner steps per iteration).
+    Smaragdis 2004, LNCS 3195:494 (convolutive NMF). Hoyer 2004, J. Mach. Learn. Res. 5:1457
+    (sparseness). Ramanarayanan, Goldstein & Narayanan 2013, J. Acoust. Soc. Am. 134:1378 (cNMFsc).
+    Lee & Seung 2001, NIPS 13 (multiplicative updates). Gillis & Glineur 2012, Neural Comput.
+    24:1085 (several inner steps per iteration).
     """
 
     def __init__(
@@ -111,8 +119,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def fit(self, X, y=None, *, components=None, activations=None):
         """Learn the bases of tensors (trial, sensor, time); y is ignored.
 
-        components (component, sensor, lag) and activations (trial, component, time) set the start; then there is one
-        restart.
+        components (component, sensor, lag) and activations (trial, component, time) set the start;
+        then there is one restart.
 
         Raises
         ------
@@ -135,23 +143,30 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return self.fit(X, y, **starts).transform(X)
 
     def transform(self, X, *, code=None):
-        """Activations (trial, component, time) of tensors on the fixed bases; see `encode` for the codes.
+        """Activations (trial, component, time) of tensors on the fixed bases; see `encode` for the
+        codes.
 
         A labelled DataArray gives a labelled one, with the coordinates of its trials and times.
 
-        Each trial is coded by itself from a fixed start: the same tensor gets the same code, whatever its neighbours.
+        Each trial is coded by itself from a fixed start: the same tensor gets the same code,
+        whatever its neighbours.
         """
         check_is_fitted(self, "components_")
         tensors = self._check_against_bases(as_tensors(X))
         code = self._choose_code(code)
         with open_pool(_count_threads(self.n_jobs)) as run:
             activations, settled = encode(
-                tensors, self.components_, code, sparseness=self.sparseness, ridge=self.ridge, run=run
+                tensors,
+                self.components_,
+                code,
+                sparseness=self.sparseness,
+                ridge=self.ridge,
+                run=run,
             )
         if not settled and self.warn:
             warnings.warn(
-                f"The {code} code of some trial still moved when it was stopped; it may be less than the best. The "
-                "ridge code with a larger ridge is better posed.",
+                f"The {code} code of some trial still moved when it was stopped; it may be less"
+                " than the best. The ridge code with a larger ridge is better posed.",
                 ConvergenceWarning,
                 stacklevel=3,
             )
@@ -165,14 +180,22 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return tags
 
     def inverse_transform(self, X):
-        """Tensors (trial, sensor, time) from activations (trial, component, time); labelled where these are."""
+        """Tensors (trial, sensor, time) from activations (trial, component, time); labelled where
+        these are.
+        """
         check_is_fitted(self, "components_")
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
             raise InvalidInput(
-                f"Activations need the shape (trial, {len(self.components_)}, time); got {activations.shape}."
+                f"Activations need the shape (trial, {len(self.components_)}, time); got"
+                f" {activations.shape}."
             )
-        return label_like(reconstruct(self.components_, activations), X, ("trial", "sensor", "time"), "reconstruction")
+        return label_like(
+            reconstruct(self.components_, activations),
+            X,
+            ("trial", "sensor", "time"),
+            "reconstruction",
+        )
 
     def score(self, X, y=None):
         """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²; 1 is best."""
@@ -182,7 +205,9 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
 
     def partial_fit(self, X, y=None, *, forget=0.7):
-        """Learn from one batch of tensors; with each, the sums over earlier ones count `forget` times as much."""
+        """Learn from one batch of tensors; with each, the sums over earlier ones count `forget`
+        times as much.
+        """
         check_settings(self)
         tensors = as_tensors(X)
         if not hasattr(self, "_sums"):
@@ -192,18 +217,25 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             self._sums, self.components_, self.n_sensors_in_ = OnlineSums(), start, tensors.shape[1]
         self._check_against_bases(tensors)
         with open_pool(_count_threads(self.n_jobs)) as run:
-            self.components_ = learn_batch(tensors, self.components_, self._sums, self._settings(), forget, run)
+            self.components_ = learn_batch(
+                tensors, self.components_, self._sums, self._settings(), forget, run
+            )
         return self
 
     def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
 
-        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over trials: a Zarr array,
+        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over
+        trials: a Zarr array,
             a NumPy memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
-        prepare : applied to each batch first, for instance ``feeler.tensors.rectify`` to stored tensors, which are signed.
+        prepare : applied to each batch first, for instance ``feeler.tensors.rectify`` to stored
+        tensors, which are signed.
         """
         if len(getattr(source, "shape", ())) != 3:
-            raise InvalidInput("fit_stream needs something with a shape (trial, sensor, time), such as a Zarr array.")
+            raise InvalidInput(
+                "fit_stream needs something with a shape (trial, sensor, time), such as a Zarr"
+                " array."
+            )
         if hasattr(self, "_sums"):
             del self._sums
         for _ in range(n_epochs):
@@ -232,9 +264,20 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             bases = components
             if bases is None:
                 bases = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
-            bases = _check_start("components", bases, (self.n_components, data.n_sensors, self.n_lags))
-            codes = start_activations(data, bases, self.init, rng) if activations is None else activations
-            yield bases, _check_start("activations", codes, (data.n_trials, self.n_components, data.n_times))
+            bases = _check_start(
+                "components", bases, (self.n_components, data.n_sensors, self.n_lags)
+            )
+            codes = (
+                start_activations(data, bases, self.init, rng)
+                if activations is None
+                else activations
+            )
+            yield (
+                bases,
+                _check_start(
+                    "activations", codes, (data.n_trials, self.n_components, data.n_times)
+                ),
+            )
 
     def _keep(self, found: list[Factors], tensors, energy) -> None:
         """Set the learned attributes from the restarts."""
@@ -245,15 +288,20 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.loss_curve_, self.n_iter_ = best.losses, len(best.losses)
         self.n_sensors_in_ = tensors.shape[1]
         self.reconstruction_err_ = float(np.sqrt(2 * best.losses[-1]))
-        self.relative_residual_ = float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
-        self.restarts_ = np.array([np.sqrt(2 * f.losses[-1] / energy) if energy > 0 else 0.0 for f in found])
+        self.relative_residual_ = (
+            float(np.sqrt(2 * best.losses[-1] / energy)) if energy > 0 else 0.0
+        )
+        self.restarts_ = np.array(
+            [np.sqrt(2 * f.losses[-1] / energy) if energy > 0 else 0.0 for f in found]
+        )
         self.restart_components_ = np.stack([f.components for f in found])
         self.restart_activations_ = [f.activations for f in found]
         self.stability_ = compute_stability(list(self.restart_components_))
         if not best.converged and self.warn:
             warnings.warn(
-                f"The fit still improved by more than tol={self.tol:g} per iteration after max_iter={self.max_iter} "
-                "iterations. Raise max_iter, or tol if this residual will do.",
+                f"The fit still improved by more than tol={self.tol:g} per iteration after"
+                f" max_iter={self.max_iter} iterations. Raise max_iter, or tol if this residual"
+                " will do.",
                 ConvergenceWarning,
                 stacklevel=3,
             )
@@ -262,18 +310,24 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         code = code or self.code or ("nonnegative" if self.sparseness is None else "sparse")
         check_choice("code", code, CODES)
         if code == "sparse" and self.sparseness is None:
-            raise InvalidInput("The sparse code needs a sparseness; set one, or choose code='ridge' or 'nonnegative'.")
+            raise InvalidInput(
+                "The sparse code needs a sparseness; set one, or choose code='ridge' or"
+                " 'nonnegative'."
+            )
         return code
 
     def _check_against_bases(self, tensors: np.ndarray) -> np.ndarray:
         if tensors.shape[1] != self.n_sensors_in_:
             raise InvalidInput(
-                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on {self.n_sensors_in_}. "
-                "Record the same sensors, or fit again."
+                f"The tensors have {tensors.shape[1]} sensors, but the bases were learned on"
+                f" {self.n_sensors_in_}. Record the same sensors, or fit again."
             )
         n_lags = self.components_.shape[2]
         if tensors.shape[2] < n_lags:
-            raise InvalidInput(f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the bases.")
+            raise InvalidInput(
+                f"A trial has {tensors.shape[2]} samples, fewer than the {n_lags} lags of the"
+                " bases."
+            )
         return tensors
 
 

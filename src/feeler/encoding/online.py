@@ -1,4 +1,6 @@
-"""Learning from one batch at a time: two sums over past batches are kept, of a size that does not grow."""
+"""Learning from one batch at a time: two sums over past batches are kept, of a size that does not
+grow.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -30,15 +32,18 @@ def learn_batch(
     forget: float,
     run: Callable = map,
 ) -> np.ndarray:
-    """New bases (component, sensor, lag) after a batch (trial, sensor, time): code it on the old ones, add to the
-    sums, update.
+    """New bases (component, sensor, lag) after a batch (trial, sensor, time): code it on the old
+    ones, add to the sums, update.
 
     References
     ----------
-    Mairal, Bach, Ponce & Sapiro 2010, J. Mach. Learn. Res. 11:19 (online dictionary learning from such sums).
+    Mairal, Bach, Ponce & Sapiro 2010, J. Mach. Learn. Res. 11:19 (online dictionary learning from
+    such sums).
     """
     code = "nonnegative" if settings.sparseness is None else "sparse"
-    activations, _ = encode(tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run)
+    activations, _ = encode(
+        tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run
+    )
     data = Data(tensors, settings.n_lags)
     blocks = [slice(start, start + BLOCK) for start in range(0, data.n_trials, BLOCK)]
     spectra = sum(run(lambda block: data.gather(activations, block), blocks))

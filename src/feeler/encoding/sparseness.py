@@ -11,7 +11,8 @@ from feeler.errors import InvalidInput
 
 @checked
 def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = -1) -> np.ndarray:
-    """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1): 0 where all entries are equal, 1 where one entry alone is not zero.
+    """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1): 0 where all entries are equal, 1 where one entry
+    alone is not zero.
 
     Parameters
     ----------
@@ -29,9 +30,14 @@ def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = 
     vectors = np.asarray(vectors, dtype=float)
     root = np.sqrt(vectors.shape[axis])
     if root <= 1:
-        raise InvalidInput(f"Sparseness needs at least 2 entries per vector; got {vectors.shape} along axis {axis}.")
+        raise InvalidInput(
+            f"Sparseness needs at least 2 entries per vector; got {vectors.shape} along axis"
+            f" {axis}."
+        )
     peak = np.max(np.abs(vectors), axis=axis, keepdims=True)
-    scaled = np.abs(vectors) / np.where(peak > 0, peak, 1)  # squares of very small entries would underflow
+    scaled = np.abs(vectors) / np.where(
+        peak > 0, peak, 1
+    )  # squares of very small entries would underflow
     largest, length = scaled.sum(axis=axis), np.sqrt((scaled**2).sum(axis=axis))
     undefined = length == 0
     sparseness = (root - largest / np.where(undefined, 1, length)) / (root - 1)
@@ -42,22 +48,26 @@ def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = 
 def project_to_sparseness(vector: np.ndarray, sparseness: float) -> np.ndarray:
     """The non-negative vector of exactly this sparseness that lies nearest to `vector`.
 
-    The nearest point keeps its own length free: with u the unit vector of the asked sparseness that maximises
-    ⟨vector, u⟩, the result is max(0, ⟨vector, u⟩)·u, because the best u does not depend on the length. u is the soft
-    threshold max(vector − λ, 0) scaled to unit length, with the one λ that gives ‖u‖₁ = √n − sparseness·(√n − 1).
+    The nearest point keeps its own length free: with u the unit vector of the asked sparseness that
+    maximises ⟨vector, u⟩, the result is max(0, ⟨vector, u⟩)·u, because the best u does not depend
+    on the length. u is the soft threshold max(vector − λ, 0) scaled to unit length, with the one λ
+    that gives ‖u‖₁ = √n − sparseness·(√n − 1).
 
     Returns
     -------
-    An array of the same shape; all zeros where no vector of this sparseness points the same way as `vector`.
+    An array of the same shape; all zeros where no vector of this sparseness points the same way as
+    `vector`.
 
     References
     ----------
-    Hoyer 2004, J. Mach. Learn. Res. 5:1457 (projection operator); Thom, Rapp & Palm 2015, Int. J. Comput. Vis. 114:168
-    (the threshold form and its uniqueness).
+    Hoyer 2004, J. Mach. Learn. Res. 5:1457 (projection operator); Thom, Rapp & Palm 2015, Int. J.
+    Comput. Vis. 114:168 (the threshold form and its uniqueness).
     """
     vector = np.ascontiguousarray(vector, dtype=float)
     if vector.ndim != 1 or vector.size < 2:
-        raise InvalidInput(f"The projection takes one vector of at least 2 entries; got shape {vector.shape}.")
+        raise InvalidInput(
+            f"The projection takes one vector of at least 2 entries; got shape {vector.shape}."
+        )
     check_sparseness(sparseness)
     result = np.empty_like(vector)
     project_row(vector, l1_of_unit_vector(vector.size, sparseness), result)
@@ -68,8 +78,8 @@ def check_sparseness(sparseness: float) -> None:
     """Refuse what no vector can reach: outside [0, 1)."""
     if not 0 <= sparseness < 1:
         raise InvalidInput(
-            f"sparseness must lie in [0, 1), or be None for no constraint; got {sparseness}. The paper uses 0.8; "
-            "1 would allow a single active moment only."
+            f"sparseness must lie in [0, 1), or be None for no constraint; got {sparseness}. The"
+            " paper uses 0.8; 1 would allow a single active moment only."
         )
 
 
@@ -111,7 +121,9 @@ def project_row(v, l1, out):
 
 @compiled
 def _rank_ties(z):
-    """Too many equal peaks leave the nearest point undefined: prefer the earlier moment by a ramp of 1 in 10⁶."""
+    """Too many equal peaks leave the nearest point undefined: prefer the earlier moment by a ramp
+    of 1 in 10⁶.
+    """
     low = 0.0
     for i in range(z.size):
         low = min(low, z[i])
@@ -129,8 +141,9 @@ def _rank_ties(z):
 def _threshold(z, l1):
     """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂; max(z) is 0. z is used up.
 
-    On a fixed set of k active entries with mean m and variance q, ‖w‖₁² = l1²‖w‖₂² gives m − λ = l1·√(q/(k − l1²)).
-    Dropping the entries below λ and solving again (Hoyer's loop) only raises λ, and ends at the exact one.
+    On a fixed set of k active entries with mean m and variance q, ‖w‖₁² = l1²‖w‖₂² gives m − λ =
+    l1·√(q/(k − l1²)). Dropping the entries below λ and solving again (Hoyer's loop) only raises λ,
+    and ends at the exact one.
     """
     threshold, active = -np.inf, z.size
     while True:

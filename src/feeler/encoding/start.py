@@ -8,16 +8,21 @@ from feeler.encoding.gram import compute_basis_gram
 
 
 def make_generators(random_state, n: int) -> list[np.random.Generator]:
-    """One generator per restart, from whatever scikit-learn allows as random_state, or a NumPy generator."""
+    """One generator per restart, from whatever scikit-learn allows as random_state, or a NumPy
+    generator.
+    """
     if isinstance(random_state, np.random.RandomState):
         random_state = random_state.randint(2**31)
     return np.random.default_rng(random_state).spawn(n)
 
 
-def start_bases(tensors: np.ndarray, n_components: int, n_lags: int, init: str, rng: np.random.Generator) -> np.ndarray:
+def start_bases(
+    tensors: np.ndarray, n_components: int, n_lags: int, init: str, rng: np.random.Generator
+) -> np.ndarray:
     """Starting bases (component, sensor, lag).
 
-    "windows": stretches of the tensors, drawn with the probability of their energy, over a floor of a tenth of their
+    "windows": stretches of the tensors, drawn with the probability of their energy, over a floor of
+    a tenth of their
         mean (an
     entry at zero would stay there). "random": uniform in [0, 1), scaled to the data.
     """
@@ -35,8 +40,12 @@ def start_bases(tensors: np.ndarray, n_components: int, n_lags: int, init: str, 
     return bases + floor * rng.uniform(0.05, 0.15, bases.shape)
 
 
-def start_activations(data: Data, components: np.ndarray, init: str, rng: np.random.Generator) -> np.ndarray:
-    """Starting activations (trial, component, time): what the bases see at the best scale, or uniform numbers."""
+def start_activations(
+    data: Data, components: np.ndarray, init: str, rng: np.random.Generator
+) -> np.ndarray:
+    """Starting activations (trial, component, time): what the bases see at the best scale, or
+    uniform numbers.
+    """
     shape = (data.n_trials, components.shape[0], data.n_times)
     if init == "random":
         return rng.random(shape)

@@ -1,4 +1,6 @@
-"""How many trials are run: threads, processes or any executor with ``submit``, behind one small interface."""
+"""How many trials are run: threads, processes or any executor with ``submit``, behind one small
+interface.
+"""
 
 from feeler.execute.batch import Executor, Outcome, run_batch
 from feeler.execute.cluster import ClusterExecutor, open_cluster

@@ -23,7 +23,8 @@ UNKNOWN_WORKERS = 64  # [C] for executors that do not say how many workers they 
 class Executor(Protocol):
     """What a batch needs: ``concurrent.futures`` executors and a Dask ``Client`` both fit.
 
-    Futures need ``result()`` and ``add_done_callback(function)``. Optional: ``workers`` (how many), ``kill()``.
+    Futures need ``result()`` and ``add_done_callback(function)``. Optional: ``workers`` (how many),
+    ``kill()``.
     """
 
     def submit(self, function: Callable, /, *args: Any) -> Any:
@@ -51,10 +52,10 @@ def run_batch(
 ) -> Iterator[Outcome]:
     """Outcomes of ``function(item)`` for numbered items, in the order in which they finish.
 
-    A crashed worker or a lack of memory costs its item one of ``retries``; every other error is the item's outcome
-    and the batch goes on. At most ``window`` items are in flight (default two per worker), so results cannot pile up.
-    The first Ctrl-C hands out nothing more, waits for what is running and then raises KeyboardInterrupt; the second
-    stops at once.
+    A crashed worker or a lack of memory costs its item one of ``retries``; every other error is the
+    item's outcome and the batch goes on. At most ``window`` items are in flight (default two per
+    worker), so results cannot pile up. The first Ctrl-C hands out nothing more, waits for what is
+    running and then raises KeyboardInterrupt; the second stops at once.
 
     Parameters
     ----------
@@ -92,7 +93,10 @@ def _window(executor: Any) -> int:
 def _name_memory(error: Exception) -> Exception:
     """The error, as feeler's own where Python or NumPy ran out of memory."""
     if isinstance(error, MemoryError) and not isinstance(error, OutOfMemory):
-        return OutOfMemory(f"not enough memory ({error or 'no more to be had'}); use fewer workers or shorter trials.")
+        return OutOfMemory(
+            f"not enough memory ({error or 'no more to be had'}); use fewer workers or shorter"
+            " trials."
+        )
     return error
 
 
@@ -102,7 +106,9 @@ class _Batch:
         self.done: SimpleQueue = SimpleQueue()
         self.flying: dict[int, tuple[Any, Any, int]] = {}
 
-    def run(self, items: Iterator[tuple[int, Any]], window: int | None, interrupt: "_Interrupt") -> Iterator[Outcome]:
+    def run(
+        self, items: Iterator[tuple[int, Any]], window: int | None, interrupt: "_Interrupt"
+    ) -> Iterator[Outcome]:
         more = True
         while more or self.flying:
             room = window or _window(self.executor)  # each time: a cluster's workers come and go
@@ -151,8 +157,8 @@ class _Batch:
 
 
 class _Interrupt:
-    """While active, the first SIGINT sets ``asked`` and calls ``on_first``; the second calls ``on_second`` and raises
-    KeyboardInterrupt.
+    """While active, the first SIGINT sets ``asked`` and calls ``on_first``; the second calls
+    ``on_second`` and raises KeyboardInterrupt.
 
     Outside the main thread, where Python delivers no signals, it does nothing.
     """
@@ -177,4 +183,7 @@ class _Interrupt:
             raise KeyboardInterrupt
         self.asked = True
         self._on_first()
-        print("\nstopping after the trials that are running; press Ctrl-C again to stop at once", file=sys.stderr)
+        print(
+            "\nstopping after the trials that are running; press Ctrl-C again to stop at once",
+            file=sys.stderr,
+        )

@@ -13,8 +13,9 @@ PATIENCE = 60.0  # [C] s to find a scheduler
 class ClusterExecutor:
     """A Dask client as an executor; workers may come and go while it runs.
 
-    Tasks that a lost worker held are run again by Dask. A task that is lost with its worker again and again (Dask's
-    ``distributed.scheduler.allowed-failures``) counts as one that crashes its worker.
+    Tasks that a lost worker held are run again by Dask. A task that is lost with its worker again
+    and again (Dask's ``distributed.scheduler.allowed-failures``) counts as one that crashes its
+    worker.
     """
 
     def __init__(self, client: Any) -> None:
@@ -33,7 +34,9 @@ class ClusterExecutor:
                 function, *args, pure=False
             )  # the same touch may be asked for again after a crash
         except Exception as error:
-            raise StoreError(f"the cluster takes no more tasks ({str(error)[:150]}). {SAFE}") from error
+            raise StoreError(
+                f"the cluster takes no more tasks ({str(error)[:150]}). {SAFE}"
+            ) from error
         answer: Future = Future()
         answer.set_running_or_notify_cancel()
         self._flying[task.key] = task
@@ -47,7 +50,9 @@ class ClusterExecutor:
         except Exception as error:
             answer.set_exception(_explain(error) if mine else CancelledError())
         except BaseException:  # Dask's CancelledError is none of Python's exceptions
-            answer.set_exception(StoreError(f"the scheduler has gone. {SAFE}") if mine else CancelledError())
+            answer.set_exception(
+                StoreError(f"the scheduler has gone. {SAFE}") if mine else CancelledError()
+            )
 
     def kill(self) -> None:
         """Call back all tasks."""
@@ -64,16 +69,22 @@ SAFE = "What is finished is in the store, and the same command goes on from ther
 
 def _explain(error: Exception) -> Exception:
     if type(error).__name__ == "KilledWorker":
-        return WorkerCrashed("a task was lost with every worker that took it; has one of them too little memory?")
+        return WorkerCrashed(
+            "a task was lost with every worker that took it; has one of them too little memory?"
+        )
     if type(error).__name__ == "FutureCancelledError":
         return StoreError(f"the scheduler has gone, or has dropped a task. {SAFE}")
     if isinstance(error, ImportError):
-        return StoreError(f"a worker cannot load this feeler ({error}). Install the same version wherever workers run.")
+        return StoreError(
+            f"a worker cannot load this feeler ({error}). Install the same version wherever workers"
+            " run."
+        )
     return error
 
 
 def open_cluster(address: str) -> Any:
-    """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4`` for four processes here.
+    """A Dask client by where its scheduler is: ``tcp://…``, a scheduler's JSON file, or ``local:4``
+    for four processes here.
 
     Raises
     ------
@@ -85,13 +96,19 @@ def open_cluster(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise MissingExtra("a cluster needs Dask. Install it with: pip install 'feeler[cluster]'") from None
+        raise MissingExtra(
+            "a cluster needs Dask. Install it with: pip install 'feeler[cluster]'"
+        ) from None
     kind, _, number = address.partition(":")
     if kind == "local":
         if not number.isdecimal() or not 1 <= int(number) <= 1024:
             raise InvalidInput(f"--cluster local:N starts N processes, 1 to 1024, got {address!r}.")
         return Client(
-            n_workers=int(number), threads_per_worker=1, processes=True, dashboard_address=None, set_as_default=False
+            n_workers=int(number),
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            set_as_default=False,
         )
     try:
         if address.endswith(".json"):
@@ -99,5 +116,6 @@ def open_cluster(address: str) -> Any:
         return Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InvalidInput(
-            f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask scheduler`, or use local:4."
+            f"no scheduler answers at {address!r} ({str(error)[:100]}). Start one with `dask"
+            " scheduler`, or use local:4."
         ) from error

@@ -16,8 +16,9 @@ def run_groups(
 ) -> Iterator[tuple[Sequence[int], Any]]:
     """(group, ``function(pick(group))`` or the error that ended it), as groups finish.
 
-    ``pick`` is called when a group is handed out, so that what it makes does not pile up. Items of a group that crashes
-    its worker twice are run again one by one, so that only the guilty one is lost.
+    ``pick`` is called when a group is handed out, so that what it makes does not pile up. Items of
+    a group that crashes its worker twice are run again one by one, so that only the guilty one is
+    lost.
     """
     while groups:
         items = ((number, pick(group)) for number, group in enumerate(groups))

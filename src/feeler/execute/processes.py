@@ -29,7 +29,8 @@ except ImportError:  # Windows
 # The BLAS of the last two, loaded where memory lacks, would end a worker without a word.
 USUAL = ("feeler.execute.server", __name__, "numpy", "scipy.linalg")
 MEMORY_SHARE = 0.8  # [C] of what is free when the executor is made, shared out among its workers
-# Workers are forked from a process that only imports: a fork of this one would copy threads' locks and the store's open
+# Workers are forked from a process that only imports: a fork of this one would copy threads' locks
+# and the store's open
 # files, and a new interpreter for each would import everything again.
 _CONTEXT = multiprocessing.get_context("forkserver")
 
@@ -47,7 +48,8 @@ CRASHES = (WorkerCrashed, MemoryError)
 
 
 def prepare_workers(modules: Sequence[str] = USUAL) -> None:
-    """Start the process that workers are forked from, if none is there; what it imports now, no worker imports again.
+    """Start the process that workers are forked from, if none is there; what it imports now, no
+    worker imports again.
 
     Returns at once: the imports run beside the caller's own.
     """
@@ -57,16 +59,20 @@ def prepare_workers(modules: Sequence[str] = USUAL) -> None:
 
 
 class ProcessExecutor:
-    """``workers`` processes, one task each at a time; a process that dies fails its one task and is replaced.
+    """``workers`` processes, one task each at a time; a process that dies fails its one task and is
+    replaced.
 
-    Workers end when their parent ends, however that happens, and ignore Ctrl-C, which is the parent's business. Each
-    may hold at most ``memory_limit`` bytes (default: an equal share of 80 % of the free memory; not on Windows).
+    Workers end when their parent ends, however that happens, and ignore Ctrl-C, which is the
+    parent's business. Each may hold at most ``memory_limit`` bytes (default: an equal share of 80 %
+    of the free memory; not on Windows).
     """
 
     def __init__(self, workers: int | None = None, *, memory_limit: int | None = None) -> None:
         self.workers = check_workers(workers)
         if memory_limit is not None and memory_limit < 2**26:
-            raise InvalidInput(f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}.")
+            raise InvalidInput(
+                f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}."
+            )
         self.memory_limit = memory_limit or int(MEMORY_SHARE * find_free_memory() / self.workers)
         self._pool: ProcessPool | None = None
 
@@ -77,7 +83,9 @@ class ProcessExecutor:
             self.kill()
             prepare_workers()
             limit = (self.memory_limit,)
-            self._pool = ProcessPool(self.workers, initializer=_begin, initargs=limit, context=_CONTEXT)
+            self._pool = ProcessPool(
+                self.workers, initializer=_begin, initargs=limit, context=_CONTEXT
+            )
         answer: Future = Future()
         task = self._pool.schedule(_answer, (message,))
         answer.set_running_or_notify_cancel()
@@ -117,7 +125,9 @@ def _pass_on(done: Future, answer: Future) -> None:
 
 
 def _explain_end(code: int | None) -> str:
-    how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
+    how = (
+        f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"with exit code {code}"
+    )
     hint = " The system may have run out of memory: use fewer workers." if code == -9 else ""
     if code == 1:
         hint = ' In a script, start batches under `if __name__ == "__main__":`.'
@@ -126,7 +136,9 @@ def _explain_end(code: int | None) -> str:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what is to end."""
+    """What starts here never sees Ctrl-C, which a terminal sends to it too: the parent decides what
+    is to end.
+    """
     resource_tracker.ensure_running()  # it would lift the block while it starts itself
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -142,7 +154,9 @@ def _begin(memory_limit: int) -> None:
     )  # said not to fork, numba takes no semaphore that a kill leaks
     threading.Thread(target=_die_with_parent, daemon=True).start()
     gc.freeze()  # what was imported stays
-    gc.set_threshold(50_000)  # [C] figures are many objects that live on: looking through them often costs a twentieth
+    gc.set_threshold(
+        50_000
+    )  # [C] figures are many objects that live on: looking through them often costs a twentieth
     gc.enable()
     if resource is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_DATA)
@@ -159,18 +173,24 @@ def _answer(message: bytes) -> bytes:
             words = "a worker reached its memory limit; use fewer workers or shorter trials"
             return pickle.dumps((False, OutOfMemory(words)))
         try:
-            pickle.loads(pickle.dumps(error))  # an error that cannot travel is reported by its words
+            pickle.loads(
+                pickle.dumps(error)
+            )  # an error that cannot travel is reported by its words
             return pickle.dumps((False, error))
         except Exception:
             return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
 def _lacks_memory(error: BaseException | None) -> bool:
-    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load says it otherwise."""
+    """Whether this, or what led to it, is a lack of memory: a library that finds no room to load
+    says it otherwise.
+    """
     if error is None:
         return False
     said = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
-    said = said or any(words in str(error) for words in ("Cannot allocate memory", "failed to map segment"))
+    said = said or any(
+        words in str(error) for words in ("Cannot allocate memory", "failed to map segment")
+    )
     return said or _lacks_memory(error.__cause__ or error.__context__)
 
 
@@ -183,11 +203,15 @@ def _die_with_parent() -> None:
 
 
 def find_free_memory() -> int:
-    """Bytes that can still be taken: what the system calls available, or what the control group leaves, if less."""
+    """Bytes that can still be taken: what the system calls available, or what the control group
+    leaves, if less.
+    """
     free = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
-        free = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
+        free = next(
+            int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")
+        )
         limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
         if limit != "max":
             free = min(free, int(limit) - int(Path("/sys/fs/cgroup/memory.current").read_text()))

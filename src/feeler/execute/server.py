@@ -2,4 +2,5 @@
 
 import gc
 
-gc.disable()  # it imports and forks: there is nothing to collect, and looking for it takes a tenth of the time
+# it imports and forks: there is nothing to collect, and looking for it takes a tenth of the time
+gc.disable()

@@ -29,13 +29,17 @@ def check_workers(workers: int | None) -> int:
     if workers is None:
         return count_cores()
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InvalidInput(f"workers must be a whole number ≥ 1, got {workers!r}; None uses one per core.")
+        raise InvalidInput(
+            f"workers must be a whole number ≥ 1, got {workers!r}; None uses one per core."
+        )
     return workers
 
 
 @contextmanager
 def hold_blas() -> Iterator[None]:
-    """One thread within BLAS: its sums depend on their number, and small matrices gain nothing from more."""
+    """One thread within BLAS: its sums depend on their number, and small matrices gain nothing from
+    more.
+    """
     with _find_blas().limit(limits=1, user_api="blas"):
         yield
 
@@ -49,7 +53,9 @@ def _find_blas() -> ThreadpoolController:
 
 
 class ThreadExecutor:
-    """``workers`` threads, and none where one is asked for ``map``; they do not hold up the interpreter's end."""
+    """``workers`` threads, and none where one is asked for ``map``; they do not hold up the
+    interpreter's end.
+    """
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = check_workers(workers)
@@ -61,7 +67,9 @@ class ThreadExecutor:
         return self._pool.schedule(function, args)
 
     def map(self, function: Callable, /, *iterables: Iterable) -> Iterator[Any]:
-        """Results of ``function`` in order, as from the built-in ``map``, but side by side; the first error ends it."""
+        """Results of ``function`` in order, as from the built-in ``map``, but side by side; the
+        first error ends it.
+        """
         if self.workers == 1:
             yield from map(function, *iterables)
             return
@@ -74,10 +82,14 @@ class ThreadExecutor:
                 future.cancel()
 
     def kill(self) -> None:
-        """Send every thread home after its present task; queued tasks are dropped. The executor can be used again."""
+        """Send every thread home after its present task; queued tasks are dropped. The executor can
+        be used again.
+        """
         if self._pool is not None:
             self._pool.stop()
-            _closing.append(threading.Thread(target=self._pool.join, daemon=True, name="feeler closing"))
+            _closing.append(
+                threading.Thread(target=self._pool.join, daemon=True, name="feeler closing")
+            )
             _closing[-1].start()
         self._pool = None
 
@@ -94,7 +106,9 @@ class ThreadExecutor:
 
 @atexit.register
 def _see_off() -> None:
-    """Wait for threads sent home: one still inside an engine when the interpreter ends would crash the process."""
+    """Wait for threads sent home: one still inside an engine when the interpreter ends would crash
+    the process.
+    """
     end = time.monotonic() + GRACE
     for thread in _closing:
         thread.join(max(end - time.monotonic(), 0))

@@ -17,8 +17,8 @@ from feeler.tensors.dataset import label_units
 def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> xr.Dataset:
     """Static posture under a dead force along +x at a fraction of the length.
 
-    Solves the equilibrium of all hinge torques directly, for any deflection; small forces on a uniform antenna give the
-    cantilever ``F L³ / 3EI``, large ones the elastica.
+    Solves the equilibrium of all hinge torques directly, for any deflection; small forces on a
+    uniform antenna give the cantilever ``F L³ / 3EI``, large ones the elastica.
 
     Parameters
     ----------
@@ -30,12 +30,14 @@ def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> x
     Returns
     -------
     xarray.Dataset
-        ``angle`` (load, hinge) [rad], ``points`` (load, joint, axis) [mm] from base to tip, ``tip`` (load, axis) [mm],
-        coordinate ``force`` [N].
+        ``angle`` (load, hinge) [rad], ``points`` (load, joint, axis) [mm] from base to tip, ``tip``
+        (load, axis) [mm], coordinate ``force`` [N].
     """
     forces = np.atleast_1d(np.asarray(force, dtype=float))
     if forces.ndim != 1 or not forces.size:
-        raise InvalidInput(f"force must be one force or a row of them [N], got shape {forces.shape}.")
+        raise InvalidInput(
+            f"force must be one force or a row of them [N], got shape {forces.shape}."
+        )
     angle = np.stack([solve_static(antenna, (value, 0.0), at) for value in forces])
     points = antenna.shape(angle)
     dataset = xr.Dataset(
@@ -44,7 +46,11 @@ def bend(antenna: Antenna, force: float | Sequence[float], at: float = 1.0) -> x
             "points": (("load", "joint", "axis"), points),
             "tip": (("load", "axis"), points[:, -1]),
         },
-        {"force": ("load", forces), "hinge": np.arange(1, antenna.n_segments + 1), "axis": ["x", "y"]},
+        {
+            "force": ("load", forces),
+            "hinge": np.arange(1, antenna.n_segments + 1),
+            "axis": ["x", "y"],
+        },
     )
     dataset["points"].attrs["units"] = "mm"
     made_with = {

@@ -25,11 +25,13 @@ Progress = Callable[[int, int], None]
 class Gathering:
     """Runs what a store lacks of a set of trials, or all of it.
 
-    With a store, a share is one of its groups: a worker writes the group's shards, and this process its record. Without
-    one, a share fills the engine's lanes once.
+    With a store, a share is one of its groups: a worker writes the group's shards, and this process
+    its record. Without one, a share fills the engine's lanes once.
     """
 
-    def __init__(self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress | None) -> None:
+    def __init__(
+        self, job: Job, trials: Sequence[Trial], store: Store | None, progress: Progress | None
+    ) -> None:
         self.job, self.trials, self.store, self.progress = job, trials, store, progress
         self.errors: dict[int, Exception] = {}
         self._readings: dict[int, Reading] = {}
@@ -48,29 +50,43 @@ class Gathering:
             missing = len(self.trials) - self._done
             check_room(self.store.path, missing * self.job.count_bytes(), f"{missing:,} trials")
         try:
-            for group, found in run_groups(self.job.perform, self._make_groups(), self._pick, executor=executor):
+            for group, found in run_groups(
+                self.job.perform, self._make_groups(), self._pick, executor=executor
+            ):
                 self._take(group, found)
         finally:
             self._append_rest()
 
     def _make_groups(self) -> list[Sequence[int]]:
         if self.store is None:
-            scenes = [make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials]  # for their order
+            scenes = [
+                make_scene(self.job.antenna, trial, self.job.contact) for trial in self.trials
+            ]  # for their order
             return [*make_groups(scenes, get_engine(self.job.engine))]
         n, size, finished = len(self.trials), self.store.label.group, self.store.finished
         rows = (range(start, min(start + size, n)) for start in range(0, n, size))
-        return [group for row in rows if (group := [index for index in row if index not in finished])]
+        return [
+            group for row in rows if (group := [index for index in row if index not in finished])
+        ]
 
     def _pick(self, group: Sequence[int]) -> Share:
-        """The share of a group; a group that the store holds a part of comes back, as old and new trials share a shard."""
+        """The share of a group; a group that the store holds a part of comes back, as old and new
+        trials share a shard.
+        """
         run = range(group[0], group[0] + len(group))
         together = all(
             map(operator.eq, group, run)
         )  # groups of lanes come in the order of their touches, not of their numbers
-        trials = self.trials[run.start : run.stop] if together else [self.trials[index] for index in group]
+        trials = (
+            self.trials[run.start : run.stop]
+            if together
+            else [self.trials[index] for index in group]
+        )
         if self.store is None or self.store.holds(group[0]) or len(group) < self._count(group[0]):
             return Share(indices=group, trials=trials)
-        return Share(indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group)
+        return Share(
+            indices=group, trials=trials, store=self.store.path, group_size=self.store.label.group
+        )
 
     def _count(self, index: int) -> int:
         """Trials in the group of a trial."""
@@ -99,7 +115,10 @@ class Gathering:
         """Store what came back without having been stored."""
         if self._readings and self.store is not None:
             indices = sorted(self._readings)
-            trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
+            trials, readings = (
+                [self.trials[i] for i in indices],
+                [self._readings[i] for i in indices],
+            )
             self._readings.clear()
             tensors = self.job.drop_derived(self.job.make_tensors(indices, trials, readings))
             self.store.append(indices, tensors)
@@ -112,7 +131,9 @@ class Gathering:
         trials, readings = [self.trials[i] for i in indices], [self._readings[i] for i in indices]
         tensors = self.job.make_tensors(indices, trials, readings)
         if len(indices) <= MAX_LISTED and not self.job.sampled:
-            tensors.attrs["trials"] = json.dumps(self.job.list_made(indices, trials), sort_keys=True)
+            tensors.attrs["trials"] = json.dumps(
+                self.job.list_made(indices, trials), sort_keys=True
+            )
         return tensors
 
     def count_reasons(self) -> dict[str, int]:

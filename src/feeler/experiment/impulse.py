@@ -18,7 +18,9 @@ from feeler.stimulus.trial import FRICTION, Trial
 
 LOCATION = 0.95  # [P] share of the length where the cylinder hits
 RADIUS = 2.5  # [P] mm; half of 5 mm
-SPEED = 0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
+SPEED = (
+    0.2  # [C] mm/ms; slow enough for the quasi-static deflection ratios that the targets stand for
+)
 POINTS = (0.71, 0.86)  # [P] share of the length
 LEAD = 2.0  # [C] ms before contact
 LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
@@ -69,11 +71,13 @@ def hit(
     speed
         Speed of the cylinder [mm/ms].
     lever
-        Length of the lever arm [mm] whose pivot lies distally, on the antenna's own line; ``None``: a straight path.
+        Length of the lever arm [mm] whose pivot lies distally, on the antenna's own line; ``None``:
+        a straight path.
     points
         Points to follow, shares of the length.
     duration
-        From first contact [ms]; default: long enough for the cylinder to travel 0.6 of the length, plus 80 ms.
+        From first contact [ms]; default: long enough for the cylinder to travel 0.6 of the length,
+        plus 80 ms.
 
     Returns
     -------
@@ -87,10 +91,20 @@ def hit(
     """
     _check(points)
     scene = make_impulse_scene(
-        antenna, location=location, speed=speed, radius=radius, lever=lever, friction=friction, contact=contact
+        antenna,
+        location=location,
+        speed=speed,
+        radius=radius,
+        lever=lever,
+        friction=friction,
+        contact=contact,
     )
     duration = 0.6 * antenna.length / speed + 80.0 if duration is None else duration
-    clock = Clock(duration=duration + LEAD, sample_interval=sample_interval, timestep=choose_timestep(timestep, engine))
+    clock = Clock(
+        duration=duration + LEAD,
+        sample_interval=sample_interval,
+        timestep=choose_timestep(timestep, engine),
+    )
     return measure_impulse(scene, run_scene(scene, clock, engine), points)
 
 
@@ -106,8 +120,12 @@ def make_impulse_scene(
 ) -> Scene:
     """The scene of ``hit``; first contact after ``LEAD`` ms."""
     if lever is not None and not (np.isfinite(lever) and lever > 0):
-        raise InvalidInput(f"lever must be a length > 0 mm, or None for a straight path, got {lever}.")
-    trial = Trial(feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction)
+        raise InvalidInput(
+            f"lever must be a length > 0 mm, or None for a straight path, got {lever}."
+        )
+    trial = Trial(
+        feature=Ball(radius=radius), location=location, speed=speed, lead=LEAD, friction=friction
+    )
     scene = make_scene(antenna, trial, contact)
     return scene if lever is None else _swing(scene, speed, lever)
 
@@ -125,7 +143,9 @@ def _swing(scene: Scene, speed: float, lever: float) -> Scene:
     legs = speed * (np.cos(middle)[:, None] * forward + np.sin(middle)[:, None] * distal)
     velocity = [speed * forward, *legs, speed * distal]
     end = LEAD + edges * lever / speed
-    path = Path(velocity=tuple((float(x), float(y)) for x, y in velocity), end=tuple(map(float, end)))
+    path = Path(
+        velocity=tuple((float(x), float(y)) for x, y in velocity), end=tuple(map(float, end))
+    )
     return replace(scene, paths=(path,), label=f"impulse, {scene.label}, lever {lever:g} mm")
 
 
@@ -135,7 +155,8 @@ def measure_impulse(scene: Scene, motion: Motion, points: tuple[float, ...] = PO
     rest, cylinder = antenna.tip(), scene.objects[0]
     forward = np.asarray(cylinder.forward)
     along = [
-        compute_point(antenna, motion.angle, point) - compute_point(antenna, antenna.rest_angle, point)
+        compute_point(antenna, motion.angle, point)
+        - compute_point(antenna, antenna.rest_angle, point)
         for point in points
     ]
     deflection = np.stack([place @ forward for place in along])

@@ -1,4 +1,6 @@
-"""Job: what a worker does with the trials it is given, wherever it runs: simulate, reduce to sensors, store."""
+"""Job: what a worker does with the trials it is given, wherever it runs: simulate, reduce to
+sensors, store.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,7 +29,14 @@ from feeler.tensors.dataset import choose_quantities, reduce_motion, stack_readi
 from feeler.tensors.group import StoredGroup, write_group
 from feeler.tensors.quantities import QUANTITIES
 
-LABELS = ("location", "speed", "approach", "side", "lead", "friction")  # fields of a Trial that become coordinates
+LABELS = (
+    "location",
+    "speed",
+    "approach",
+    "side",
+    "lead",
+    "friction",
+)  # fields of a Trial that become coordinates
 Reading = Mapping[str, np.ndarray]
 
 
@@ -38,7 +47,9 @@ class Share:
     indices: Sequence[int]
     trials: Sequence[Trial]
     store: Path | None = None
-    """The store to which the worker adds them as a group of its own; None: they go back to the caller."""
+    """The store to which the worker adds them as a group of its own; None: they go back to the
+    caller.
+    """
     group_size: int = 0
 
 
@@ -71,7 +82,9 @@ class Job:
     """Whether the attributes say how all trials are drawn, so that none is described by itself."""
 
     code: str = ""
-    """Fingerprint of the code that must run, where the numbers are stored; and the modules that it is made of."""
+    """Fingerprint of the code that must run, where the numbers are stored; and the modules that it
+    is made of.
+    """
     modules: tuple[str, ...] = ()
 
     def get_antenna(self, index: int) -> Antenna:
@@ -79,28 +92,41 @@ class Job:
         return self.antenna if self.variants is None else self.variants[index % len(self.variants)]
 
     def perform(self, share: Share) -> ShareResult:
-        """Simulate the trials of a share, keep what the sensors felt, and store it where the share says so."""
+        """Simulate the trials of a share, keep what the sensors felt, and store it where the share
+        says so.
+        """
         if self.code:
             check_origin(self.attrs["versions"], self.code, self.modules)
         done = ShareResult()
         pairs = zip(share.indices, share.trials, strict=True)
-        scenes = [make_scene(self.get_antenna(index), trial, self.contact) for index, trial in pairs]
+        scenes = [
+            make_scene(self.get_antenna(index), trial, self.contact) for index, trial in pairs
+        ]
         times = 1 if self.accuracy is None else TOGETHER
         for lanes in make_groups(scenes, get_engine(self.engine), times):
-            results = run_lanes([scenes[place] for place in lanes], self.clock, self.engine, self.accuracy)
+            results = run_lanes(
+                [scenes[place] for place in lanes], self.clock, self.engine, self.accuracy
+            )
             for place, result in zip(lanes, results, strict=True):
                 if isinstance(result, Motion):
-                    done.readings[share.indices[place]] = reduce_motion(self.antenna, result, self.save, self.dtype)
+                    done.readings[share.indices[place]] = reduce_motion(
+                        self.antenna, result, self.save, self.dtype
+                    )
                 else:
                     done.errors[share.indices[place]] = result
         return self._store(share, done) if share.store is not None and done.readings else done
 
     def _store(self, share: Share, done: ShareResult) -> ShareResult:
         kept = [place for place, index in enumerate(share.indices) if index in done.readings]
-        indices, trials = [share.indices[place] for place in kept], [share.trials[place] for place in kept]
+        indices, trials = (
+            [share.indices[place] for place in kept],
+            [share.trials[place] for place in kept],
+        )
         tensors = self.make_tensors(indices, trials, [done.readings[index] for index in indices])
         made = self.list_made(indices, trials)
-        stored = write_group(share.store, share.group_size, indices, self.drop_derived(tensors), made)  # type: ignore[arg-type]
+        stored = write_group(
+            share.store, share.group_size, indices, self.drop_derived(tensors), made
+        )  # type: ignore[arg-type]
         return ShareResult(errors=done.errors, stored=stored)
 
     def drop_derived(self, tensors: xr.Dataset) -> xr.Dataset:
@@ -109,19 +135,30 @@ class Job:
 
     def count_bytes(self) -> int:
         """What one trial takes in a store, before it is compressed."""
-        sizes = {"sensor": len(self.antenna.sensors), "time": self.clock.n_samples, "axis": 2, "pose": 3}
+        sizes = {
+            "sensor": len(self.antenna.sensors),
+            "time": self.clock.n_samples,
+            "axis": 2,
+            "pose": 3,
+        }
         item = np.dtype(self.dtype).itemsize
         dims = [QUANTITIES[name].dims[1:] for name in choose_quantities(self.save)]
-        return sum(item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims)
+        return sum(
+            item * int(np.prod([sizes.get(dim, 2) for dim in some], initial=1)) for some in dims
+        )
 
     def list_made(self, indices: Sequence[int], trials: Sequence[Trial]) -> list[dict[str, Any]]:
         """Everything that each trial's numbers depend on, beside what all share."""
         if self.sampled:
             return []
         pairs = zip(indices, trials, strict=True)
-        return [make_plain(trial) | {"seed": spawn_seed(self.seed, index)} for index, trial in pairs]
+        return [
+            make_plain(trial) | {"seed": spawn_seed(self.seed, index)} for index, trial in pairs
+        ]
 
-    def make_tensors(self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]) -> xr.Dataset:
+    def make_tensors(
+        self, indices: Sequence[int], trials: Sequence[Trial], readings: Sequence[Reading]
+    ) -> xr.Dataset:
         """The Dataset of these trials from their readings."""
         labels = {
             "trial": indices,
@@ -134,13 +171,18 @@ class Job:
             "source": ["simulation"] * len(trials),
             "seed": [spawn_seed(self.seed, index) for index in indices],
         }
-        return stack_readings(self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs)
+        return stack_readings(
+            self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs
+        )
 
     def _label_antennas(self, indices: Sequence[int]) -> dict[str, list[Any]]:
         if self.variants is None:
             return {"antenna": [self.antenna.name] * len(indices)}
         numbers = [index % len(self.variants) for index in indices]
-        columns = {f"antenna_{name}": values[numbers].tolist() for name, values in self.variants.columns.items()}
+        columns = {
+            f"antenna_{name}": values[numbers].tolist()
+            for name, values in self.variants.columns.items()
+        }
         return {"antenna": [f"{self.antenna.name} {number}" for number in numbers], **columns}
 
 
@@ -151,7 +193,8 @@ def fingerprint_code(modules: tuple[str, ...]) -> str:
 
 
 def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) -> None:
-    """Refuse to work where other versions or other code would make other numbers: on a cluster each worker has its own.
+    """Refuse to work where other versions or other code would make other numbers: on a cluster each
+    worker has its own.
 
     Raises
     ------
@@ -160,11 +203,16 @@ def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) 
     """
     own = list_versions()
     other = [
-        f"{name} {own.get(name, '')} (wanted: {wanted})" for name, wanted in versions.items() if own.get(name) != wanted
+        f"{name} {own.get(name, '')} (wanted: {wanted})"
+        for name, wanted in versions.items()
+        if own.get(name) != wanted
     ]
     if other or fingerprint_code(modules) != code:
         what = ", ".join(other) or "other code under the same version of feeler"
-        raise StoreError(f"a worker runs {what}. Install the same wherever workers run; finished trials are safe.")
+        raise StoreError(
+            f"a worker runs {what}. Install the same wherever workers run; finished trials are"
+            " safe."
+        )
 
 
 def describe_base(base: BaseMotion | None) -> str:

@@ -64,36 +64,43 @@ def touch(
     Parameters
     ----------
     antenna, trials
-        What is touched, and how. Of the antennas of :func:`feeler.sample_antennas`, trial k touches number k modulo their
-        number; of the trials of :func:`feeler.sample_trials` only those at work are in memory.
+        What is touched, and how. Of the antennas of :func:`feeler.sample_antennas`, trial k touches
+        number k modulo their number; of the trials of :func:`feeler.sample_trials` only those at
+        work are in memory.
     duration, sample_interval, timestep
-        Recorded time, time between samples, and integration step [ms]; samples at 0, sample_interval, … < duration.
-        The default step is the engine's own: 0.05 ms for ``chain-consistent``, 0.02 ms for the others.
+        Recorded time, time between samples, and integration step [ms]; samples at 0,
+        sample_interval, … < duration. The default step is the engine's own: 0.05 ms for
+        ``chain-consistent``, 0.02 ms for the others.
     accuracy
-        In place of ``timestep``: the greatest error allowed, as a share of each touch's peak, such as 0.01. Every touch is
-        refined until step doubling says that it holds; what was reached is kept as ``error`` and ``timestep`` (trial).
+        In place of ``timestep``: the greatest error allowed, as a share of each touch's peak, such
+        as 0.01. Every touch is refined until step doubling says that it holds; what was reached is
+        kept as ``error`` and ``timestep`` (trial).
     engine
-        ``chain-consistent`` (fast and accurate at the default timestep), ``chain`` (fast, MuJoCo's equations step for
-        step) or ``mujoco`` (reference).
+        ``chain-consistent`` (fast and accurate at the default timestep), ``chain`` (fast, MuJoCo's
+        equations step for step) or ``mujoco`` (reference).
     contact
-        Softness of contact, or its name: ``smooth`` (default) or ``hard``; it does not depend on the timestep.
+        Softness of contact, or its name: ``smooth`` (default) or ``hard``; it does not depend on
+        the timestep.
     all_hinges
         Record every hinge instead of the antenna's sensors.
     store
-        Folder of a Zarr store that receives trials as they finish, group by group; whatever ends the process, the same
-        call resumes it and gives the same numbers, and with more trials at the end of the list it goes on.
+        Folder of a Zarr store that receives trials as they finish, group by group; whatever ends
+        the process, the same call resumes it and gives the same numbers, and with more trials at
+        the end of the list it goes on.
     load
-        ``False`` leaves the numbers of a store on disk until they are used, so that memory stays small.
+        ``False`` leaves the numbers of a store on disk until they are used, so that memory stays
+        small.
     save
-        Names of the quantities to record (``feeler.tensors.QUANTITIES``); ``angle`` always is, and ``curvature`` is
-        derived from it. Default: all that the engine gives, but the optional ones.
+        Names of the quantities to record (``feeler.tensors.QUANTITIES``); ``angle`` always is, and
+        ``curvature`` is derived from it. Default: all that the engine gives, but the optional ones.
     dtype
         ``float64``, or ``float32`` for half the room.
     workers
         Threads; default one per core. The numbers do not depend on it.
     executor
-        Something else that runs trials: a ``feeler.execute.ProcessExecutor``, a Dask client, any ``submit``. Workers of a
-        cluster write the shards of a store themselves, so that all must see its folder under one name.
+        Something else that runs trials: a ``feeler.execute.ProcessExecutor``, a Dask client, any
+        ``submit``. Workers of a cluster write the shards of a store themselves, so that all must
+        see its folder under one name.
     seed
         Root of one child seed per trial, stored with it.
     progress
@@ -102,31 +109,52 @@ def touch(
     Returns
     -------
     xarray.Dataset
-        ``angle`` [rad] and ``curvature`` [1/mm] (trial, sensor, time), ``tip`` [mm] and ``force`` [N]
-        (trial, time, axis).
+        ``angle`` [rad] and ``curvature`` [1/mm] (trial, sensor, time), ``tip`` [mm] and ``force``
+        [N] (trial, time, axis).
 
     Raises
     ------
     InvalidInput
         Before anything is simulated.
     StoreError
-        The store is in use, was made by another configuration, version or code, or the disk is full; finished trials
-        are safe.
+        The store is in use, was made by another configuration, version or code, or the disk is
+        full; finished trials are safe.
     SimulationDiverged
-        After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps them).
+        After all trials ended; ``error.tensors`` holds the others' Dataset (and the store keeps
+        them).
     """
-    trials = [trials] if isinstance(trials, Trial) else trials if isinstance(trials, Sequence) else list(trials)
+    trials = (
+        [trials]
+        if isinstance(trials, Trial)
+        else trials
+        if isinstance(trials, Sequence)
+        else list(trials)
+    )
     if not len(trials):
         raise InvalidInput("trials is empty; give at least one Trial.")
     contact = get_contact(contact)
     clock = _make_clock(duration, sample_interval, timestep, accuracy, contact, engine)
-    options: dict[str, Any] = {"engine": engine, "accuracy": accuracy, "save": save, "dtype": dtype, "seed": seed}
-    job = _make_job(antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options)
+    options: dict[str, Any] = {
+        "engine": engine,
+        "accuracy": accuracy,
+        "save": save,
+        "dtype": dtype,
+        "seed": seed,
+    }
+    job = _make_job(
+        antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options
+    )
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, job, trials)) if store else None
         gathering = Gathering(job, trials, kept, progress)
         gathering.run(executor or stack.enter_context(ThreadExecutor(workers)))
-    tensors = gathering.make_tensors() if kept is None else read_store(kept.path) if kept.finished else None
+    tensors = (
+        gathering.make_tensors()
+        if kept is None
+        else read_store(kept.path)
+        if kept.finished
+        else None
+    )
     tensors = tensors.load() if load and tensors is not None else tensors
     if accuracy is not None and tensors is not None:
         _warn(tensors, accuracy)
@@ -190,14 +218,22 @@ def _make_clock(
         if timestep is not None:
             raise InvalidInput("give either timestep= or accuracy=, which chooses the timestep.")
         timestep = find_coarsest(contact, sample_interval)
-    clock = Clock(duration=duration, sample_interval=sample_interval, timestep=choose_timestep(timestep, engine))
+    clock = Clock(
+        duration=duration,
+        sample_interval=sample_interval,
+        timestep=choose_timestep(timestep, engine),
+    )
     contact.check_timestep(clock.timestep)
     return clock
 
 
 def _survey(antenna: Antenna, trials: Sequence[Trial]) -> tuple[bool, tuple[str, ...]]:
-    """Whether some base moves, and the modules of this verb and all shapes; refuses trials that cannot be placed."""
-    if isinstance(trials, SampledTrials) and trials.antenna == antenna:  # their draws have been looked at
+    """Whether some base moves, and the modules of this verb and all shapes; refuses trials that
+    cannot be placed.
+    """
+    if (
+        isinstance(trials, SampledTrials) and trials.antenna == antenna
+    ):  # their draws have been looked at
         shapes = {type(feature).__module__ for feature in trials.features}
         return "x" in trials.columns, (__name__, *sorted(shapes))
     moved, shapes = False, set()
@@ -208,26 +244,33 @@ def _survey(antenna: Antenna, trials: Sequence[Trial]) -> tuple[bool, tuple[str,
     return moved, (__name__, *sorted(shapes))
 
 
-def _choose(save: Sequence[str] | None, moved: bool, accuracy: float | None) -> Sequence[str] | None:
+def _choose(
+    save: Sequence[str] | None, moved: bool, accuracy: float | None
+) -> Sequence[str] | None:
     """What to record: where bases move also how, and with an accuracy what was reached."""
     more = ["base_pose"] * moved + ["timestep", "error"] * (accuracy is not None)
     chosen = choose_quantities(save)
-    return [*(chosen if save is None else save), *more] if more else None if save is None else [*save]
+    return (
+        [*(chosen if save is None else save), *more] if more else None if save is None else [*save]
+    )
 
 
 def _warn(tensors: xr.Dataset, accuracy: float) -> None:
     missed = int((tensors["error"] > accuracy).sum())
     if missed:
         warnings.warn(
-            f"{missed} of {tensors.sizes['trial']} touches did not reach accuracy={accuracy:g}: see their `error`, up to "
-            f"{float(tensors['error'].max()):.2g} of the peak. Leave them out, or use a softer contact or a slower object.",
+            f"{missed} of {tensors.sizes['trial']} touches did not reach accuracy={accuracy:g}: see"
+            f" their `error`, up to {float(tensors['error'].max()):.2g} of the peak. Leave them"
+            " out, or use a softer contact or a slower object.",
             Inaccurate,
             stacklevel=3,
         )
 
 
 def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
-    """The store of this configuration, these versions and this code; shapes from outside bring theirs."""
+    """The store of this configuration, these versions and this code; shapes from outside bring
+    theirs.
+    """
     origin = {"versions": job.attrs["versions"], "code": describe_code(*job.modules)}
     origin |= {"save": job.save, "dtype": job.dtype}
     made = () if job.sampled else Made(job, trials)
@@ -243,8 +286,15 @@ def describe_attributes(
     accuracy: float | None = None,
     recipes: Mapping[str, object] | None = None,
 ) -> dict[str, object]:
-    """The attributes of each Dataset of such touches: configuration, engine, versions, timestep, licence."""
-    made_with = {"antenna": antenna, "clock": clock, "contact": contact, "engine": engine}  # trials: coordinates
+    """The attributes of each Dataset of such touches: configuration, engine, versions, timestep,
+    licence.
+    """
+    made_with = {
+        "antenna": antenna,
+        "clock": clock,
+        "contact": contact,
+        "engine": engine,
+    }  # trials: coordinates
     made_with |= {"accuracy": accuracy} if accuracy is not None else {}
     made_with |= recipes or {}
     return {
@@ -269,9 +319,13 @@ def _hand_over(tensors: xr.Dataset | None, gathering: Gathering) -> xr.Dataset:
 
 
 def _dump_state(error: SimulationDiverged) -> None:
-    """Write the last finite state to the system's temporary folder and name the file in the message."""
+    """Write the last finite state to the system's temporary folder and name the file in the
+    message.
+    """
     sweep_old(Path(tempfile.gettempdir()), "feeler-diverged-*.npz", keep=KEEP - 1)
-    with tempfile.NamedTemporaryFile(prefix="feeler-diverged-", suffix=".npz", delete=False) as file:
+    with tempfile.NamedTemporaryFile(
+        prefix="feeler-diverged-", suffix=".npz", delete=False
+    ) as file:
         np.savez(file, angle=error.angle, velocity=error.velocity, time=error.time)
     error.state_file = file.name
     error.args = (f"{error} The last finite state (angle, velocity) is in {file.name}.",)

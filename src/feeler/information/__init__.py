@@ -1,9 +1,21 @@
-"""Information: how much a noisy tensor tells about the touch. Arrays in, numbers out; no simulator needed."""
+"""Information: how much a noisy tensor tells about the touch. Arrays in, numbers out; no simulator
+needed.
+"""
 
-from feeler.information.bits import Information, compute_information, find_noise, measure_information
+from feeler.information.bits import (
+    Information,
+    compute_information,
+    find_noise,
+    measure_information,
+)
 from feeler.information.energy import compute_energies, compute_energy, scale_peaks
 from feeler.information.fisher import compute_bounds, compute_fisher
-from feeler.information.sensitivity import PARAMETERS, Parameter, differentiate_touches, scale_derivatives
+from feeler.information.sensitivity import (
+    PARAMETERS,
+    Parameter,
+    differentiate_touches,
+    scale_derivatives,
+)
 from feeler.information.separation import compute_separation
 
 __all__ = [

@@ -1,18 +1,20 @@
-r"""Bits: exact mutual information between a touch and its noisy tensor, and the accuracy of an ideal decoder.
+r"""Bits: exact mutual information between a touch and its noisy tensor, and the accuracy of an
+ideal decoder.
 
-One of K known tensors x_k (equally likely) arrives as y = x_j + σ_j n, with n white Gaussian of D entries. An observer who knows
-all x_k and σ_k needs only the likelihood ratios
+One of K known tensors x_k (equally likely) arrives as y = x_j + σ_j n, with n white Gaussian of D
+entries. An observer who knows all x_k and σ_k needs only the likelihood ratios
 
     ln p(y|k)/p(y|j) = D ln(σ_j/σ_k) + Q/2 (1 − σ_j²/σ_k²) − [d_jk² + 2 σ_j (u_j − u_k)] / (2 σ_k²),
 
-where d_jk² = ‖x_j − x_k‖², u_k = n·x_k and Q = ‖n‖². All of it follows from the inner products G of the tensors: u is normal with
-covariance G, drawn as u = C z with C Cᵀ = G and z of r = rank G entries, and Q = ‖z‖² + χ² of the D − r other directions. So
-noise of a tensor's size is never drawn, and nothing is lost. The ratios give the posterior p(k|y), and
+where d_jk² = ‖x_j − x_k‖², u_k = n·x_k and Q = ‖n‖². All of it follows from the inner products G of
+the tensors: u is normal with covariance G, drawn as u = C z with C Cᵀ = G and z of r = rank G
+entries, and Q = ‖z‖² + χ² of the D − r other directions. So noise of a tensor's size is never
+drawn, and nothing is lost. The ratios give the posterior p(k|y), and
 
     I = log₂ K + ⟨Σ_k p(k|y) log₂ p(k|y)⟩   and   accuracy = ⟨max_k p(k|y)⟩,
 
-both as means over j and over drawn n: unbiased Monte Carlo, with nothing binned. Draws come in pairs n, −n, which are used for
-all j alike; the standard error is that of the mean over pairs.
+both as means over j and over drawn n: unbiased Monte Carlo, with nothing binned. Draws come in
+pairs n, −n, which are used for all j alike; the standard error is that of the mean over pairs.
 """
 
 from dataclasses import dataclass
@@ -52,15 +54,17 @@ def compute_information(
     n_draws: Annotated[int, "> 0"] = N_DRAWS,
     random_state: int = 0,
 ) -> Information:
-    """Mutual information between an equally likely touch and its tensor in white Gaussian noise, by exact Monte Carlo.
+    """Mutual information between an equally likely touch and its tensor in white Gaussian noise, by
+    exact Monte Carlo.
 
     Parameters
     ----------
     tensors
         One known tensor per touch, (trial, …).
     sd
-        Standard deviation of each entry's noise, in the unit of the tensors; one per trial where they differ (then the
-        level of the noise tells, too). For noise relative to peaks hand in ``scale_peaks(tensors)``.
+        Standard deviation of each entry's noise, in the unit of the tensors; one per trial where
+        they differ (then the level of the noise tells, too). For noise relative to peaks hand in
+        ``scale_peaks(tensors)``.
     n_draws
         Pairs of drawn noise; the error falls as their square root.
 
@@ -74,7 +78,9 @@ def compute_information(
     Equations in the module's docstring. Takes some 40 ms for 90 tensors of 56 × 380.
     """
     entries = int(np.prod(np.shape(tensors)[1:]))
-    return measure_information(compute_energy(tensors), sd, entries=entries, n_draws=n_draws, random_state=random_state)
+    return measure_information(
+        compute_energy(tensors), sd, entries=entries, n_draws=n_draws, random_state=random_state
+    )
 
 
 @checked
@@ -86,16 +92,24 @@ def measure_information(
     n_draws: Annotated[int, "> 0"] = N_DRAWS,
     random_state: int = 0,
 ) -> Information:
-    """The same from inner products (:func:`compute_energy`); ``entries`` is D, asked for where ``sd`` differs."""
-    return _measure(_spread(energy), _check_sd(sd, len(energy), entries), entries, n_draws, random_state)
+    """The same from inner products (:func:`compute_energy`); ``entries`` is D, asked for where
+    ``sd`` differs.
+    """
+    return _measure(
+        _spread(energy), _check_sd(sd, len(energy), entries), entries, n_draws, random_state
+    )
 
 
-def _measure(coordinates: np.ndarray, sd: np.ndarray, entries: int, n_draws: int, random_state: int) -> Information:
+def _measure(
+    coordinates: np.ndarray, sd: np.ndarray, entries: int, n_draws: int, random_state: int
+) -> Information:
     count, rank = coordinates.shape
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
     distance = np.maximum(square[:, None] + square - 2 * coordinates @ coordinates.T, 0.0)
-    free = entries - rank if np.ptp(sd) else 0  # directions without tensors, where noise still tells levels apart
+    free = (
+        entries - rank if np.ptp(sd) else 0
+    )  # directions without tensors, where noise still tells levels apart
     size = max(1, ROOM // (2 * count * count))
     doubts, rights = [], []
     for first in range(0, n_draws, size):
@@ -118,7 +132,9 @@ def _measure(coordinates: np.ndarray, sd: np.ndarray, entries: int, n_draws: int
 def _compare(
     distance: np.ndarray, drawn: np.ndarray, total: np.ndarray, sd: np.ndarray, entries: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Means over the sent tensor of the posterior's entropy [nat] and of its greatest value, (draw,)."""
+    """Means over the sent tensor of the posterior's entropy [nat] and of its greatest value,
+    (draw,).
+    """
     ratio = (drawn[:, None, :] - drawn[:, :, None]) * sd[:, None]  # (draw, sent, candidate)
     ratio -= distance / 2
     ratio /= sd**2
@@ -126,7 +142,9 @@ def _compare(
         share = sd[:, None] / sd
         ratio += entries * np.log(share) + total[:, None, None] / 2 * (1 - share**2)
     ratio -= ratio.max(axis=2)[:, :, None]
-    ratio = ratio.astype(np.float32)  # differences from the best: seven digits are far more than the drawn noise leaves
+    ratio = ratio.astype(
+        np.float32
+    )  # differences from the best: seven digits are far more than the drawn noise leaves
     weight = np.exp(ratio)
     whole = weight.sum(axis=2)
     doubt = np.log(whole) - np.einsum("nsk,nsk->ns", weight, ratio) / whole
@@ -143,7 +161,10 @@ def _spread(energy: np.ndarray) -> np.ndarray:
     """Coordinates (trial, rank) of points with these inner products."""
     energy = np.asarray(energy, dtype=float)
     if len(energy) < 2 or energy.shape[0] != energy.shape[1] or not np.isfinite(energy).all():
-        raise InvalidInput(f"inner products must be a finite square matrix of two or more, got shape {energy.shape}.")
+        raise InvalidInput(
+            "inner products must be a finite square matrix of two or more, got shape"
+            f" {energy.shape}."
+        )
     values, axes = np.linalg.eigh(energy)
     keep = values > 1e-14 * max(values[-1], 0.0)
     return axes[:, keep] * np.sqrt(values[keep])
@@ -152,10 +173,14 @@ def _spread(energy: np.ndarray) -> np.ndarray:
 def _check_sd(sd: object, count: int, entries: int) -> np.ndarray:
     values = np.asarray(sd, dtype=float)
     if values.shape not in ((), (count,)) or not (np.isfinite(values).all() and np.all(values > 0)):
-        raise InvalidInput(f"sd must be one number > 0, or one for each of the {count} tensors, got {sd}.")
+        raise InvalidInput(
+            f"sd must be one number > 0, or one for each of the {count} tensors, got {sd}."
+        )
     values = np.broadcast_to(values, (count,))
     if np.ptp(values) and entries < count:
-        raise InvalidInput(f"where sd differs, entries= must be the size of a tensor (≥ {count}), got {entries}.")
+        raise InvalidInput(
+            f"where sd differs, entries= must be the size of a tensor (≥ {count}), got {entries}."
+        )
     return values
 
 
@@ -167,10 +192,12 @@ def find_noise(
     n_draws: Annotated[int, "> 0"] = N_DRAWS,
     random_state: int = 0,
 ) -> tuple[float, float]:
-    """Noise at which an ideal decoder names this share of the touches right, and its standard error.
+    """Noise at which an ideal decoder names this share of the touches right, and its standard
+    error.
 
-    Both in the unit of the tensors (for ``scale_peaks``: in peaks). The same noise is drawn at every level, so that the accuracy
-    is a smooth function of the level. Undefined (NaN) where tensors are so alike that no noise is small enough.
+    Both in the unit of the tensors (for ``scale_peaks``: in peaks). The same noise is drawn at
+    every level, so that the accuracy is a smooth function of the level. Undefined (NaN) where
+    tensors are so alike that no noise is small enough.
 
     Raises
     ------

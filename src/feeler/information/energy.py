@@ -1,4 +1,6 @@
-"""Energies: inner products of the tensors of a set, all that white noise lets an observer use of them."""
+"""Energies: inner products of the tensors of a set, all that white noise lets an observer use of
+them.
+"""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,7 +16,8 @@ from feeler.errors import InvalidInput
 def compute_energy(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
     """Inner products (trial, trial) of the tensors less their mean, in their unit squared.
 
-    The mean is the same for all, so it tells nothing; without it nearly equal tensors keep their digits.
+    The mean is the same for all, so it tells nothing; without it nearly equal tensors keep their
+    digits.
 
     Raises
     ------
@@ -30,16 +33,19 @@ def compute_energy(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
 def compute_energies(
     tensors: Annotated[np.ndarray, "trial sensor time"], ends: Sequence[int], start: int = 0
 ) -> np.ndarray:
-    """What :func:`compute_energy` gives of the samples ``start`` to each of ``ends``, (end, trial, trial).
+    """What :func:`compute_energy` gives of the samples ``start`` to each of ``ends``, (end, trial,
+    trial).
 
-    Each window goes on where the one before ended, so that all of them cost hardly more than the longest.
+    Each window goes on where the one before ended, so that all of them cost hardly more than the
+    longest.
     """
     tensors = np.asarray(tensors, dtype=float)
     _flatten(tensors)
     edges = np.array([start, *ends])
     if edges.min() < 0 or np.any(np.diff(edges) < 0) or edges[-1] > tensors.shape[2]:
         raise InvalidInput(
-            f"ends must rise from start={start} to at most {tensors.shape[2]} samples, got {list(ends)}."
+            f"ends must rise from start={start} to at most {tensors.shape[2]} samples, got"
+            f" {list(ends)}."
         )
     centred = tensors - tensors.mean(axis=0)
     parts = [centred[:, :, a:b].reshape(len(tensors), -1) for a, b in pairwise(edges)]
@@ -48,11 +54,13 @@ def compute_energies(
 
 @checked
 def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
-    """Each tensor divided by its own greatest magnitude; noise of sd σ is then σ of each tensor's peak.
+    """Each tensor divided by its own greatest magnitude; noise of sd σ is then σ of each tensor's
+    peak.
 
-    So neither loudness nor the level of the noise says which touch it was. Noise whose level follows the peak of an unscaled
-    tensor would betray it: over 20,000 entries a level can be told to half a per cent (``sd`` of one value per tensor
-    in :func:`feeler.information.compute_information` shows how much).
+    So neither loudness nor the level of the noise says which touch it was. Noise whose level
+    follows the peak of an unscaled tensor would betray it: over 20,000 entries a level can be told
+    to half a per cent (``sd`` of one value per tensor in
+    :func:`feeler.information.compute_information` shows how much).
 
     Raises
     ------
@@ -62,12 +70,16 @@ def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
     tensors = np.asarray(tensors, dtype=float)
     peak = np.abs(tensors).reshape(len(tensors), -1).max(axis=1)
     if np.any(peak == 0):
-        raise InvalidInput(f"tensor {int(np.argmin(peak))} is zero everywhere and has no peak; leave it out.")
+        raise InvalidInput(
+            f"tensor {int(np.argmin(peak))} is zero everywhere and has no peak; leave it out."
+        )
     return tensors / peak.reshape(-1, *[1] * (tensors.ndim - 1))
 
 
 def _flatten(tensors: np.ndarray) -> np.ndarray:
     flat = np.asarray(tensors, dtype=float).reshape(len(tensors), -1)
     if len(flat) < 2 or not np.isfinite(flat).all():
-        raise InvalidInput(f"information needs at least two tensors of finite values, got {len(flat)}.")
+        raise InvalidInput(
+            f"information needs at least two tensors of finite values, got {len(flat)}."
+        )
     return flat

@@ -1,4 +1,6 @@
-"""Fisher information about continuous properties of a touch, and the least error that any unbiased reader can reach."""
+"""Fisher information about continuous properties of a touch, and the least error that any unbiased
+reader can reach.
+"""
 
 from typing import Annotated
 
@@ -9,8 +11,11 @@ from feeler.errors import InvalidInput
 
 
 @checked
-def compute_fisher(derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, "> 0"]) -> np.ndarray:
-    """Fisher information (parameter, parameter) = ∂x/∂θ_a · ∂x/∂θ_b / σ² of a tensor x(θ) in white Gaussian noise.
+def compute_fisher(
+    derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, "> 0"]
+) -> np.ndarray:
+    """Fisher information (parameter, parameter) = ∂x/∂θ_a · ∂x/∂θ_b / σ² of a tensor x(θ) in white
+    Gaussian noise.
 
     Parameters
     ----------
@@ -21,16 +26,22 @@ def compute_fisher(derivatives: Annotated[np.ndarray, "parameter ..."], sd: Anno
     """
     flat = np.asarray(derivatives, dtype=float).reshape(len(derivatives), -1)
     if not np.isfinite(flat).all():
-        raise InvalidInput("derivatives must be finite; a touch without contact has no information to give.")
+        raise InvalidInput(
+            "derivatives must be finite; a touch without contact has no information to give."
+        )
     return flat @ flat.T / sd**2
 
 
 @checked
-def compute_bounds(fisher: Annotated[np.ndarray, "parameter parameter"], joint: bool = True) -> np.ndarray:
-    """Cramér–Rao bounds (parameter,): the least standard deviation of an unbiased estimate, in units of the parameters.
+def compute_bounds(
+    fisher: Annotated[np.ndarray, "parameter parameter"], joint: bool = True
+) -> np.ndarray:
+    """Cramér–Rao bounds (parameter,): the least standard deviation of an unbiased estimate, in
+    units of the parameters.
 
-    ``joint``: the other parameters are unknown too, √(F⁻¹)_aa; otherwise they are known, 1/√F_aa, which is never greater.
-    A parameter that the tensor does not tell, or not apart from the others, has the bound ∞.
+    ``joint``: the other parameters are unknown too, √(F⁻¹)_aa; otherwise they are known, 1/√F_aa,
+    which is never greater. A parameter that the tensor does not tell, or not apart from the others,
+    has the bound ∞.
     """
     fisher = np.asarray(fisher, dtype=float)
     diagonal = np.diag(fisher)

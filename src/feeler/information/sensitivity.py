@@ -1,4 +1,6 @@
-"""Sensitivity: how a touch's tensor changes with its place, its size and its speed, by the engine's own differences."""
+"""Sensitivity: how a touch's tensor changes with its place, its size and its speed, by the engine's
+own differences.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +22,9 @@ class Parameter:
 
     unit: str
     step: float
-    """Default step of the difference, in ``unit``; it is halved once to see whether it was small enough."""
+    """Default step of the difference, in ``unit``; it is halved once to see whether it was small
+    enough.
+    """
     move: Callable[[Antenna, Trial, float], Trial]
     """``move(antenna, trial, by)``: the trial with the property changed by ``by``."""
 
@@ -31,7 +35,9 @@ def _move_location(antenna: Antenna, trial: Trial, by: float) -> Trial:
 
 def _move_size(antenna: Antenna, trial: Trial, by: float) -> Trial:
     if not np.isfinite(trial.feature.size):
-        raise InvalidInput(f"the size of {trial.label} cannot change; leave the parameter 'size' out.")
+        raise InvalidInput(
+            f"the size of {trial.label} cannot change; leave the parameter 'size' out."
+        )
     return replace(trial, feature=trial.feature.scale(1 + by / trial.feature.size))
 
 
@@ -56,15 +62,18 @@ def differentiate_touches(
     quantity: str = "angle",
     **options: Any,
 ) -> xr.Dataset:
-    """∂x/∂θ of each touch by central differences of the simulated tensors, with the check that they have converged.
+    """∂x/∂θ of each touch by central differences of the simulated tensors, with the check that they
+    have converged.
 
-    Every difference is taken twice, with the parameter's own step h and with h/2; the latter is given back. The smooth contact
-    (the default) is what makes the limit exist: with ``hard`` contact it does not.
+    Every difference is taken twice, with the parameter's own step h and with h/2; the latter is
+    given back. The smooth contact (the default) is what makes the limit exist: with ``hard``
+    contact it does not.
 
     Parameters
     ----------
     parameters
-        Names of :data:`PARAMETERS`: ``location`` [mm along the antenna], ``size`` [mm, half-width], ``speed`` [%].
+        Names of :data:`PARAMETERS`: ``location`` [mm along the antenna], ``size`` [mm, half-width],
+        ``speed`` [%].
     step
         Multiplies every parameter's step.
     options
@@ -73,9 +82,9 @@ def differentiate_touches(
     Returns
     -------
     xarray.Dataset
-        ``derivative`` (parameter, trial, sensor, time); ``change`` (parameter, trial), ‖D(h) − D(h/2)‖ / ‖D(h/2)‖, which for
-        a converged central difference is about 3/4 of the error of D(h), itself four times that of what is given; and
-        ``unit`` of each parameter.
+        ``derivative`` (parameter, trial, sensor, time); ``change`` (parameter, trial), ‖D(h) −
+        D(h/2)‖ / ‖D(h/2)‖, which for a converged central difference is about 3/4 of the error of
+        D(h), itself four times that of what is given; and ``unit`` of each parameter.
     """
     from feeler.experiment.touch import touch  # who only reads tensors needs no engine
 
@@ -97,18 +106,28 @@ def differentiate_touches(
     with np.errstate(invalid="ignore", divide="ignore"):
         change = np.linalg.norm(wide - close, axis=(2, 3)) / size
     return xr.Dataset(
-        {"derivative": (("parameter", "trial", "sensor", "time"), close), "change": (("parameter", "trial"), change)},
-        {"parameter": list(parameters), "unit": ("parameter", [p.unit for p in known]), "time": tensors["time"].values},
+        {
+            "derivative": (("parameter", "trial", "sensor", "time"), close),
+            "change": (("parameter", "trial"), change),
+        },
+        {
+            "parameter": list(parameters),
+            "unit": ("parameter", [p.unit for p in known]),
+            "time": tensors["time"].values,
+        },
     )
 
 
 @checked
 def scale_derivatives(
-    derivatives: Annotated[np.ndarray, "parameter trial ..."], tensors: Annotated[np.ndarray, "trial ..."]
+    derivatives: Annotated[np.ndarray, "parameter trial ..."],
+    tensors: Annotated[np.ndarray, "trial ..."],
 ) -> np.ndarray:
-    """Derivatives of x/p from those of x, p being each tensor's greatest magnitude: (∂x − x ∂p/p) / p.
+    """Derivatives of x/p from those of x, p being each tensor's greatest magnitude: (∂x − x ∂p/p) /
+    p.
 
-    What :func:`feeler.information.scale_peaks` is to tensors. The peak is taken to stay where it is.
+    What :func:`feeler.information.scale_peaks` is to tensors. The peak is taken to stay where it
+    is.
 
     Raises
     ------
@@ -116,10 +135,18 @@ def scale_derivatives(
         Shapes that do not go together, or a tensor that is zero everywhere.
     """
     moves, values = np.asarray(derivatives, dtype=float), np.asarray(tensors, dtype=float)
-    if moves.shape[1:] != values.shape or not np.abs(values).reshape(len(values), -1).max(axis=1).all():
-        raise InvalidInput(f"derivatives {moves.shape} need tensors {moves.shape[1:]} with a peak, got {values.shape}.")
+    if (
+        moves.shape[1:] != values.shape
+        or not np.abs(values).reshape(len(values), -1).max(axis=1).all()
+    ):
+        raise InvalidInput(
+            f"derivatives {moves.shape} need tensors {moves.shape[1:]} with a peak, got"
+            f" {values.shape}."
+        )
     flat, along = values.reshape(len(values), -1), moves.reshape(*moves.shape[:2], -1)
     top = np.abs(flat).argmax(axis=1)
     peak = np.take_along_axis(flat, top[:, None], 1)  # with its sign, which cancels
-    change = np.take_along_axis(along, np.broadcast_to(top[None, :, None], (*moves.shape[:2], 1)), 2)
+    change = np.take_along_axis(
+        along, np.broadcast_to(top[None, :, None], (*moves.shape[:2], 1)), 2
+    )
     return ((along - flat * (change / peak)) / np.abs(peak)).reshape(moves.shape)

@@ -9,7 +9,9 @@ from feeler.information.energy import compute_energy
 
 
 @checked
-def compute_separation(tensors: Annotated[np.ndarray, "trial ..."], sd: Annotated[float, "> 0"]) -> np.ndarray:
+def compute_separation(
+    tensors: Annotated[np.ndarray, "trial ..."], sd: Annotated[float, "> 0"]
+) -> np.ndarray:
     """d′ = ‖x_j − x_k‖ / σ of each tensor (trial,) to its nearest neighbour.
 
     Between two equally likely tensors alone, an ideal observer is right with probability Φ(d′/2).

@@ -21,11 +21,14 @@ LICENCES = {
 
 
 @checked
-def write_crate(store: str | os.PathLike, *, name: str = "", description: str = "", author: str = "") -> Path:
-    """Write ``ro-crate-metadata.json`` into the folder that holds a store, and give back where it is.
+def write_crate(
+    store: str | os.PathLike, *, name: str = "", description: str = "", author: str = ""
+) -> Path:
+    """Write ``ro-crate-metadata.json`` into the folder that holds a store, and give back where it
+    is.
 
-    Follows RO-Crate 1.1 (https://w3id.org/ro/crate/1.1): the data set with its licence and the software that made it, and
-    each variable and label with its unit.
+    Follows RO-Crate 1.1 (https://w3id.org/ro/crate/1.1): the data set with its licence and the
+    software that made it, and each variable and label with its unit.
 
     Raises
     ------
@@ -35,8 +38,13 @@ def write_crate(store: str | os.PathLike, *, name: str = "", description: str = 
     path = Path(store)
     tensors, place = load(path), path.absolute().parent / "ro-crate-metadata.json"
     if place.exists() and not _is_ours(place, path.name):
-        raise InvalidInput(f"{place} describes something else. Put the store into a folder of its own.")
-    write_atomic(place, json.dumps(make_crate(tensors, path.name, name, description, author), indent=2).encode())
+        raise InvalidInput(
+            f"{place} describes something else. Put the store into a folder of its own."
+        )
+    write_atomic(
+        place,
+        json.dumps(make_crate(tensors, path.name, name, description, author), indent=2).encode(),
+    )
     return place
 
 
@@ -52,7 +60,9 @@ def make_crate(
     tensors: xr.Dataset, store: str, name: str = "", description: str = "", author: str = ""
 ) -> dict[str, Any]:
     """The content of a crate for a store of this name."""
-    sizes = ", ".join(f"{size} {dim}s" for dim, size in tensors.sizes.items() if dim in ("trial", "sensor"))
+    sizes = ", ".join(
+        f"{size} {dim}s" for dim, size in tensors.sizes.items() if dim in ("trial", "sensor")
+    )
     licence = str(tensors.attrs.get("licence", LICENCE))
     words = (
         description
@@ -85,12 +95,19 @@ def make_crate(
                 "@id": f"{store}/",
                 "@type": "Dataset",
                 "name": store,
-                "description": "Zarr version 3 group; open it with xarray.open_zarr or feeler.load.",
+                "description": (
+                    "Zarr version 3 group; open it with xarray.open_zarr or feeler.load."
+                ),
                 "variableMeasured": [{"@id": item["@id"]} for item in variables],
             },
             *variables,
             *_make_origin(store, str(tensors.attrs.get("versions", ""))),
-            {"@id": PAPER, "@type": "ScholarlyArticle", "url": PAPER, "name": "The paper that feeler follows"},
+            {
+                "@id": PAPER,
+                "@type": "ScholarlyArticle",
+                "url": PAPER,
+                "name": "The paper that feeler follows",
+            },
             {"@id": LICENCES.get(licence, licence), "@type": "CreativeWork", "name": licence},
             *people,
         ],

@@ -22,27 +22,32 @@ Noise = float | Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
 
 class TouchDataset(torch.utils.data.IterableDataset):
-    """Touches of a store as (tensor, target), for a PyTorch ``DataLoader`` with any number of workers.
+    """Touches of a store as (tensor, target), for a PyTorch ``DataLoader`` with any number of
+    workers.
 
-    Blocks of 256 trials are read in random order, whole and once an epoch, four at a time and shuffled among each other;
-    each worker reads blocks of its own, so that no trial comes twice. The order follows ``torch.manual_seed``.
+    Blocks of 256 trials are read in random order, whole and once an epoch, four at a time and
+    shuffled among each other; each worker reads blocks of its own, so that no trial comes twice.
+    The order follows ``torch.manual_seed``.
 
     Parameters
     ----------
     store
         Path of a store (or another file of touches), or its Dataset.
     target
-        A coordinate of trials: texts become class numbers (``classes``), numbers stay; a list of them gives (batch, target)
-        if all are numbers, and classes of all that occurs together otherwise. None gives no target.
+        A coordinate of trials: texts become class numbers (``classes``), numbers stay; a list of
+        them gives (batch, target) if all are numbers, and classes of all that occurs together
+        otherwise. None gives no target.
     noise
-        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or ``noise(tensors, rng)``.
+        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or
+        ``noise(tensors, rng)``.
     split, by, shares, split_seed
-        The side to be read and what keeps trials together, as in :func:`feeler.learn.split_trials`; None reads all.
+        The side to be read and what keeps trials together, as in :func:`feeler.learn.split_trials`;
+        None reads all.
     variable
         What is read, ``angle`` or another over (trial, sensor, time).
     batch_size
-        Trials that come at once, for ``DataLoader(dataset, batch_size=None)``, which is the fastest; None: one by one,
-        and the DataLoader collects them.
+        Trials that come at once, for ``DataLoader(dataset, batch_size=None)``, which is the
+        fastest; None: one by one, and the DataLoader collects them.
     shuffle
         False reads in the order of the store.
 
@@ -79,13 +84,24 @@ class TouchDataset(torch.utils.data.IterableDataset):
         self._opened: tuple[int, xr.Dataset] | None = None
         tensors = self._open()
         if variable not in tensors or tensors[variable].dims[:1] != ("trial",):
-            valid = [str(name) for name, item in tensors.data_vars.items() if item.dims[:1] == ("trial",)]
-            raise InvalidInput(f"there is no variable {variable!r} of trials; valid: {', '.join(valid)}.")
+            valid = [
+                str(name) for name, item in tensors.data_vars.items() if item.dims[:1] == ("trial",)
+            ]
+            raise InvalidInput(
+                f"there is no variable {variable!r} of trials; valid: {', '.join(valid)}."
+            )
         if not callable(noise) and not 0 <= noise < np.inf:
-            raise InvalidInput(f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}.")
+            raise InvalidInput(
+                f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}."
+            )
         if batch_size is not None and batch_size < 1:
             raise InvalidInput(f"batch_size must be ≥ 1 or None, got {batch_size!r}.")
-        self.variable, self.noise, self.batch_size, self.shuffle = variable, noise, batch_size, shuffle
+        self.variable, self.noise, self.batch_size, self.shuffle = (
+            variable,
+            noise,
+            batch_size,
+            shuffle,
+        )
         self.rows = _find_rows(tensors, split, by, shares, split_seed)
         self.classes, targets = _make_targets(tensors, target)
         self.targets = None if targets is None else torch.from_numpy(targets[self.rows])
@@ -109,10 +125,16 @@ class TouchDataset(torch.utils.data.IterableDataset):
     def __iter__(self) -> Iterator[Any]:
         info = torch.utils.data.get_worker_info()
         number, count = (info.id, info.num_workers) if info else (0, 1)
-        root = info.seed - info.id if info else int(torch.empty((), dtype=torch.int64).random_().item())
+        root = (
+            info.seed - info.id
+            if info
+            else int(torch.empty((), dtype=torch.int64).random_().item())
+        )
         blocks = self._make_blocks(np.random.default_rng([root, 0]))[number::count]
         rng = np.random.default_rng([root, 1, number])
-        source = torch.Generator().manual_seed(int(rng.integers(2**63)))  # of noise; three times as fast as NumPy's
+        source = torch.Generator().manual_seed(
+            int(rng.integers(2**63))
+        )  # of noise; three times as fast as NumPy's
         for first in range(0, len(blocks), MIX):
             yield from self._read_mix(blocks[first : first + MIX], rng, source)
 
@@ -122,13 +144,19 @@ class TouchDataset(torch.utils.data.IterableDataset):
         blocks = [slice(int(a), int(b)) for a, b in pairwise(ends) if a < b]
         return [blocks[k] for k in rng.permutation(len(blocks))] if self.shuffle else blocks
 
-    def _read_mix(self, blocks: list[slice], rng: np.random.Generator, source: Any) -> Iterator[Any]:
+    def _read_mix(
+        self, blocks: list[slice], rng: np.random.Generator, source: Any
+    ) -> Iterator[Any]:
         read = [self.read(block) for block in blocks]
         pairs = [(x, None) for x in read] if self.targets is None else read
         values = torch.cat([x for x, _ in pairs])
         targets = None if self.targets is None else torch.cat([y for _, y in pairs])
         values = self._add_noise(values, rng, source)
-        order = torch.from_numpy(rng.permutation(len(values))) if self.shuffle else torch.arange(len(values))
+        order = (
+            torch.from_numpy(rng.permutation(len(values)))
+            if self.shuffle
+            else torch.arange(len(values))
+        )
         for part in order if self.batch_size is None else order.split(self.batch_size):
             yield values[part] if targets is None else (values[part], targets[part])
 
@@ -151,17 +179,23 @@ class TouchDataset(torch.utils.data.IterableDataset):
         return self.__dict__ | {"_opened": None}
 
 
-def _find_rows(tensors: xr.Dataset, split: str | None, by: Any, shares: Any, seed: int) -> np.ndarray:
+def _find_rows(
+    tensors: xr.Dataset, split: str | None, by: Any, shares: Any, seed: int
+) -> np.ndarray:
     if split is None:
         return np.arange(tensors.sizes["trial"])
     sides = split_trials(tensors, by, shares=shares, seed=seed)
     rows = np.flatnonzero(sides == split)
     if not rows.size:
-        raise InvalidInput(f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}.")
+        raise InvalidInput(
+            f"split={split!r} is no side; valid: {', '.join(sorted({*sides.tolist()}))}."
+        )
     return rows
 
 
-def _make_targets(tensors: xr.Dataset, target: str | Sequence[str] | None) -> tuple[list | None, np.ndarray | None]:
+def _make_targets(
+    tensors: xr.Dataset, target: str | Sequence[str] | None
+) -> tuple[list | None, np.ndarray | None]:
     """Classes, if the target has any, and the target of each trial."""
     if target is None:
         return None, None
@@ -173,6 +207,12 @@ def _make_targets(tensors: xr.Dataset, target: str | Sequence[str] | None) -> tu
         numbers = np.stack(columns, axis=1).astype(np.float32)
         return None, numbers[:, 0] if isinstance(target, str) else numbers
     parts = [np.unique(values, return_inverse=True) for values in columns]
-    found, codes = np.unique(np.stack([code.reshape(-1) for _, code in parts], axis=1), axis=0, return_inverse=True)
-    labels = [tuple(kinds[k].item() for (kinds, _), k in zip(parts, row, strict=True)) for row in found]
-    return [row[0] for row in labels] if isinstance(target, str) else labels, codes.reshape(-1).astype(np.int64)
+    found, codes = np.unique(
+        np.stack([code.reshape(-1) for _, code in parts], axis=1), axis=0, return_inverse=True
+    )
+    labels = [
+        tuple(kinds[k].item() for (kinds, _), k in zip(parts, row, strict=True)) for row in found
+    ]
+    return [row[0] for row in labels] if isinstance(target, str) else labels, codes.reshape(
+        -1
+    ).astype(np.int64)

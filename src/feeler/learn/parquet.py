@@ -1,4 +1,6 @@
-"""Parquet in the layout of LeRobot 3.0 and Hugging Face: one row a sample, one episode a touch, and a data card."""
+"""Parquet in the layout of LeRobot 3.0 and Hugging Face: one row a sample, one episode a touch, and
+a data card.
+"""
 
 import json
 import os
@@ -31,11 +33,13 @@ def export_parquet(
     variable: str = "angle",
     name: str = "",
 ) -> Path:
-    """Write touches as a data set that Hugging Face ``datasets`` and LeRobot read; a folder that is new or empty.
+    """Write touches as a data set that Hugging Face ``datasets`` and LeRobot read; a folder that is
+    new or empty.
 
-    Each row is one sample: ``observation.state`` (sensor,) [unit of the variable], ``timestamp`` [s], ``frame_index``,
-    ``episode_index`` (the touch), ``index``, ``task_index``. ``meta/`` holds features, sums over the set, tasks, and for
-    each episode all labels of its trial; ``README.md`` is the data card.
+    Each row is one sample: ``observation.state`` (sensor,) [unit of the variable], ``timestamp``
+    [s], ``frame_index``, ``episode_index`` (the touch), ``index``, ``task_index``. ``meta/`` holds
+    features, sums over the set, tasks, and for each episode all labels of its trial; ``README.md``
+    is the data card.
 
     Parameters
     ----------
@@ -53,7 +57,9 @@ def export_parquet(
     tensors = store if isinstance(store, xr.Dataset) else load(store)
     check_coordinate(tensors, task, "task")
     if variable not in tensors or tensors[variable].dims != ("trial", "sensor", "time"):
-        raise InvalidInput(f"there is no variable {variable!r} (trial, sensor, time) to export; angle is one.")
+        raise InvalidInput(
+            f"there is no variable {variable!r} (trial, sensor, time) to export; angle is one."
+        )
     folder = Path(folder)
     if folder.exists() and any(folder.iterdir()):
         raise InvalidInput(f"{folder} holds something. Choose a new folder.")
@@ -62,14 +68,27 @@ def export_parquet(
     for number, first in enumerate(range(0, tensors.sizes["trial"], EPISODES)):
         rows = range(first, min(first + EPISODES, tensors.sizes["trial"]))
         place = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
-        _write(pq, folder / DATA.format(**place), _make_rows(pa, tensors, variable, rows, codes, sums))
-        _write(pq, folder / META.format(**place), iter([_make_episodes(pa, tensors, rows, tasks[codes], place)]))
+        _write(
+            pq, folder / DATA.format(**place), _make_rows(pa, tensors, variable, rows, codes, sums)
+        )
+        _write(
+            pq,
+            folder / META.format(**place),
+            iter([_make_episodes(pa, tensors, rows, tasks[codes], place)]),
+        )
     _write(
-        pq, folder / "meta/tasks.parquet", iter([pa.table({"task_index": range(len(tasks)), "task": tasks.tolist()})])
+        pq,
+        folder / "meta/tasks.parquet",
+        iter([pa.table({"task_index": range(len(tasks)), "task": tasks.tolist()})]),
     )
-    for file, content in (("info", describe_features(tensors, variable, len(tasks))), ("stats", sums.summarise())):
+    for file, content in (
+        ("info", describe_features(tensors, variable, len(tasks))),
+        ("stats", sums.summarise()),
+    ):
         write_atomic(folder / f"meta/{file}.json", json.dumps(content, indent=2).encode())
-    write_atomic(folder / "README.md", write_card(tensors, variable, task, name or folder.name).encode())
+    write_atomic(
+        folder / "README.md", write_card(tensors, variable, task, name or folder.name).encode()
+    )
     return folder
 
 
@@ -78,7 +97,9 @@ def _import_pyarrow() -> tuple[Any, Any]:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise MissingExtra("Parquet needs pyarrow. Install it with: pip install 'feeler[parquet]'") from None
+        raise MissingExtra(
+            "Parquet needs pyarrow. Install it with: pip install 'feeler[parquet]'"
+        ) from None
     return pyarrow, pyarrow.parquet
 
 
@@ -100,8 +121,14 @@ class _Sums:
 
     def add(self, rows: np.ndarray) -> None:
         """Rows (sample, sensor)."""
-        self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
-        self.sum, self.squares = self.sum + rows.sum(axis=0), self.squares + (rows.astype(float) ** 2).sum(axis=0)
+        self.low, self.high = (
+            np.minimum(self.low, rows.min(axis=0)),
+            np.maximum(self.high, rows.max(axis=0)),
+        )
+        self.sum, self.squares = (
+            self.sum + rows.sum(axis=0),
+            self.squares + (rows.astype(float) ** 2).sum(axis=0),
+        )
         self.count += len(rows)
 
     def summarise(self) -> dict[str, Any]:
@@ -109,13 +136,21 @@ class _Sums:
         mean = self.sum / self.count
         sd = np.sqrt(np.maximum(self.squares / self.count - mean**2, 0))
         numbers = {"min": self.low, "max": self.high, "mean": mean, "std": sd}
-        return {"observation.state": {k: v.tolist() for k, v in numbers.items()} | {"count": [self.count]}}
+        return {
+            "observation.state": (
+                {k: v.tolist() for k, v in numbers.items()} | {"count": [self.count]}
+            )
+        }
 
 
 def _make_rows(
     pa: Any, tensors: xr.Dataset, variable: str, rows: range, codes: np.ndarray, sums: _Sums
 ) -> Iterator[Any]:
-    n_sensors, n_samples, time = tensors.sizes["sensor"], tensors.sizes["time"], tensors["time"].values / 1000.0
+    n_sensors, n_samples, time = (
+        tensors.sizes["sensor"],
+        tensors.sizes["time"],
+        tensors["time"].values / 1000.0,
+    )
     for start in range(rows.start, rows.stop, BLOCK):
         trials = np.arange(start, min(start + BLOCK, rows.stop))
         values = tensors[variable][start : trials[-1] + 1].values.astype(np.float32)
@@ -123,7 +158,9 @@ def _make_rows(
         sums.add(state)
         yield pa.table(
             {
-                "observation.state": pa.FixedSizeListArray.from_arrays(pa.array(state.ravel()), n_sensors),
+                "observation.state": pa.FixedSizeListArray.from_arrays(
+                    pa.array(state.ravel()), n_sensors
+                ),
                 "timestamp": np.tile(time, trials.size).astype(np.float32),
                 "frame_index": np.tile(np.arange(n_samples), trials.size),
                 "episode_index": np.repeat(trials, n_samples),
@@ -133,9 +170,15 @@ def _make_rows(
         )
 
 
-def _make_episodes(pa: Any, tensors: xr.Dataset, rows: range, tasks: np.ndarray, place: dict[str, int]) -> Any:
+def _make_episodes(
+    pa: Any, tensors: xr.Dataset, rows: range, tasks: np.ndarray, place: dict[str, int]
+) -> Any:
     n, n_samples = len(rows), tensors.sizes["time"]
-    labels = {str(k): v.values[rows.start : rows.stop] for k, v in tensors.coords.items() if v.dims == ("trial",)}
+    labels = {
+        str(k): v.values[rows.start : rows.stop]
+        for k, v in tensors.coords.items()
+        if v.dims == ("trial",)
+    }
     labels.pop("trial", None)
     return pa.table(
         {
@@ -145,7 +188,10 @@ def _make_episodes(pa: Any, tensors: xr.Dataset, rows: range, tasks: np.ndarray,
             "dataset_from_index": np.arange(rows.start, rows.stop) * n_samples,
             "dataset_to_index": np.arange(rows.start + 1, rows.stop + 1) * n_samples,
             **{f"data/{key}": np.full(n, value) for key, value in place.items()},
-            **{f"label/{key}": v.tolist() if v.dtype.kind in "UOT" else v for key, v in labels.items()},
+            **{
+                f"label/{key}": v.tolist() if v.dtype.kind in "UOT" else v
+                for key, v in labels.items()
+            },
         }
     )
 
@@ -180,7 +226,11 @@ def write_card(tensors: xr.Dataset, variable: str, task: str, name: str) -> str:
     """The data card, as Hugging Face reads it."""
     n = tensors.sizes["trial"]
     size = next((words for most, words in SIZES if n < most), "n>1M")
-    rows = "".join(_describe_label(str(key), item) for key, item in tensors.coords.items() if item.dims == ("trial",))
+    rows = "".join(
+        _describe_label(str(key), item)
+        for key, item in tensors.coords.items()
+        if item.dims == ("trial",)
+    )
     return f"""---
 license: {str(tensors.attrs.get("licence", "cc0-1.0")).lower()}
 pretty_name: {json.dumps(name)}
@@ -212,6 +262,13 @@ SIZES = ((1_000, "n<1K"), (10_000, "1K<n<10K"), (100_000, "10K<n<100K"), (1_000_
 
 def _describe_label(name: str, item: xr.DataArray) -> str:
     distinct = np.unique(item.values)
-    some = ", ".join(map(str, distinct[:4])) if distinct.size <= 4 or distinct.dtype.kind in "UOT" else ""
+    some = (
+        ", ".join(map(str, distinct[:4]))
+        if distinct.size <= 4 or distinct.dtype.kind in "UOT"
+        else ""
+    )
     words = some or f"{distinct[0]:.4g} … {distinct[-1]:.4g}"
-    return f"| {name} | {words}{' …' if some and distinct.size > 4 else ''} | {item.attrs.get('units', '')} |\n"
+    return (
+        f"| {name} | {words}{' …' if some and distinct.size > 4 else ''} |"
+        f" {item.attrs.get('units', '')} |\n"
+    )

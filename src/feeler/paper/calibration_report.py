@@ -1,4 +1,6 @@
-"""Numbers of the calibration: what the published constants give, what refits find, what is determined."""
+"""Numbers of the calibration: what the published constants give, what refits find, what is
+determined.
+"""
 
 import csv
 from collections.abc import Callable, Iterable
@@ -32,7 +34,9 @@ from feeler.scale import Scale
 PAPER_P = (37.78, 25.24, -0.0827, -0.0533)  # [P] p1…p4
 PAPER_ERROR = 0.067  # [P]
 LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
-WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])  # [C] typical changes along the loosest direction
+WALK = np.array(
+    [-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0]
+)  # [C] typical changes along the loosest direction
 FAMILIES = ("exponential", "linear", "constant")
 
 COMPARED = ("powell", "nelder-mead", "least-squares")
@@ -71,7 +75,9 @@ class Calibration:
     kept: bool
     directions: Directions
     walked: tuple[np.ndarray, np.ndarray]
-    """Parameters (step, parameter) and errors (step,) along the loosest direction from the published constants."""
+    """Parameters (step, parameter) and errors (step,) along the loosest direction from the
+    published constants.
+    """
     profiles: Profiles | None
     draws: np.ndarray
     """Bootstrapped parameters (draw, parameter)."""
@@ -80,7 +86,9 @@ class Calibration:
 
     @property
     def widest_spread(self) -> float:
-        """Largest factor by which one base parameter differs among fits at least as good as the paper's 0.067."""
+        """Largest factor by which one base parameter differs among fits at least as good as the
+        paper's 0.067.
+        """
         found = [PAPER_P, *self.walked[0][self.walked[1] <= PAPER_ERROR]]
         if self.refits is not None:
             found += [m.p for m in self.refits.minima if m.error <= PAPER_ERROR]
@@ -97,8 +105,8 @@ class Calibration:
         pairs = zip(self.directions.names, good.min(axis=0), good.max(axis=0), strict=True)
         ranges = ", ".join(f"{name} {low:.3g} to {high:.3g}" for name, low, high in pairs)
         return (
-            f"{self.directions.describe()} Along that least determined line the model stays at or below the paper's "
-            f"error of {PAPER_ERROR} over {ranges}."
+            f"{self.directions.describe()} Along that least determined line the model stays at or"
+            f" below the paper's error of {PAPER_ERROR} over {ranges}."
         )
 
     def describe_bands(self) -> str:
@@ -106,12 +114,19 @@ class Calibration:
         words = []
         for name, base, rate in (("stiffness", 0, 2), ("damping", 1, 3)):
             hinge, factor = find_best_known(self.draws[:, base], self.draws[:, rate])
-            words.append(f"the {name} of hinge {hinge} (95 % of the draws within a factor of {factor:.2g})")
-        return f"Between the animals, the targets fix {' and '.join(words)} best; away from there they fix less."
+            words.append(
+                f"the {name} of hinge {hinge} (95 % of the draws within a factor of {factor:.2g})"
+            )
+        return (
+            f"Between the animals, the targets fix {' and '.join(words)} best; away from there they"
+            " fix less."
+        )
 
 
 def find_best_known(base: np.ndarray, rate: np.ndarray, n_hinges: int = 140) -> tuple[int, float]:
-    """Hinge (from 1) at which profiles base · exp(rate (n − 1)) agree best, and the factor between their 95 % ends."""
+    """Hinge (from 1) at which profiles base · exp(rate (n − 1)) agree best, and the factor between
+    their 95 % ends.
+    """
     logs = np.log(base)[:, None] + rate[:, None] * np.arange(n_hinges)
     low, high = np.percentile(logs, [2.5, 97.5], axis=0)
     best = int(np.argmin(high - low))
@@ -130,7 +145,11 @@ def compute(
         return Problem(hinges=make_hinges(name, antenna), targets=targets, protocol=protocol)
 
     problem = make("exponential")
-    fits = run_methods(make, make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:]) if effort.fit_starts else {}
+    fits = (
+        run_methods(make, make_starts(problem.hinges, effort.fit_starts + 1, rng)[1:])
+        if effort.fit_starts
+        else {}
+    )
     refits = fits.get("least-squares")
     best = np.array(PAPER_P) if refits is None else refits.p
     directions = analyse_directions(problem, np.array(PAPER_P))
@@ -143,18 +162,29 @@ def compute(
         kept=not fits,
         directions=directions,
         walked=walk_loose(problem, directions, WALK),
-        profiles=compute_profiles(problem, best, n_places=effort.error_places, refits=6)
-        if effort.error_places
-        else None,
+        profiles=(
+            compute_profiles(problem, best, n_places=effort.error_places, refits=6)
+            if effort.error_places
+            else None
+        ),
         draws=bootstrap(
-            problem, np.array(PAPER_P), rng, n_draws=effort.draws, refits=effort.refits, directions=directions
+            problem,
+            np.array(PAPER_P),
+            rng,
+            n_draws=effort.draws,
+            refits=effort.refits,
+            directions=directions,
         ),
         ratios=_sweep(make, effort),
     )
 
 
 def _score_preset(name: str, problem: Problem) -> tuple[Measured, float, float]:
-    same = Problem(hinges=make_hinges("scale", cockroach(name)), targets=problem.targets, protocol=problem.protocol)
+    same = Problem(
+        hinges=make_hinges("scale", cockroach(name)),
+        targets=problem.targets,
+        protocol=problem.protocol,
+    )
     return same.score((1.0, 1.0))
 
 
@@ -164,13 +194,20 @@ def _fit_controls(make, n_starts: int, rng: np.random.Generator) -> dict[str, Fi
     fits = {}
     for name in ("linear", "constant"):
         problem = make(name)
-        fits[name] = fit(problem, make_starts(problem.hinges, n_starts, rng, spread=0.5), max_evaluations=60)
+        fits[name] = fit(
+            problem, make_starts(problem.hinges, n_starts, rng, spread=0.5), max_evaluations=60
+        )
     return fits
 
 
 def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str, Fit]:
-    """The exponential family fitted by every optimiser from the same starts, each to its own convergence."""
-    return {method: fit(make("exponential"), starts, method=method, max_evaluations=3000) for method in COMPARED}
+    """The exponential family fitted by every optimiser from the same starts, each to its own
+    convergence.
+    """
+    return {
+        method: fit(make("exponential"), starts, method=method, max_evaluations=3000)
+        for method in COMPARED
+    }
 
 
 def list_searches(problem: Problem, fits: dict[str, Fit]) -> tuple[Search, ...]:
@@ -194,7 +231,10 @@ def write_searches(searches: Iterable[Search], path) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, [field.name for field in fields(Search)])
         writer.writeheader()
-        writer.writerows({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in asdict(s).items()} for s in searches)
+        writer.writerows(
+            {k: f"{v:.4g}" if isinstance(v, float) else v for k, v in asdict(s).items()}
+            for s in searches
+        )
 
 
 def load_kept() -> tuple[Search, ...]:
@@ -202,7 +242,8 @@ def load_kept() -> tuple[Search, ...]:
     text = (files("feeler.calibration") / "data" / KEPT).read_text(encoding="utf-8")
     kinds: dict[str, Any] = {field.name: field.type for field in fields(Search)}
     return tuple(
-        Search(**{name: kinds[name](cell) for name, cell in row.items()}) for row in csv.DictReader(text.splitlines())
+        Search(**{name: kinds[name](cell) for name, cell in row.items()})
+        for row in csv.DictReader(text.splitlines())
     )
 
 

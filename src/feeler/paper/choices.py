@@ -28,7 +28,8 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sizes": ("both", "small", "large"),
     "window": (1.0, 0.7),
 }
-"""Unstated choices [C], the default first; ``window`` is the share of the recording that is kept."""
+"""Unstated choices [C], the default first; ``window`` is the share of the recording that is kept.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,13 +48,14 @@ def compute_sensitivity(
     ratio: float = 0.2,
     random_state: int = 0,
 ) -> list[Row]:
-    """Verdicts under each combination of the unstated choices: one at a time, or all of them (``full``).
+    """Verdicts under each combination of the unstated choices: one at a time, or all of them
+    (``full``).
 
     Parameters
     ----------
     comparisons
-        comparisons[claim][group]: Datasets with the same stimuli, groups in the order claimed, most dispersed (and
-        best classified) first.
+        comparisons[claim][group]: Datasets with the same stimuli, groups in the order claimed, most
+        dispersed (and best classified) first.
     ratio
         Noise at one common level for LDA on the tensors.
     """
@@ -62,7 +64,9 @@ def compute_sensitivity(
         verdicts = []
         for claim, groups in comparisons.items():
             arrays, labels = choose(groups, choices)
-            verdicts += _judge(claim, arrays, labels, indices or tuple(INDICES), ratio, random_state)
+            verdicts += _judge(
+                claim, arrays, labels, indices or tuple(INDICES), ratio, random_state
+            )
         rows.append(Row(choices=choices, verdicts=tuple(verdicts)))
     return rows
 
@@ -72,10 +76,14 @@ def iterate_choices(full: bool = False) -> list[dict[str, Any]]:
     if full:
         return [dict(zip(CHOICES, values, strict=True)) for values in product(*CHOICES.values())]
     default = {name: values[0] for name, values in CHOICES.items()}
-    return [default] + [default | {name: value} for name, values in CHOICES.items() for value in values[1:]]
+    return [default] + [
+        default | {name: value} for name, values in CHOICES.items() for value in values[1:]
+    ]
 
 
-def choose(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def choose(
+    groups: Mapping[str, Any], choices: Mapping[str, Any]
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Arrays of every group under one combination, and the labels that all groups share."""
     arrays, labels = {}, np.array([])
     for name, data in groups.items():
@@ -94,18 +102,30 @@ def choose(groups: Mapping[str, Any], choices: Mapping[str, Any]) -> tuple[dict[
 
 
 def _choose_sizes(size: np.ndarray, which: str) -> np.ndarray:
-    wanted = {"both": np.unique(size), "small": np.array([size.min()]), "large": np.array([size.max()])}[which]
+    wanted = {
+        "both": np.unique(size),
+        "small": np.array([size.min()]),
+        "large": np.array([size.max()]),
+    }[which]
     return np.flatnonzero(np.isin(size, wanted))
 
 
 def _choose_sensors(n: int, which: str) -> slice:
-    return {"all": slice(None), "every second": slice(1, None, 2), "distal half": slice(n // 2, None)}[which]
+    return {
+        "all": slice(None),
+        "every second": slice(1, None, 2),
+        "distal half": slice(n // 2, None),
+    }[which]
 
 
 def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]:
     names = [name for name, array in arrays.items() for _ in array]
     found = compute_dispersion(
-        np.concatenate(list(arrays.values())), names, indices=indices, scale=False, random_state=random_state
+        np.concatenate(list(arrays.values())),
+        names,
+        indices=indices,
+        scale=False,
+        random_state=random_state,
     )
     verdicts = [
         judge_order(
@@ -126,30 +146,43 @@ def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]
     }
     estimator = make_lda(min(30, n_copies * len(labels) - 1))
     areas = {
-        name: compute_sweep(array, labels, estimator=estimator, random_state=random_state, **options).area
+        name: (
+            compute_sweep(
+                array, labels, estimator=estimator, random_state=random_state, **options
+            ).area
+        )
         for name, array in arrays.items()
     }
     return [*verdicts, judge_order(areas, claim=claim, measure="accuracy of tensors")]
 
 
 def count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
-    """How many combinations agree (fully) with the claim, and how many there are, by claim and measure."""
+    """How many combinations agree (fully) with the claim, and how many there are, by claim and
+    measure.
+    """
     counts: dict[tuple[str, str], tuple[int, int]] = {}
     for row in rows:
         for verdict in row.verdicts:
             agreeing, total = counts.get((verdict.claim, verdict.measure), (0, 0))
-            counts[verdict.claim, verdict.measure] = agreeing + (verdict.word == "agrees"), total + 1
+            counts[verdict.claim, verdict.measure] = (
+                agreeing + (verdict.word == "agrees"),
+                total + 1,
+            )
     return counts
 
 
 def make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
-    """Header and cells: a row per combination with each verdict and its effect size, then how many agree."""
+    """Header and cells: a row per combination with each verdict and its effect size, then how many
+    agree.
+    """
     default = rows[0].choices
     totals = count_agreement(rows)
     cells = []
     for row in rows:
         changed = [f"{k}: {v}" for k, v in row.choices.items() if v != default[k]]
-        verdicts = {(v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in row.verdicts}
+        verdicts = {
+            (v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in row.verdicts
+        }
         cells.append([", ".join(changed) or "default", *(verdicts.get(key, "–") for key in totals)])
     cells.append(["in all", *(f"{agree} of {n} agree" for agree, n in totals.values())])
     return ["choice", *(f"{claim}, {measure}" for claim, measure in totals)], cells
@@ -163,13 +196,18 @@ def show(context: Context, section: Section) -> None:
     first = next(iter(sets))
     slowest_first = reversed(list_speeds(context, first).items())
     by_speed = {name: select_speed(sets[first], speed) for name, speed in slowest_first}
-    by_profile = {name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets}
-    rows = compute_sensitivity({"speed": by_speed, "profile": by_profile}, random_state=context.seed)
+    by_profile = {
+        name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets
+    }
+    rows = compute_sensitivity(
+        {"speed": by_speed, "profile": by_profile}, random_state=context.seed
+    )
     section.heading("What depends on unstated choices")
     header, cells = make_table(rows)
     section.table(
         header,
         cells,
-        "One choice changed at a time. 'speed': slower touch spreads and is classified better; 'profile': exponential spreads "
-        "most and is classified best. d_z: effect size over the same stimuli.",
+        "One choice changed at a time. 'speed': slower touch spreads and is classified better;"
+        " 'profile': exponential spreads most and is classified best. d_z: effect size over the"
+        " same stimuli.",
     )

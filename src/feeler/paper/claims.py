@@ -1,4 +1,6 @@
-"""Claims of the paper and our own, each with the rule by which it is judged; ``verdicts`` applies the rules."""
+"""Claims of the paper and our own, each with the rule by which it is judged; ``verdicts`` applies
+the rules.
+"""
 
 import tomllib
 from dataclasses import dataclass
@@ -27,9 +29,10 @@ FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 class Claim:
     """One claim: what is said and where, its value, and how ours is held against it.
 
-    ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``order`` (``keys`` rise in the order given),
-    ``dip`` (the middle of three ``keys`` is the least), ``above`` or ``below`` the ``target``, ``share`` (the key is the
-    share of a declared family of set-ups in which the statement holds), or ``none`` (``why`` says why it is not comparable).
+    ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``order`` (``keys`` rise
+    in the order given), ``dip`` (the middle of three ``keys`` is the least), ``above`` or ``below``
+    the ``target``, ``share`` (the key is the share of a declared family of set-ups in which the
+    statement holds), or ``none`` (``why`` says why it is not comparable).
     """
 
     id: str
@@ -40,7 +43,9 @@ class Claim:
     kind: str
     section: str
     figure: str = ""
-    """The figure that it speaks of, and beside which it stands; empty: it stands at the end of its section."""
+    """The figure that it speaks of, and beside which it stands; empty: it stands at the end of its
+    section.
+    """
     keys: tuple[str, ...] = ()
     """Values it is judged by; where there are ``definitions``, each holds ``{definition}``."""
     target: float = 0.0
@@ -50,10 +55,13 @@ class Claim:
     whose: str = "paper"
     """``paper``, or ``ours``: counted by themselves."""
     standing: str = "evidence"
-    """Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and ``circular`` (its
-    target was derived from the same constants) do not, and ``why`` says what it stems from."""
+    """Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and
+    ``circular`` (its target was derived from the same constants) do not, and ``why`` says what it
+    stems from."""
     definitions: tuple[str, ...] = ()
-    """Readings that the paper leaves open. Only where all of them give one verdict is it the verdict."""
+    """Readings that the paper leaves open. Only where all of them give one verdict is it the
+    verdict.
+    """
     null: tuple[str, ...] = ()
     """For each key what the same pipeline reaches on identical touches."""
     apart: str = "greater"
@@ -62,22 +70,37 @@ class Claim:
     """Further values that stand beside it, and are not judged."""
     why: str = ""
     unmet: str = ""
-    """What stands against it where the run does not bear it out, and the variant that would; shown only there."""
+    """What stands against it where the run does not bear it out, and the variant that would; shown
+    only there.
+    """
 
     def __post_init__(self) -> None:
         SCALES[self.due]  # refuses what is no scale
-        choices = (("kind", KINDS), ("standing", STANDINGS), ("whose", WHOSE), ("apart", ("greater", "less")))
+        choices = (
+            ("kind", KINDS),
+            ("standing", STANDINGS),
+            ("whose", WHOSE),
+            ("apart", ("greater", "less")),
+        )
         for name, valid in choices:
             if (value := getattr(self, name)) not in valid:
-                raise InvalidInput(f"claim {self.id!r} has the unknown {name} {value!r}; valid: {', '.join(valid)}.")
+                raise InvalidInput(
+                    f"claim {self.id!r} has the unknown {name} {value!r}; valid:"
+                    f" {', '.join(valid)}."
+                )
         if (self.standing != "evidence" or self.kind == "none") and not self.why:
-            raise InvalidInput(f"claim {self.id!r} carries no evidence and says not why; add a sentence as `why`.")
+            raise InvalidInput(
+                f"claim {self.id!r} carries no evidence and says not why; add a sentence as `why`."
+            )
         if self.null and len(self.null) != len(self.keys):
             raise InvalidInput(
-                f"claim {self.id!r} has {len(self.keys)} keys but {len(self.null)} nulls; give one each."
+                f"claim {self.id!r} has {len(self.keys)} keys but {len(self.null)} nulls; give one"
+                " each."
             )
         if self.definitions and not all("{definition}" in key for key in self.keys):
-            raise InvalidInput(f"claim {self.id!r} has definitions; each of its keys must hold {{definition}}.")
+            raise InvalidInput(
+                f"claim {self.id!r} has definitions; each of its keys must hold {{definition}}."
+            )
 
     def list_keys(self) -> set[str]:
         """Every value that a run must write for it."""

@@ -58,19 +58,30 @@ class Context:
 
     @cached_property
     def profiles(self) -> dict[str, Antenna]:
-        """The antenna and its controls: for the cockroach the paper's two and the matched-compliance one."""
+        """The antenna and its controls: for the cockroach the paper's two and the
+        matched-compliance one.
+        """
         if not self.is_cockroach:
             return {self.antenna.name: self.antenna}
-        return {"exponential": self.antenna, **{name: cockroach(name) for name in ("linear", "constant", "matched")}}
+        return {
+            "exponential": self.antenna,
+            **{name: cockroach(name) for name in ("linear", "constant", "matched")},
+        }
 
     def describe(self, reads: Sequence[str] = KEYED) -> dict[str, object]:
-        """Everything that can change a number, as plain data; not the number of workers, which cannot."""
-        return make_plain({name: self.profiles if name == "antenna" else getattr(self, name) for name in reads})
+        """Everything that can change a number, as plain data; not the number of workers, which
+        cannot.
+        """
+        return make_plain(
+            {name: self.profiles if name == "antenna" else getattr(self, name) for name in reads}
+        )
 
 
 @dataclass(frozen=True)
 class View:
-    """A context of which only some of ``KEYED`` can be read, so that no stage depends on what its key does not hold."""
+    """A context of which only some of ``KEYED`` can be read, so that no stage depends on what its
+    key does not hold.
+    """
 
     context: Context
     reads: tuple[str, ...]
@@ -78,5 +89,7 @@ class View:
     def __getattr__(self, name: str) -> object:
         source = THROUGH.get(name, name)
         if source in KEYED and source not in self.reads:
-            raise AttributeError(f"this stage reads context.{name} but does not declare {source!r}: {self.reads}.")
+            raise AttributeError(
+                f"this stage reads context.{name} but does not declare {source!r}: {self.reads}."
+            )
         return getattr(self.context, name)

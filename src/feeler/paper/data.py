@@ -41,7 +41,9 @@ def list_touches(context: Context, profile: str) -> list[Trial]:
 
 @lru_cache(maxsize=16)
 def load_tensors(context: Context, profile: str) -> xr.Dataset:
-    """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made now."""
+    """The paper's touches of one profile: Dataset (trial, sensor, time), from the store or made
+    now.
+    """
     return _load(context, profile, list_touches(context, profile), DURATION, profile)
 
 
@@ -52,9 +54,16 @@ def load_complete(context: Context, profile: str) -> xr.Dataset:
     return _load(context, profile, touches, COMPLETE, f"{profile}-complete")
 
 
-def _load(context: Context, profile: str, touches: list[Trial], duration: float, name: str) -> xr.Dataset:
+def _load(
+    context: Context, profile: str, touches: list[Trial], duration: float, name: str
+) -> xr.Dataset:
     antenna = context.profiles[profile]
-    made_with = {"antenna": antenna, "touches": touches, "timestep": context.timestep, "engine": context.engine}
+    made_with = {
+        "antenna": antenna,
+        "touches": touches,
+        "timestep": context.timestep,
+        "engine": context.engine,
+    }
     key = make_key(made_with | {"seed": context.seed, "duration": duration}, touch.__module__)
     path = context.out / "cache" / "tensors" / f"{name}-{key}.zarr"
     options: dict[str, Any] = {
@@ -77,7 +86,9 @@ def _load(context: Context, profile: str, touches: list[Trial], duration: float,
 
 
 def _read_whole(path: Path, n_trials: int) -> xr.Dataset | None:
-    """The touches kept there, if all are; an unfinished or damaged store is left to ``touch``, which mends it."""
+    """The touches kept there, if all are; an unfinished or damaged store is left to ``touch``,
+    which mends it.
+    """
     try:
         found = read_store(path).load()
     except InvalidInput:

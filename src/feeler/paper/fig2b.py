@@ -1,4 +1,6 @@
-"""Fig. 2B and Movie S1: the tip after a step and during an impulse, simulated against the digitised traces."""
+"""Fig. 2B and Movie S1: the tip after a step and during an impulse, simulated against the digitised
+traces.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,19 +24,28 @@ from feeler.plotting.posture import MovingAntenna
 from feeler.report.section import Section
 from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
 
-# Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the largest deflection
-# (impulse), displacement relative to the largest. The animals' own step trace leaves −1 at −27 ms, the simulated one at
+# Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the
+# largest deflection
+# (impulse), displacement relative to the largest. The animals' own step trace leaves −1 at −27 ms,
+# the simulated one at
 # −19 ms. Bands of ±1 SD could not be read off.
-STEP_TRACE = np.array([[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]])
+STEP_TRACE = np.array(
+    [[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]]
+)
 STEP_ANIMALS_START = -27.0
 IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
-LEVER, LEVER_SPEED = 20.0, 0.45  # [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
+LEVER, LEVER_SPEED = (
+    20.0,
+    0.45,
+)  # [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
 STEP_SPAN, IMPULSE_SPAN = 100.0, 60.0  # ms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fig2BData:
-    """What Fig. 2B shows; displacements relative to the largest, time 0 at the turning point that the traces share."""
+    """What Fig. 2B shows; displacements relative to the largest, time 0 at the turning point that
+    the traces share.
+    """
 
     step_time: np.ndarray
     step: np.ndarray
@@ -51,7 +62,11 @@ class Fig2BData:
 
 
 def compute(
-    antenna: Antenna | None = None, *, engine: str = DEFAULT_ENGINE, sample_interval: float = 0.2, **options: Any
+    antenna: Antenna | None = None,
+    *,
+    engine: str = DEFAULT_ENGINE,
+    sample_interval: float = 0.2,
+    **options: Any,
 ) -> Fig2BData:
     """Simulate both experiments on ``antenna`` (default: the cockroach's)."""
     antenna = cockroach() if antenna is None else antenna
@@ -70,7 +85,9 @@ def compute(
         impulse=-swung.tip / np.abs(swung.tip).max(),
         slow_time=slow.time - _peak(slow),
         slow=-slow.tip / np.abs(slow.tip).max(),
-        ratios=np.stack([measure_deflection_ratios(i.time, i.deflection, i.tip) for i in (swung, slow)]),
+        ratios=np.stack(
+            [measure_deflection_ratios(i.time, i.deflection, i.tip) for i in (swung, slow)]
+        ),
         motion=swung,
     )
 
@@ -90,10 +107,19 @@ def plot_step(data: Fig2BData, ax) -> None:
     """Free response of the tip after the step."""
     ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
     ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published simulation, digitised")
-    ax.plot(STEP_ANIMALS_START, -1.0, "s", color=PALETTE[0], fillstyle="none", label="animals leave −1, digitised")
+    ax.plot(
+        STEP_ANIMALS_START,
+        -1.0,
+        "s",
+        color=PALETTE[0],
+        fillstyle="none",
+        label="animals leave −1, digitised",
+    )
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
-        xlabel="time from the first opposite peak [ms]", ylabel="tip displacement / step", xlim=(-32, STEP_SPAN - 32)
+        xlabel="time from the first opposite peak [ms]",
+        ylabel="tip displacement / step",
+        xlim=(-32, STEP_SPAN - 32),
     )
     ax.set_title("step")
     ax.legend(loc="lower right")
@@ -101,12 +127,19 @@ def plot_step(data: Fig2BData, ax) -> None:
 
 def plot_impulse(data: Fig2BData, ax) -> None:
     """Tip during and after the hit."""
-    ax.plot(data.impulse_time, data.impulse, color=PALETTE[1], label=f"feeler, lever {LEVER:g} mm, {LEVER_SPEED:g} m/s")
+    ax.plot(
+        data.impulse_time,
+        data.impulse,
+        color=PALETTE[1],
+        label=f"feeler, lever {LEVER:g} mm, {LEVER_SPEED:g} m/s",
+    )
     ax.plot(data.slow_time, data.slow, color=PALETTE[4], ls="--", label="feeler, straight, 0.2 m/s")
     ax.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
     ax.axhline(0.0, color="#888888", lw=0.6)
     ax.set(
-        xlabel="time from the largest deflection [ms]", ylabel="tip displacement / largest", xlim=(-60, IMPULSE_SPAN)
+        xlabel="time from the largest deflection [ms]",
+        ylabel="tip displacement / largest",
+        xlim=(-60, IMPULSE_SPAN),
     )
     ax.set(title="impulse", ylim=(-1.08, 0.62))  # room for the legend above the curves
     ax.legend(loc="upper left")
@@ -130,7 +163,10 @@ def write_movie_s1(antenna: Antenna, data: Fig2BData, path: Path, fps: int = FPS
         right.plot(*IMPULSE_TRACE.T, "o", color=PALETTE[0], label="published, digitised")
         (trace,) = right.plot([], [], color=PALETTE[1], label="feeler")
         right.set(xlim=(data.impulse_time[0], data.impulse_time[-1]), ylim=(-1.1, 0.3))
-        right.set(xlabel="time from the largest deflection [ms]", ylabel="tip displacement against the push / largest")
+        right.set(
+            xlabel="time from the largest deflection [ms]",
+            ylabel="tip displacement against the push / largest",
+        )
         right.legend(loc="lower right")
         clock = right.set_title(say_clock(float(motion.time[-1])))
 
@@ -149,8 +185,9 @@ def show(context: Context, section: Section) -> None:
     data = compute(context.antenna, engine=context.engine)
     section.figure(
         "fig2b_responses",
-        "Tip after a released step (left) and during a hit (right): simulation with the published constants against the "
-        "traces digitised from the poster [A] (the step trace seems to be the published simulation's own). (Fig. 2B)",
+        "Tip after a released step (left) and during a hit (right): simulation with the published"
+        " constants against the traces digitised from the poster [A] (the step trace seems to be"
+        " the published simulation's own). (Fig. 2B)",
         lambda figure: plot(data, figure),
         height=3.0,
     )
@@ -165,7 +202,8 @@ def show(context: Context, section: Section) -> None:
     write_movie_s1(context.antenna, data, movie, context.effort.fps)
     section.movie(
         movie,
-        f"The impulse test in simulation, {SLOWER:g} times slower than life: a cylinder on a lever pushes the antenna to the "
-        "right and slips off. Displacement is drawn against the push, as the published trace is. (Movie S1)",
+        f"The impulse test in simulation, {SLOWER:g} times slower than life: a cylinder on a lever"
+        " pushes the antenna to the right and slips off. Displacement is drawn against the push,"
+        " as the published trace is. (Movie S1)",
     )
     section.values["calibration.rejected"] = data.free.rejected

@@ -18,7 +18,10 @@ def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     """Curvature [1/mm] of one speed as rows of locations (middle to tip) and columns of features."""
     at_speed = tensors["curvature"].sel(trial=np.isclose(tensors["speed"], speed))
     columns = sorted(
-        {(str(f), float(s)) for f, s in zip(at_speed["feature"].values, at_speed["size"].values, strict=True)}
+        {
+            (str(f), float(s))
+            for f, s in zip(at_speed["feature"].values, at_speed["size"].values, strict=True)
+        }
     )
     rows = sorted(set(at_speed["location"].values.tolist()))
     return [
@@ -39,14 +42,18 @@ def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
 
 
 def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None = None) -> None:
-    """All tensors of one speed: rows locations, columns features, one colour scale (Fig. 2E, Fig. S3)."""
+    """All tensors of one speed: rows locations, columns features, one colour scale (Fig. 2E, Fig.
+    S3).
+    """
     grid = select(tensors, speed)
     values = [[tensor.values for tensor in row] for row in grid]
     limit = limit or max(float(np.max(value)) for row in values for value in row)
     ax = figure.subplots()
     rows = [f"{row[0]['location'].item():g} L" for row in grid]
     columns = [f"{tensor['feature'].item()} {tensor['size'].item():g} mm" for tensor in grid[0]]
-    image = plot_tensor_grid(values, tensors["time"].values, ax, Normalize(0.0, limit), rows, columns)
+    image = plot_tensor_grid(
+        values, tensors["time"].values, ax, Normalize(0.0, limit), rows, columns
+    )
     ax.set(xlabel="time [ms]", ylabel="sensor (base → tip upwards), by location of contact")
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", pad=0.01)
 
@@ -74,8 +81,9 @@ def _draw_sets(section: Section, sets: dict) -> None:
         where = "Fig. 2E and Fig. S3" if figure_name == "fig2e" else "Fig. S3"
         section.figure(
             f"{figure_name}_{name}",
-            f"Curvature over time at slow touch (0.06 m/s), profile '{name}'. Rows: locations from the middle to the tip; "
-            f"columns: features. One colour scale for all profiles. ({where})",
+            f"Curvature over time at slow touch (0.06 m/s), profile '{name}'. Rows: locations from"
+            " the middle to the tip; columns: features. One colour scale for all profiles."
+            f" ({where})",
             lambda figure, tensors=tensors: plot(tensors, SPEEDS["slow"], figure, limit),
             height=4.6,
         )
@@ -89,7 +97,17 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
             chosen = select_speed(tensors, speed)
             peak = np.degrees(chosen["angle"].max(("sensor", "time")).values)
             cut = windows[name].cut if np.isclose(speed, SPEEDS["slow"]) else "–"
-            rows.append([name, speed, peak.min(), peak.max(), chosen["curvature"].max().item(), cut, peak.size])
+            rows.append(
+                [
+                    name,
+                    speed,
+                    peak.min(),
+                    peak.max(),
+                    chosen["curvature"].max().item(),
+                    cut,
+                    peak.size,
+                ]
+            )
     section.table(
         [
             "profile",
@@ -101,8 +119,8 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
             "trials",
         ],
         rows,
-        "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again, after it, in a run of "
-        "twice its length.",
+        "Peaks over sensors and time. Cut by the window: slow touches that go on, or begin again,"
+        " after it, in a run of twice its length.",
     )
 
 

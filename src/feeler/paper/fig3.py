@@ -1,4 +1,6 @@
-"""Fig. 3A–D: a wall approaches and slides past; where the antenna bends most, and how well that tells the distance."""
+"""Fig. 3A–D: a wall approaches and slides past; where the antenna bends most, and how well that
+tells the distance.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -59,15 +61,21 @@ def compute(
     first = next(iter(antennas.values()))
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
     sweeps = {name: approach(antenna, posture, DISTANCES) for name, antenna in antennas.items()}
-    straight = {name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()}
+    straight = {
+        name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()
+    }
     return Fig3Data(
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
         slides=slide(first, posture, SLIDE_DISTANCES, **options),
-        drives={name: drive(antennas[name], posture, **options) for name in list(antennas)[: effort.drives]},
+        drives={
+            name: drive(antennas[name], posture, **options)
+            for name in list(antennas)[: effort.drives]
+        },
         far_slides={
-            name: slide(antennas[name], posture, DISTANCES, **options) for name in list(antennas)[: effort.far_slides]
+            name: slide(antennas[name], posture, DISTANCES, **options)
+            for name in list(antennas)[: effort.far_slides]
         },
     )
 
@@ -94,22 +102,30 @@ def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
 
 
 def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> None:
-    """Bending curvature over time: sliding at some distances, side by side (C), and approaching (D)."""
+    """Bending curvature over time: sliding at some distances, side by side (C), and approaching
+    (D).
+    """
     slides, driven = data.slides.make_dataset(), next(iter(data.drives.values())).make_dataset()
     curves = slides["curvature"].values[: len(SLIDE_DISTANCES)]
     n_times = curves.shape[2]
     gap = np.full((curves.shape[1], n_times // 20), np.nan)
-    row = np.concatenate([part for curve in curves for part in (curve, gap)], axis=1)[:, : -gap.shape[1]]
+    row = np.concatenate([part for curve in curves for part in (curve, gap)], axis=1)[
+        :, : -gap.shape[1]
+    ]
     norm = Normalize(-(top := float(np.abs(curves).max())), top)
     plot_tensor(row, np.arange(row.shape[1]), axes[0], norm, labels=False).set_cmap("RdBu_r")
     centres = (np.arange(len(curves)) * (n_times + gap.shape[1])) + n_times / 2
-    axes[0].set(xticks=centres, xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]])
+    axes[0].set(
+        xticks=centres, xticklabels=[f"{d:g} mm" for d in slides["distance"].values[: len(curves)]]
+    )
     axes[0].set(
         title=f"C  sliding past, {n_times} ms each",
         ylabel="sensor (base → tip)",
         xlabel="wall distance; time runs to the right",
     )
-    image = plot_tensor(driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False)
+    image = plot_tensor(
+        driven["curvature"].values[0], driven["time"].values, axes[1], norm, labels=False
+    )
     image.set_cmap("RdBu_r")
     axes[1].set(title="D  wall approaching", xlabel="time [ms]")
     figure.colorbar(image, ax=axes, label="curvature beyond rest [1/mm]", pad=0.01)
@@ -119,16 +135,18 @@ def show(context: Context, section: Section) -> None:
     """Fig. 3A–D, and R² of every profile."""
     data = load(context)
     section.text(
-        "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which angle is meant and how much "
-        "the wall rubs are not stated in the paper; the default was fixed with its reason (see the guide) before any R² was "
-        "looked at. It is one set-up of many: the claims are judged over the family below."
+        "A wall pushes a pre-bent antenna into an inverted J. How the pre-bend comes about, which"
+        " angle is meant and how much the wall rubs are not stated in the paper; the default was"
+        " fixed with its reason (see the guide) before any R² was looked at. It is one set-up of"
+        " many: the claims are judged over the family below."
     )
     section.figure(
         "fig3_wall",
-        "A: equilibrium at every distance of a wall (green) that comes nearer, base at the lower left, body looking up. "
-        "Black: an inverted J in contact; red: in contact without one; grey: no contact; dots: greatest bend. B: distance "
-        "against its position, with straight lines; open marks are not fitted. C, D: tactile tensors of a wall that slides "
-        "past at four distances and of one that comes nearer. (Fig. 3A–D)",
+        "A: equilibrium at every distance of a wall (green) that comes nearer, base at the lower"
+        " left, body looking up. Black: an inverted J in contact; red: in contact without one;"
+        " grey: no contact; dots: greatest bend. B: distance against its position, with straight"
+        " lines; open marks are not fitted. C, D: tactile tensors of a wall that slides past at"
+        " four distances and of one that comes nearer. (Fig. 3A–D)",
         lambda figure: plot(data, figure),
         height=7.4,
     )
@@ -148,16 +166,22 @@ def _show_slides(section: Section, data: Fig3Data) -> None:
     shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
     section.figure(
         "fig3_slides",
-        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at every distance; colours as in A.",
+        "Where a wall that slid past backward at 0.3 m/s for 200 ms has left every antenna, at"
+        " every distance; colours as in A.",
         lambda figure: plot_shapes(shapes, figure.subplots()),
         height=3.2,
     )
-    section.numbers("fig3_slides", **{name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()})
+    section.numbers(
+        "fig3_slides", **{name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()}
+    )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     first = next(iter(data.far_slides.values()))
     section.values["wall.unique_share"] = compute_unique_share(first)
     section.values["wall.unique_share.twentieth"] = compute_unique_share(first, APART / 2)
-    section.text(f"The inverted J still stands after sliding, of the distances in contact: {', '.join(words)}.")
+    section.text(
+        "The inverted J still stands after sliding, of the distances in contact:"
+        f" {', '.join(words)}."
+    )
 
 
 def _list_maps(section: Section, data: Fig3Data) -> None:
@@ -176,25 +200,33 @@ def _list_maps(section: Section, data: Fig3Data) -> None:
             "peak at base",
         ],
         rows,
-        "Default posture, then without pre-bend. Error: predicted distance, each distance left out of its own fit. Monotone: "
-        "the peak moves one way over all distances used. Told apart: the longest run of distances over which the peak moves on "
-        "by more than a segment per step.",
+        "Default posture, then without pre-bend. Error: predicted distance, each distance left out"
+        " of its own fit. Monotone: the peak moves one way over all distances used. Told apart: the"
+        " longest run of distances over which the peak moves on by more than a segment per step.",
     )
 
 
 def compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
-    """Share of the distances in contact whose sliding tensor differs from every other's by more than ``apart`` of itself."""
+    """Share of the distances in contact whose sliding tensor differs from every other's by more
+    than ``apart`` of itself.
+    """
     data = touch.make_dataset()
     met = touch.contact.any(axis=1)
     tensors = data["curvature"].values[met].reshape(int(met.sum()), -1)
     if len(tensors) < 2:
         return None
-    far = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(np.full(len(tensors), np.inf))
+    far = np.linalg.norm(tensors[:, None] - tensors[None], axis=2) + np.diag(
+        np.full(len(tensors), np.inf)
+    )
     return float(np.mean(far.min(axis=1) > apart * np.linalg.norm(tensors, axis=1)))
 
 
 def _row(name: str, found: DistanceMap) -> list[object]:
-    apart = "none" if np.isnan(found.told_apart[0]) else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
+    apart = (
+        "none"
+        if np.isnan(found.told_apart[0])
+        else f"{found.told_apart[0]:.3g}–{found.told_apart[1]:.3g}"
+    )
     counts = int(found.used.sum()), int(found.at_base.sum())
     monotone = ("yes" if found.monotone else "no") if found.used.sum() > 1 else "nothing to judge"
     return [name, found.r2, found.slope, found.intercept, found.error, monotone, apart, *counts]

@@ -1,4 +1,6 @@
-"""Beside Fig. 5B, D: profiles compared over whole touches, since 380 ms cut all but the exponential profile's short."""
+"""Beside Fig. 5B, D: profiles compared over whole touches, since 380 ms cut all but the exponential
+profile's short.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,7 +40,8 @@ class Complete:
 def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0) -> Complete:
     """Everything of whole slow touches, by profile.
 
-    tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins again.
+    tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins
+    again.
     """
     arrays = complete_arrays(tensors)
     peak = max(array.max() for array in arrays.values())
@@ -50,25 +53,41 @@ def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int 
         "n_repeats": plan.n_repeats,
         "rotate": True,
     }
-    options |= {"estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state}
+    options |= {
+        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "random_state": random_state,
+    }
     sweeps = {
         noise: {
-            name: compute_sweep(array, labels, noise=NOISES[noise](each="tensor", reference=1.0), **options)
+            name: compute_sweep(
+                array, labels, noise=NOISES[noise](each="tensor", reference=1.0), **options
+            )
             for name, array in arrays.items()
         }
         for noise in ("relative", "common")
     }
     windows = {name: measure_window(data) for name, data in tensors.items()}
-    return Complete(windows=windows, dispersion=compute_dispersion(arrays, random_state=random_state), sweeps=sweeps)
+    return Complete(
+        windows=windows,
+        dispersion=compute_dispersion(arrays, random_state=random_state),
+        sweeps=sweeps,
+    )
 
 
 def plot(data: Complete, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure) -> None:
-    """Accuracy on tensors by profile: the paper's window on the left, whole touches on the right; a row per noise."""
+    """Accuracy on tensors by profile: the paper's window on the left, whole touches on the right; a
+    row per noise.
+    """
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     for row, noise in zip(axes, data.sweeps, strict=True):
         for ax, sweeps in zip(row, (cut[noise], data.sweeps[noise]), strict=True):
             for k, (name, sweep) in enumerate(sweeps.items()):
-                plot_sweep(sweep, ax, color=PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)]), label=name)
+                plot_sweep(
+                    sweep,
+                    ax,
+                    color=PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)]),
+                    label=name,
+                )
             ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8)
             ax.set(xlim=(0, 32), ylim=(0, 103))
         row[0].set_ylabel(f"accuracy [%]\n{noise} noise")
@@ -85,20 +104,24 @@ def show(context: Context, section: Section) -> None:
     if len(names) < 2:
         return
     data = compute(
-        {name: load_complete(context, name) for name in names}, context.effort.plan, random_state=context.seed
+        {name: load_complete(context, name) for name in names},
+        context.effort.plan,
+        random_state=context.seed,
     )
     cut = {noise: fig5.load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
     section.heading("Whole touches")
     section.text(
-        f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and cuts the others'. So the "
-        f"profiles are compared again over whole touches: each over its own shortest full window, all with {DURATION:g} samples. "
-        f"Whether a touch begins again was looked for up to {COMPLETE:g} ms."
+        f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
+        " cuts the others'. So the profiles are compared again over whole touches: each over its"
+        f" own shortest full window, all with {DURATION:g} samples. Whether a touch begins again"
+        f" was looked for up to {COMPLETE:g} ms."
     )
     _tabulate(section, data)
     section.figure(
         "fig5_complete",
-        "Accuracy of LDA on slow tensors by profile, in the paper's window and over whole touches, with noise relative to each "
-        "tensor's peak and with one noise floor for all; mean ± 1 SD over repeats, chance dotted.",
+        "Accuracy of LDA on slow tensors by profile, in the paper's window and over whole touches,"
+        " with noise relative to each tensor's peak and with one noise floor for all; mean ± 1 SD"
+        " over repeats, chance dotted.",
         lambda figure: plot(data, cut, figure),
         height=4.6,
     )
@@ -106,12 +129,18 @@ def show(context: Context, section: Section) -> None:
 
 
 def _tabulate(section: Section, data: Complete) -> None:
-    header = ["profile", "lets go at the latest [ms]", "cut by the window", "of these, out of contact at its end"]
+    header = [
+        "profile",
+        "lets go at the latest [ms]",
+        "cut by the window",
+        "of these, out of contact at its end",
+    ]
     section.table(
         [*header, "identical pairs", "ceiling"],
         [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
-        f"Slow touches (of {next(iter(data.sweeps['relative'].values())).classes.size}). Identical pairs: touches whose tensors "
-        f"differ by less than {SAME:g} rad inside the window; no classifier can be right more often than the ceiling says.",
+        f"Slow touches (of {next(iter(data.sweeps['relative'].values())).classes.size}). Identical"
+        f" pairs: touches whose tensors differ by less than {SAME:g} rad inside the window; no"
+        " classifier can be right more often than the ceiling says.",
     )
     for name, window in data.windows.items():
         section.values |= {
@@ -135,14 +164,21 @@ def _keep(section: Section, data: Complete, cut: Mapping[str, Mapping[str, Sweep
         before = [cells[f"dispersion.tensor.{index}.{name}"]["value"] for name in averages]
         pairs = zip(before, averages.values(), strict=True)
         rows.append([INDICES[index].label, *(f"{a:.3g} → {b.estimate:.3g}" for a, b in pairs)])
-    section.table(["index", *data.windows], rows, f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.")
+    section.table(
+        ["index", *data.windows],
+        rows,
+        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
+    )
     for noise, sweeps in data.sweeps.items():
         for name, sweep in sweeps.items():
             section.values[f"complete.{noise}.{name}"] = spread(sweep)
             section.values[f"cut.{noise}.{name}"] = spread(cut[noise][name])
     section.numbers(
         "fig5_complete",
-        complete={noise: {name: s.noisy for name, s in sweeps.items()} for noise, sweeps in data.sweeps.items()},
+        complete={
+            noise: {name: s.noisy for name, s in sweeps.items()}
+            for noise, sweeps in data.sweeps.items()
+        },
         cut={noise: {name: s.noisy for name, s in sweeps.items()} for noise, sweeps in cut.items()},
         windows={name: vars(window) for name, window in data.windows.items()},
     )

@@ -27,7 +27,9 @@ LEFT_OUT = {"size": "size", "place": "location"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class New:
-    """One group's accuracy on clean touches of a size or place that was never trained, and what changes its tensors."""
+    """One group's accuracy on clean touches of a size or place that was never trained, and what
+    changes its tensors.
+    """
 
     accuracy: dict[str, float]
     """By split."""
@@ -35,14 +37,24 @@ class New:
     parts: dict[str, dict[str, float]]
     """parts[split][attribute]: share of the answers in which that part is right."""
     change: dict[str, float]
-    """By attribute: how much a tensor changes if only that is changed (a place by one step), as a share of its norm."""
+    """By attribute: how much a tensor changes if only that is changed (a place by one step), as a
+    share of its norm.
+    """
 
 
 def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> New:
     """Leave out every size, then every place, in turn; LDA on the tensors of one speed."""
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)
-    names = {a: np.array([f"{v:g}" if a != "feature" else v for v in tensors[a].values]) for a in ATTRIBUTES}
-    options = {"ratios": (plan.probe,), "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "rotate": True}
+    names = {
+        a: np.array([f"{v:g}" if a != "feature" else v for v in tensors[a].values])
+        for a in ATTRIBUTES
+    }
+    options = {
+        "ratios": (plan.probe,),
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "rotate": True,
+    }
     options |= {"noise": Relative(each="tensor"), "random_state": random_state}
     accuracy, chance, parts = {}, {}, {}
     for split, read in SPLITS.items():
@@ -50,7 +62,9 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> New:
         labels = np.array([" ".join(row) for row in zip(*(names[a] for a in read), strict=True)])
         least = min(np.sum(groups != group) for group in np.unique(groups))
         lda = make_fitting_lda(int(least), plan.n_copies)
-        folds = list(compute_left_out(array / array.max(), labels, groups, estimator=lda, **options).values())
+        folds = list(
+            compute_left_out(array / array.max(), labels, groups, estimator=lda, **options).values()
+        )
         accuracy[split] = float(np.mean([sweep.clean.mean() for sweep in folds]))
         chance[split] = folds[0].chance
         confusion = sum(sweep.confusion[-1] for sweep in folds)
@@ -60,16 +74,23 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> New:
 
 def _split_parts(classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]) -> dict[str, float]:
     words = np.array([str(name).split(" ") for name in classes])
-    return {a: float(share[words[:, None, k] == words[None, :, k]].sum()) for k, a in enumerate(read)}
+    return {
+        a: float(share[words[:, None, k] == words[None, :, k]].sum()) for k, a in enumerate(read)
+    }
 
 
 def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[str, float]:
     """Mean over pairs of touches that differ in one attribute only; of places, in neighbours only."""
-    steps = {a: {value: k for k, value in enumerate(sorted(set(v.tolist())))} for a, v in names.items()}
+    steps = {
+        a: {value: k for k, value in enumerate(sorted(set(v.tolist())))} for a, v in names.items()
+    }
     found: dict[str, list[float]] = {a: [] for a in ATTRIBUTES}
     for i, j in combinations(range(len(array)), 2):
         differ = [a for a in ATTRIBUTES if names[a][i] != names[a][j]]
-        near = {a: abs(steps[a][names[a][i]] - steps[a][names[a][j]]) == 1 or a != "location" for a in differ}
+        near = {
+            a: abs(steps[a][names[a][i]] - steps[a][names[a][j]]) == 1 or a != "location"
+            for a in differ
+        }
         if len(differ) == 1 and near[differ[0]]:
             size = (np.linalg.norm(array[i]) + np.linalg.norm(array[j])) / 2
             found[differ[0]].append(float(np.linalg.norm(array[i] - array[j]) / size))
@@ -84,12 +105,23 @@ def plot(data: Mapping[str, New], figure: Figure) -> None:
         colour = PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)])
         shift = (k - (len(data) - 1) / 2) * width
         left.bar(
-            np.arange(len(SPLITS)) + shift, [100 * a for a in new.accuracy.values()], width, color=colour, label=name
+            np.arange(len(SPLITS)) + shift,
+            [100 * a for a in new.accuracy.values()],
+            width,
+            color=colour,
+            label=name,
         )
-        right.bar(np.arange(len(ATTRIBUTES)) + shift, [100 * a for a in new.change.values()], width, color=colour)
+        right.bar(
+            np.arange(len(ATTRIBUTES)) + shift,
+            [100 * a for a in new.change.values()],
+            width,
+            color=colour,
+        )
     for place, chance in enumerate(next(iter(data.values())).chance.values()):
         left.plot([place - 0.45, place + 0.45], [100 * chance] * 2, color="#888888", ls=":", lw=1)
-    left.set_xticks(range(len(SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"])
+    left.set_xticks(
+        range(len(SPLITS)), ["new size:\nshape and place", "new place:\nshape and size"]
+    )
     left.set(ylabel="right [%]", ylim=(0, 103), title="trained without it")
     right.set_xticks(range(len(ATTRIBUTES)), ["shape", "size", "place, one step"])
     right.set(ylabel="change of the tensor [% of its norm]", title="what a tensor changes with")
@@ -98,25 +130,44 @@ def plot(data: Mapping[str, New], figure: Figure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """New sizes and places, by profile at slow touch."""
-    sets = {name: select_speed(load_tensors(context, name), SPEEDS["slow"]) for name in list_profiles(context)}
+    sets = {
+        name: select_speed(load_tensors(context, name), SPEEDS["slow"])
+        for name in list_profiles(context)
+    }
     plan = context.effort.plan
-    data = {name: compute(tensors, plan, random_state=context.seed) for name, tensors in sets.items()}
+    data = {
+        name: compute(tensors, plan, random_state=context.seed) for name, tensors in sets.items()
+    }
     section.heading("New sizes and places")
     section.figure(
         "fig5_new",
-        f"Left: accuracy of LDA on clean slow touches whose size, or place, was never trained (noise of {100 * plan.probe:g} % "
-        "in training; dotted: chance). Right: how much a tensor changes when only its shape, size or place is changed.",
+        "Left: accuracy of LDA on clean slow touches whose size, or place, was never trained"
+        f" (noise of {100 * plan.probe:g} % in training; dotted: chance). Right: how much a tensor"
+        " changes when only its shape, size or place is changed.",
         lambda figure: plot(data, figure),
         height=3.0,
     )
     for name, new in data.items():
-        section.values |= {f"generalise.{split}.{name}": value for split, value in new.accuracy.items()}
-        section.values |= {f"generalise.chance.{split}": value for split, value in new.chance.items()}
-        section.values |= {f"generalise.change.{a}.{name}": value for a, value in new.change.items()}
+        section.values |= {
+            f"generalise.{split}.{name}": value for split, value in new.accuracy.items()
+        }
+        section.values |= {
+            f"generalise.chance.{split}": value for split, value in new.chance.items()
+        }
+        section.values |= {
+            f"generalise.change.{a}.{name}": value for a, value in new.change.items()
+        }
     section.table(
         ["profile", "new size [%]", "of it shape", "place", "new place [%]", "of it shape", "size"],
         [
-            [name, *(100 * share for split in SPLITS for share in (new.accuracy[split], *new.parts[split].values()))]
+            [
+                name,
+                *(
+                    100 * share
+                    for split in SPLITS
+                    for share in (new.accuracy[split], *new.parts[split].values())
+                ),
+            ]
             for name, new in data.items()
         ],
         "Share of answers that are right, and of which each part is right (on noisy copies).",

@@ -1,4 +1,6 @@
-"""Beside Fig. 5: what jointly fitted codes reach on identical touches, and what of them carries over to a twin."""
+"""Beside Fig. 5: what jointly fitted codes reach on identical touches, and what of them carries
+over to a twin.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,9 +40,14 @@ def compute_nulls(
 ) -> Nulls:
     """Everything from groups and curves that are there; only the twins are fitted here."""
     return Nulls(
-        dispersions={c: _disperse_null(groups[c], found, random_state) for c, found in curves.items()},
+        dispersions={
+            c: _disperse_null(groups[c], found, random_state) for c, found in curves.items()
+        },
         sweeps={
-            c: {name: (sweep, found.find_null("joint", group=name)) for name, sweep in found.find("joint").items()}
+            c: {
+                name: (sweep, found.find_null("joint", group=name))
+                for name, sweep in found.find("joint").items()
+            }
             for c, found in curves.items()
         },
         fits={c: found.fits for c, found in curves.items()},
@@ -75,30 +82,46 @@ def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[s
     return {name: group for name, group in every.items() if name in wanted}
 
 
-def show(section: Section, data: Nulls, real: FigS6Data, speeds: Mapping[str, str], plan: Plan) -> None:
+def show(
+    section: Section, data: Nulls, real: FigS6Data, speeds: Mapping[str, str], plan: Plan
+) -> None:
     """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, null in data.dispersions.items():
         for group, fitted in data.fits[comparison].items():
-            cells = _keep_null(section, null, real.dispersions[comparison]["joint"], group, speeds.get(group, group))
+            cells = _keep_null(
+                section,
+                null,
+                real.dispersions[comparison]["joint"],
+                group,
+                speeds.get(group, group),
+            )
             sweep, alone = data.sweeps[comparison][group]
             assert alone is not None  # compute_curves makes one for every group
             section.values[f"classification.null.{speeds.get(group, group)}"] = spread(alone)
             accuracy = f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}"
             end = "by its tolerance" if fitted.converged else "at the limit"
             rows.append([comparison, group, *cells, accuracy, f"{fitted.n_iter}, {end}"])
-    header = ["by", "group", *(known.label for known in INDICES.values()), "accuracy [%]", "iterations of the null"]
+    header = [
+        "by",
+        "group",
+        *(known.label for known in INDICES.values()),
+        "accuracy [%]",
+        "iterations of the null",
+    ]
     section.table(
         header,
         rows,
-        "Real / null: jointly fitted codes of each group's tensors, and of one of its tensors repeated. A difference that "
-        "identical touches show too comes from the recipe.",
+        "Real / null: jointly fitted codes of each group's tensors, and of one of its tensors"
+        " repeated. A difference that identical touches show too comes from the recipe.",
     )
     _show_twins(section, data.twins, speeds, plan)
 
 
-def _keep_null(section: Section, null: Dispersion, real: Dispersion, group: str, name: str) -> list[str]:
+def _keep_null(
+    section: Section, null: Dispersion, real: Dispersion, group: str, name: str
+) -> list[str]:
     """Cells "real / null" of every index; the null's values are kept for the claims."""
     cells = []
     for index in INDICES:
@@ -109,7 +132,9 @@ def _keep_null(section: Section, null: Dispersion, real: Dispersion, group: str,
     return cells
 
 
-def _show_twins(section: Section, twins: Mapping[str, Twins], speeds: Mapping[str, str], plan: Plan) -> None:
+def _show_twins(
+    section: Section, twins: Mapping[str, Twins], speeds: Mapping[str, str], plan: Plan
+) -> None:
     if not twins:
         return
     rows = []
@@ -118,15 +143,17 @@ def _show_twins(section: Section, twins: Mapping[str, Twins], speeds: Mapping[st
         section.values[f"classification.twin.{name}"] = spread(found.other)
         section.values[f"classification.twin_kept.{name}"] = found.kept
         accuracies = [
-            " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1)) for sweep in (found.same, found.other)
+            " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))
+            for sweep in (found.same, found.other)
         ]
         rows.append([group, *accuracies, f"{100 * found.kept:.0f}", found.fitted.n_iter])
     ratios = " / ".join(f"{100 * ratio:.0f}" for ratio in plan.ratios)
     section.table(
         ["group", f"same twin [%] at {ratios} % noise", "other twin [%]", "kept [%]", "iterations"],
         rows,
-        "Every tensor stands twice in one joint fit. Trained on noisy copies of one twin, tested on copies of the same and of "
-        "the other. Kept: the share of the accuracy above chance that carries over, which is what belongs to the touch.",
+        "Every tensor stands twice in one joint fit. Trained on noisy copies of one twin, tested on"
+        " copies of the same and of the other. Kept: the share of the accuracy above chance that"
+        " carries over, which is what belongs to the touch.",
     )
 
 

@@ -29,19 +29,27 @@ RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower
 
 
 def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
-    """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the paper."""
+    """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the
+    paper.
+    """
     rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.15), squeeze=False).flat
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     plot_layout(a[0])
     plot_channels(data.raw, a[1], "capacitance [pF]")
     plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
-    _name_row(rows[0], "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left")
+    _name_row(
+        rows[0],
+        "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left",
+    )
     b = rows[1].subplots(1, 2)
     plot_release(data, b[0])
     plot_grid(data.training, b[1])
     pair = rows[2].subplots(1, 2, sharey=True)
-    tensors = data.training.values[data.training.labels.index(("ball", 0.9, 0.027))], data.touches.values[slow_ball]
+    tensors = (
+        data.training.values[data.training.labels.index(("ball", 0.9, 0.027))],
+        data.touches.values[slow_ball],
+    )
     limit = float(np.rad2deg(max(np.abs(angle).max() for angle in tensors)))
     for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
         plot_tensor(angle, ax, name, limit)
@@ -49,9 +57,17 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     _name_row(rows[2], "D  the same touch as a tensor, aligned on the tip's first peak")
     plot_confusion(data, rows[3].subplots())
     shown = [
-        draw for draw, has in ((plot_gap, True), (plot_closing, data.variants or data.shots), (plot_early, True)) if has
+        draw
+        for draw, has in (
+            (plot_gap, True),
+            (plot_closing, data.variants or data.shots),
+            (plot_early, True),
+        )
+        if has
     ]
-    for letter, draw, ax in zip("FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False):
+    for letter, draw, ax in zip(
+        "FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False
+    ):
         draw(data, ax)
         ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
         ax.set_title("")
@@ -82,7 +98,9 @@ def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
 
 
 def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
-    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture in degrees up to ±``limit``, base at the bottom."""
+    """Hinge angles (hinge, time at 1 kHz) [rad] as a picture in degrees up to ±``limit``, base at
+    the bottom.
+    """
     time, norm = np.arange(angle.shape[1]), Normalize(-limit, limit)
     draw_tensor(np.rad2deg(angle), time, ax, norm, labels=False, unit="°").set_cmap("RdBu_r")
     ax.set(xlabel="time [ms]", ylabel="hinge (base → tip)", title=title)
@@ -91,7 +109,13 @@ def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
 def plot_release(data: Fig6Data, ax: Axes) -> None:
     """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
     robot = make_robot()
-    ax.plot(data.release.time, compute_tip(robot, data.release.values), color=SURROGATE, lw=1, label="surrogate")
+    ax.plot(
+        data.release.time,
+        compute_tip(robot, data.release.values),
+        color=SURROGATE,
+        lw=1,
+        label="surrogate",
+    )
     tip = compute_tip(robot, data.simulated_release)
     ax.plot(np.arange(tip.size), tip, "--", color=SIMULATED, lw=0.8, label="simulation, fitted")
     p1, p2 = data.fit.stiffness_factor, data.fit.damping_factor
@@ -102,7 +126,9 @@ def plot_release(data: Fig6Data, ax: Axes) -> None:
 
 
 def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
-    """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what it changed."""
+    """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what
+    it changed.
+    """
     robot, angles = make_robot(), (data.release.values, data.simulated_release)
     looks: tuple[dict[str, Any], ...] = (
         {"color": SURROGATE, "label": "surrogate"},
@@ -147,17 +173,25 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     for row, label in enumerate(true):
         ax.plot(classes.index(label), row, "s", mfc="none", mec=BOX, ms=9, mew=1.2)
     places = sorted({label[:2] for label in classes})
-    centres = [np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places]
+    centres = [
+        np.mean([k for k, label in enumerate(classes) if label[:2] == place]) for place in places
+    ]
     ax.set_xticks(centres, [f"{feature}\n{place:g} L" for feature, place in places])
-    ax.vlines([(a + b) / 2 for a, b in pairwise(centres)], -0.5, len(true) - 0.5, color="#BBBBBB", lw=0.6)
+    ax.vlines(
+        [(a + b) / 2 for a, b in pairwise(centres)], -0.5, len(true) - 0.5, color="#BBBBBB", lw=0.6
+    )
     ax.set_yticks(range(len(true)), [f"{f} {s:g} m/s" for f, _, s in true])
-    ax.set(xlabel="read as: feature and place, in each the three speeds from slow to fast", ylabel="true, at the tip")
+    ax.set(
+        xlabel="read as: feature and place, in each the three speeds from slow to fast",
+        ylabel="true, at the tip",
+    )
     if (figure := ax.get_figure(root=False)) is not None:
         figure.colorbar(image, ax=ax, label="contacts", pad=0.01)
     share, low, high = data.score.share()
     ax.set_title(
-        f"E  surrogates read right (orange): {data.score.correct['all']} of {data.score.total} = {100 * share:.0f} % "
-        f"[{100 * low:.0f}, {100 * high:.0f}]; paper, real robot: {PAPER_RIGHT} of {PAPER_TOTAL}",
+        f"E  surrogates read right (orange): {data.score.correct['all']} of {data.score.total} ="
+        f" {100 * share:.0f} % [{100 * low:.0f}, {100 * high:.0f}]; paper, real robot:"
+        f" {PAPER_RIGHT} of {PAPER_TOTAL}",
         loc="left",
     )
 
@@ -167,7 +201,9 @@ def plot_gap(data: Fig6Data, ax: Axes) -> None:
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
     ax.axhline(1 / 30, color="#888888", lw=0.8, ls="--", label="chance")
-    ax.axhline(PAPER_RIGHT / PAPER_TOTAL, color=SIMULATED, lw=0.8, ls=":", label="paper, real robot")
+    ax.axhline(
+        PAPER_RIGHT / PAPER_TOTAL, color=SIMULATED, lw=0.8, ls=":", label="paper, real robot"
+    )
     _label_share(ax, "reality gap", "size of the reality gap")
 
 
@@ -175,9 +211,13 @@ def plot_closing(data: Fig6Data, ax: Axes) -> None:
     """What closes the gap: random models in training, touches of the robot itself in training."""
     if data.variants:
         scores = [data.score, *data.by_variants]
-        _errorbar(ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models")
+        _errorbar(
+            ax, (0, *data.variants), [score.share() for score in scores], "o-", "random models"
+        )
     if data.shots:
-        _errorbar(ax, data.shots, [score.share() for score in data.by_shots], "s--", "robot's own touches")
+        _errorbar(
+            ax, data.shots, [score.share() for score in data.by_shots], "s--", "robot's own touches"
+        )
     _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
@@ -193,13 +233,32 @@ def plot_early(data: Fig6Data, ax: Axes) -> None:
 
 
 def _label_share(ax: Axes, title: str, xlabel: str) -> None:
-    ax.set(xlabel=xlabel, ylabel="share of touches", ylim=(0, 1.05), yticks=np.linspace(0, 1, 6), title=title)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, columnspacing=0.8, handlelength=1.4)
+    ax.set(
+        xlabel=xlabel,
+        ylabel="share of touches",
+        ylim=(0, 1.05),
+        yticks=np.linspace(0, 1, 6),
+        title=title,
+    )
+    ax.legend(
+        loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, columnspacing=0.8, handlelength=1.4
+    )
 
 
-def _errorbar(ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str) -> None:
+def _errorbar(
+    ax: Axes, x: Sequence[float], shares: Sequence[tuple], style: str, label: str
+) -> None:
     middle, low, high = np.array(shares).T
-    ax.errorbar(x, middle, yerr=(middle - low, high - middle), fmt=style, ms=3, lw=0.9, capsize=2, label=label)
+    ax.errorbar(
+        x,
+        middle,
+        yerr=(middle - low, high - middle),
+        fmt=style,
+        ms=3,
+        lw=0.9,
+        capsize=2,
+        label=label,
+    )
 
 
 def _hinge_colour(k: int) -> tuple:
@@ -209,16 +268,18 @@ def _hinge_colour(k: int) -> tuple:
 def show(context: Context, section: Section) -> None:
     """Fig. 6, Movie S4 and the eight-segment comparison."""
     section.text(
-        "The robot's recordings are not public. Everything here that stands for the real robot is a surrogate: a second, "
-        "independent model with drawn parameters, noise, quantisation, drift and dropped samples. It shows the method; it is "
-        "not evidence about the paper's robot, whose 5 of 6 stands as published."
+        "The robot's recordings are not public. Everything here that stands for the real robot is a"
+        " surrogate: a second, independent model with drawn parameters, noise, quantisation, drift"
+        " and dropped samples. It shows the method; it is not evidence about the paper's robot,"
+        " whose 5 of 6 stands as published."
     )
     data = load(context)
     section.figure(
         "fig6_robot",
-        "Simulation (training) and surrogate robots (test). A–E as in the paper; B's surrogate has parameters of its own, so "
-        "neither pair of numbers is to meet the other. F on, beyond the paper, shares of the surrogates' touches: against the "
-        "size of the reality gap, against what closes it, and against time since contact. (Fig. 6A–E)",
+        "Simulation (training) and surrogate robots (test). A–E as in the paper; B's surrogate has"
+        " parameters of its own, so neither pair of numbers is to meet the other. F on, beyond the"
+        " paper, shares of the surrogates' touches: against the size of the reality gap, against"
+        " what closes it, and against time since contact. (Fig. 6A–E)",
         lambda figure: plot(data, figure),
         height=11.5,
     )
@@ -238,7 +299,8 @@ def _write_movie(context: Context, section: Section, data: Fig6Data) -> None:
         write_movie(path, figure, lambda k: move(float(times[k])), len(times), fps)
     section.movie(
         path,
-        f"Release of the surrogate robot and of the model fitted to it, {RELEASE_SLOWER:g} times slower than life. (Movie S4)",
+        f"Release of the surrogate robot and of the model fitted to it, {RELEASE_SLOWER:g} times"
+        " slower than life. (Movie S4)",
     )
 
 
@@ -254,7 +316,9 @@ def _list_scores(section: Section, data: Fig6Data) -> None:
         "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.",
     )
     value, low, high = data.score.share("all")
-    speed_location = np.mean([t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)])
+    speed_location = np.mean(
+        [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]
+    )
     section.values |= {
         "robot.transfer": {"value": value, "low": low, "high": high},
         "robot.speed_location": float(speed_location),
@@ -281,10 +345,15 @@ def _compare(context: Context, section: Section) -> None:
     section.heading("The eight-segment model, compared as the 140-link one")
     for comparison, groups in found.items():
         measures = list(next(iter(groups.values())))
-        section.table([comparison, *measures], [[name, *(float(g[m]) for m in measures)] for name, g in groups.items()])
+        section.table(
+            [comparison, *measures],
+            [[name, *(float(g[m]) for m in measures)] for name, g in groups.items()],
+        )
     speeds, profiles = list(found["speed"].values()), found["profile"]
     _keep_agreement(section, "speed", {"slow": speeds[-1], "fast": speeds[0]})
-    _keep_agreement(section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]})
+    _keep_agreement(
+        section, "profile", {"graded": profiles["linear"], "constant": profiles["constant"]}
+    )
 
 
 def _keep_agreement(section: Section, comparison: str, ends: dict[str, dict[str, float]]) -> None:

@@ -61,7 +61,9 @@ class Fig6Data:
     by_size: tuple[TransferScore, ...]
     variants: tuple[int, ...]
     by_variants: tuple[TransferScore, ...]
-    """Domain randomisation: trained on the nominal model and this many random ones, at one reality gap."""
+    """Domain randomisation: trained on the nominal model and this many random ones, at one reality
+    gap.
+    """
     shots: tuple[int, ...]
     by_shots: tuple[TransferScore, ...]
     """Few-shot: trained with k touches of the robot itself per tip contact, at one reality gap."""
@@ -75,7 +77,11 @@ def compute(effort: Scale, *, seed: int = 0) -> Fig6Data:
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     robots = {size: draw_robots(size, effort.robots, seed) for size in effort.gaps}
     read = {size: touch_robots(group) for size, group in robots.items()}
-    varied = make_training(n_variants=1, rng=np.random.default_rng([seed, 1])) if effort.variants else None
+    varied = (
+        make_training(n_variants=1, rng=np.random.default_rng([seed, 1]))
+        if effort.variants
+        else None
+    )
     by_size = tuple(measure_transfer(classifier, read[size]) for size in effort.gaps)
     raw, release, fit, simulated = _compute_examples(robots[1.0][0])
     return Fig6Data(
@@ -90,7 +96,11 @@ def compute(effort: Scale, *, seed: int = 0) -> Fig6Data:
         sizes=effort.gaps,
         by_size=by_size,
         variants=effort.variants,
-        by_variants=tuple(_score_variants(n, varied, read[1.0], seed) for n in effort.variants if varied is not None),
+        by_variants=tuple(
+            _score_variants(n, varied, read[1.0], seed)
+            for n in effort.variants
+            if varied is not None
+        ),
         shots=effort.shots,
         by_shots=tuple(_score_shots(training, effort, seed)),
         early=_measure_early(training, varied, read[1.0]),
@@ -112,12 +122,18 @@ def _compute_examples(robot: Surrogate) -> tuple[Recording, Recording, RobotFit,
     return raw, replace(release, values=release.values - rest[:, None]), fit, simulated
 
 
-def _score_variants(n_variants: int, varied: Touches, read: Sequence[Touches], seed: int) -> TransferScore:
+def _score_variants(
+    n_variants: int, varied: Touches, read: Sequence[Touches], seed: int
+) -> TransferScore:
     training = varied
     if n_variants > 1:
-        training = make_training(n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]))
+        training = make_training(
+            n_variants=n_variants, rng=np.random.default_rng([seed, n_variants])
+        )
     copies = max(2, 10 // (1 + n_variants))  # about as many training tensors as without variants
-    classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(training.values, training.labels)
+    classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(
+        training.values, training.labels
+    )
     return measure_transfer(classifier, read)
 
 
@@ -127,13 +143,17 @@ def _score_shots(training: Touches, effort: Scale, seed: int) -> list[TransferSc
     return sweep_shots(training, effort.shots, draw_robots(1.0, effort.shot_robots, seed + 1))
 
 
-def _measure_early(training: Touches, varied: Touches | None, read: Sequence[Touches]) -> EarlyAccuracy:
+def _measure_early(
+    training: Touches, varied: Touches | None, read: Sequence[Touches]
+) -> EarlyAccuracy:
     decoder = StreamDecoder().fit(training.motions, training.labels)
     if varied is not None:
         others = varied.take(np.arange(len(training.labels), len(varied.labels)))
         decoder.temper(others.motions, others.labels)
     motions = [motion for touches in read for motion in touches.motions]
-    return measure_early_accuracy(decoder, motions, [label for t in read for label in t.labels], MOMENTS)
+    return measure_early_accuracy(
+        decoder, motions, [label for t in read for label in t.labels], MOMENTS
+    )
 
 
 @lru_cache(maxsize=1)

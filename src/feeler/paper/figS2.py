@@ -1,4 +1,6 @@
-"""Fig. S2: the speed of active touch. Drawn from synthetic tracks: the paper's own were never published."""
+"""Fig. S2: the speed of active touch. Drawn from synthetic tracks: the paper's own were never
+published.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -29,19 +31,28 @@ class FigS2Data:
     """Planted peak speeds (trial, side) [rad/ms]; NaN for measured tracks."""
 
 
-def compute(tracks: list[Tracks] | None = None, *, n_trials: int = N_TRIALS, seed: int = 0) -> FigS2Data:
+def compute(
+    tracks: list[Tracks] | None = None, *, n_trials: int = N_TRIALS, seed: int = 0
+) -> FigS2Data:
     """Measure ``tracks``, or as many synthetic trials whose planted mean is the paper's 86.67 °/s.
 
-    The synthetic trials test the method (it must give back what was planted); they say nothing about cockroaches.
+    The synthetic trials test the method (it must give back what was planted); they say nothing
+    about cockroaches.
     """
     if tracks is not None:
         planted = np.full((len(tracks), len(SIDES)), np.nan)
-        return FigS2Data(trial=tracks[0], exploration=measure_exploration(tracks, max_gap=MAX_GAP), planted=planted)
+        return FigS2Data(
+            trial=tracks[0],
+            exploration=measure_exploration(tracks, max_gap=MAX_GAP),
+            planted=planted,
+        )
     rng = np.random.default_rng(seed)
     planted = rng.normal(0.0, SPREAD, (n_trials, len(SIDES)))
     planted += PAPER_MEAN - planted.mean()
     trials = [make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted]
-    return FigS2Data(trial=trials[0], exploration=measure_exploration(trials, max_gap=MAX_GAP), planted=planted)
+    return FigS2Data(
+        trial=trials[0], exploration=measure_exploration(trials, max_gap=MAX_GAP), planted=planted
+    )
 
 
 def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
@@ -51,7 +62,9 @@ def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
     plot_trace(data, trace)
     plot_box(data, box)
     if data.exploration.source == "synthetic":
-        figure.suptitle("Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize=8)
+        figure.suptitle(
+            "Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize=8
+        )
 
 
 def plot_path(tracks: Tracks, ax) -> None:
@@ -65,7 +78,9 @@ def plot_path(tracks: Tracks, ax) -> None:
 def plot_trace(data: FigS2Data, ax) -> None:
     """Angular speed of both antennae in the first trial, peaks marked."""
     for side, colour, sweeps in zip(SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True):
-        ax.plot(data.trial.time / 1e3, np.abs(_degrees(sweeps.speed)), lw=0.8, color=colour, label=side)
+        ax.plot(
+            data.trial.time / 1e3, np.abs(_degrees(sweeps.speed)), lw=0.8, color=colour, label=side
+        )
         ax.plot(sweeps.peak_time / 1e3, _degrees(sweeps.peak_speed), ".", color=colour)
     ax.set(xlabel="time [s]", ylabel="angular speed [°/s]")
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
@@ -91,13 +106,14 @@ def show(context: Context, section: Section) -> None:
     data = compute(seed=context.seed)
     mean = float(np.degrees(data.exploration.mean) * 1e3)
     section.text(
-        "The tracks of the paper's cockroach were not published. These are synthetic tracks with noise and gaps, whose "
-        "planted mean peak speed is the paper's; the method must give it back. They say nothing about cockroaches."
+        "The tracks of the paper's cockroach were not published. These are synthetic tracks with"
+        " noise and gaps, whose planted mean peak speed is the paper's; the method must give it"
+        " back. They say nothing about cockroaches."
     )
     section.figure(
         "figS2_tracking",
-        "Synthetic tracks: paths of four landmarks, angle and angular speed of one trial with its peaks, and the average "
-        "maximum speed of every trial and side. (Fig. S2)",
+        "Synthetic tracks: paths of four landmarks, angle and angular speed of one trial with its"
+        " peaks, and the average maximum speed of every trial and side. (Fig. S2)",
         lambda figure: plot(data, figure),
         height=3.0,
     )

@@ -45,7 +45,9 @@ class FigS4Data:
 
     def summarise(self) -> dict[str, dict[str, float]]:
         """Accuracy by group, averaged over the noise ratios above 0, ± 1 SD over repeats."""
-        return {name: spread(sweep) for sweeps in self.sweeps.values() for name, sweep in sweeps.items()}
+        return {
+            name: spread(sweep) for sweeps in self.sweeps.values() for name, sweep in sweeps.items()
+        }
 
 
 def compute(
@@ -64,7 +66,8 @@ def compute(
     tensors
         Datasets by antenna name, as for Fig. 5.
     settings
-        ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``, ``n_repeats``, ``n_copies``.
+        ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``,
+        ``n_repeats``, ``n_copies``.
 
     Raises
     ------
@@ -75,14 +78,25 @@ def compute(
     sweeps = sweep_groups(groups, settings, random_state=random_state, device=device)
     verdicts = []
     for comparison, members in sweeps.items():
-        claimed = [name for name in members if comparison == "speed" or name in (reference, *PROFILES)]
+        claimed = [
+            name for name in members if comparison == "speed" or name in (reference, *PROFILES)
+        ]
         values = {name: sweeps[comparison][name].area for name in claimed}
         if len(values) > 1:
             verdicts.append(
-                judge_order(values, claim=READ_BETTER[comparison], measure="accuracy of the network on tensors")
+                judge_order(
+                    values,
+                    claim=READ_BETTER[comparison],
+                    measure="accuracy of the network on tensors",
+                )
             )
     array, labels = next(iter(next(iter(groups.values())).values()))
-    return FigS4Data(sweeps=sweeps, verdicts=tuple(verdicts), shape=array.shape[1:], n_classes=np.unique(labels).size)
+    return FigS4Data(
+        sweeps=sweeps,
+        verdicts=tuple(verdicts),
+        shape=array.shape[1:],
+        n_classes=np.unique(labels).size,
+    )
 
 
 def sweep_groups(
@@ -92,7 +106,9 @@ def sweep_groups(
     random_state: int = 0,
     device: str = "auto",
 ) -> dict[str, dict[str, Sweep]]:
-    """The network's accuracy against noise for every group of every comparison: tensors and labels of each."""
+    """The network's accuracy against noise for every group of every comparison: tensors and labels
+    of each.
+    """
     import_torch()
     options = dict(settings)
     max_epochs = options.pop("max_epochs")
@@ -142,26 +158,32 @@ def show(context: Context, section: Section) -> None:
     """Fig. S4, which needs torch; below paper scale, how to add it."""
     if not context.effort.network:
         section.text(
-            "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce SCALE=paper` installs it and runs "
-            "this section; `pip install 'feeler[cnn]'` adds it to an environment of yours."
+            "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce"
+            " SCALE=paper` installs it and runs this section; `pip install 'feeler[cnn]'` adds it"
+            " to an environment of yours."
         )
         return
     sets = {name: load_tensors(context, name) for name in list_profiles(context)}
     first = next(iter(sets))
     with _one_thread(import_torch()):
-        data = compute(sets, settings=context.effort.network, reference=first, random_state=context.seed)
+        data = compute(
+            sets, settings=context.effort.network, reference=first, random_state=context.seed
+        )
         _show_complete(context, section, data)
     speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     section.figure(
         "figS4_cnn",
-        "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig. S4B–C)",
+        "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig."
+        " S4B–C)",
         lambda figure: plot(data, figure),
         height=3.2,
     )
     section.numbers(
         "figS4_cnn",
         **{
-            comparison: {name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()}
+            comparison: {
+                name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()
+            }
             for comparison, sweeps in data.sweeps.items()
         },
     )
@@ -170,7 +192,9 @@ def show(context: Context, section: Section) -> None:
 
 
 def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
-    """Profiles again over whole touches, each over its own shortest full window with the samples of the paper's."""
+    """Profiles again over whole touches, each over its own shortest full window with the samples of
+    the paper's.
+    """
     names = list_profiles(context)
     if len(names) < 2:
         return
@@ -185,15 +209,21 @@ def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
     for window, sweeps in found.items():
         for name, sweep in sweeps.items():
             section.values[f"cnn.{window}.{name}"] = spread(sweep)
-        rows.append([window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())])
+        rows.append(
+            [window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())]
+        )
     section.table(
-        ["window", *whole], rows, "Accuracy of the network on slow tensors by profile, averaged over the noise."
+        ["window", *whole],
+        rows,
+        "Accuracy of the network on slow tensors by profile, averaged over the noise.",
     )
 
 
 @contextmanager
 def _one_thread(torch: Any) -> Iterator[None]:
-    """Sums do not depend on the machine's cores; and beside another stage, threads only wait for each other."""
+    """Sums do not depend on the machine's cores; and beside another stage, threads only wait for
+    each other.
+    """
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

@@ -11,7 +11,11 @@ from feeler.stimulus.ninety import SPEEDS
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 
-LASTING = {"fast": 100.0, "medium": 200.0, "slow": DURATION}  # ms, what is worth watching at each speed
+LASTING = {
+    "fast": 100.0,
+    "medium": 200.0,
+    "slow": DURATION,
+}  # ms, what is worth watching at each speed
 TOGETHER = "movieS2_speeds"
 
 
@@ -21,20 +25,27 @@ def show(context: Context, section: Section) -> None:
     for speed in reversed(context.effort.speeds):
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
         options: dict[str, Any] = {"timestep": context.timestep, "engine": context.engine}
-        touches[speed] = trial, touch(context.antenna, trial, duration=DURATION, all_hinges=True, **options)
+        touches[speed] = (
+            trial,
+            touch(context.antenna, trial, duration=DURATION, all_hinges=True, **options),
+        )
     path = section.folder / f"{TOGETHER}.mp4"
     titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
     write_touches_movie(context.antenna, titles, path, fps=fps)
     section.movie(
         path,
-        f"One ball of 1.53 mm touches the middle of the antenna at {len(touches)} speeds on one clock, {SLOWER:g} times slower "
-        "than life; colours: curvature, on one scale; dots: sensors. Slow touch fills its tensor, fast touch is over in a "
-        "few samples. (Movie S2)",
+        f"One ball of 1.53 mm touches the middle of the antenna at {len(touches)} speeds on one"
+        f" clock, {SLOWER:g} times slower than life; colours: curvature, on one scale; dots:"
+        " sensors. Slow touch fills its tensor, fast touch is over in a few samples. (Movie S2)",
     )
     for speed in context.effort.movie_speeds:
         trial, everything = touches[speed]
         path = section.folder / f"movieS2_{speed}.mp4"
-        write_touch_movie(context.antenna, trial, everything.sel(time=slice(0, LASTING[speed])), path, fps=fps)
+        write_touch_movie(
+            context.antenna, trial, everything.sel(time=slice(0, LASTING[speed])), path, fps=fps
+        )
         section.movie(
-            path, f"The same ball at {SPEEDS[speed]:g} m/s ({speed}), {SLOWER:g} times slower than life. (Movie S2)"
+            path,
+            f"The same ball at {SPEEDS[speed]:g} m/s ({speed}), {SLOWER:g} times slower than life."
+            " (Movie S2)",
         )

@@ -1,4 +1,6 @@
-"""Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that follows a wall by it."""
+"""Movie S3: a wall comes nearer, each antenna's point of greatest curvature marked; and a body that
+follows a wall by it.
+"""
 
 from collections.abc import Mapping
 from itertools import islice
@@ -42,12 +44,20 @@ def write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS)
         figure = Figure(figsize=(7.2, 4.0), layout="constrained")
         axes = np.atleast_1d(figure.subplots(1, len(touches), sharey=True))
         norm = Normalize(-top, top)
-        panels = [_Panel(name, touch, ax, norm) for (name, touch), ax in zip(touches.items(), axes, strict=True)]
+        panels = [
+            _Panel(name, touch, ax, norm)
+            for (name, touch), ax in zip(touches.items(), axes, strict=True)
+        ]
         axes[0].set_ylabel("y [mm]")
-        figure.colorbar(panels[0].antenna.colours, ax=axes, label="curvature beyond rest [1/mm]", shrink=0.8)
+        figure.colorbar(
+            panels[0].antenna.colours, ax=axes, label="curvature beyond rest [1/mm]", shrink=0.8
+        )
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center")
         away = next(iter(touches.values())).distance[0]
-        words = [f"{say_clock(float(time[k]), APPROACH_SLOWER)}; wall at {away[k]:.1f} mm" for k in frames]
+        words = [
+            f"{say_clock(float(time[k]), APPROACH_SLOWER)}; wall at {away[k]:.1f} mm"
+            for k in frames
+        ]
         clock = figure.suptitle(max(words, key=len))
 
         def draw(k: int) -> list[Artist]:
@@ -79,13 +89,21 @@ class _Panel:
         self.wall.set_x(distance if self.sign > 0 else -distance - 100.0)
         bent = np.isfinite(self.peak[now])
         self.dot.set_data(
-            *([[np.interp(self.peak[now], self.arc, points[:, axis])] for axis in (0, 1)] if bent else ([], []))
+            *(
+                [[np.interp(self.peak[now], self.arc, points[:, axis])] for axis in (0, 1)]
+                if bent
+                else ([], [])
+            )
         )
         return [self.wall, *self.antenna.move(points, self.curvature[now]), self.dot]
 
 
-def write_following(antenna: Antenna, run: Run, angles: np.ndarray, path: Path, fps: int = FPS) -> Path:
-    """A body follows a wall: the scene from above, and the true and the felt distance as they come in."""
+def write_following(
+    antenna: Antenna, run: Run, angles: np.ndarray, path: Path, fps: int = FPS
+) -> Path:
+    """A body follows a wall: the scene from above, and the true and the felt distance as they come
+    in.
+    """
     course, time = Course(), run.time
     frames = choose_frames(time, slower=FOLLOW_SLOWER, fps=fps)
     curvature = (angles - antenna.rest_angle) / antenna.segment_length
@@ -95,23 +113,33 @@ def write_following(antenna: Antenna, run: Run, angles: np.ndarray, path: Path, 
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.4))
         norm = Normalize(-(top := float(np.abs(curvature).max())), top)
         behind = np.array([100.0, 0.0])
-        left.add_patch(Polygon(np.vstack([course.line, course.line[::-1] + behind]), color=OBJECT_COLOUR, lw=0))
+        left.add_patch(
+            Polygon(np.vstack([course.line, course.line[::-1] + behind]), color=OBJECT_COLOUR, lw=0)
+        )
         left.plot(*run.body[:, :2].T, lw=0.6, color="#999999", label="path of the body")
         shown = MovingAntenna(antenna, left, norm, "RdBu_r")
         (body,) = left.plot([], [], "s", ms=5, color="#1b1f24", zorder=6, label="body")
         reach = 1.2 * antenna.length
         middle = (run.body[:, :2].min(axis=0) + run.body[:, :2].max(axis=0)) / 2
         high = np.ptp(run.body[:, 1]) / 2 + reach
-        left.set(xlim=(middle[0] - 0.6 * high, middle[0] + 0.6 * high), ylim=(middle[1] - high, middle[1] + high))
+        left.set(
+            xlim=(middle[0] - 0.6 * high, middle[0] + 0.6 * high),
+            ylim=(middle[1] - high, middle[1] + high),
+        )
         left.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
         left.legend(loc="lower left")
         figure.colorbar(shown.colours, ax=left, label="curvature beyond rest [1/mm]", shrink=0.8)
         (true,) = right.plot([], [], color="#1b1f24", label="true distance")
-        (felt,) = right.plot([], [], ".", ms=2, color="#D55E00", label="felt, from the point of greatest curvature")
+        (felt,) = right.plot(
+            [], [], ".", ms=2, color="#D55E00", label="felt, from the point of greatest curvature"
+        )
         right.axhline(run.target, ls="--", lw=0.8, color="#59636e", label="to be kept")
         both = np.concatenate([run.distance, run.estimate])
         right.set(
-            xlim=(0, time[-1]), ylim=(0, 1.35 * np.nanmax(both)), xlabel="time [ms]", ylabel="distance of the wall [mm]"
+            xlim=(0, time[-1]),
+            ylim=(0, 1.35 * np.nanmax(both)),
+            xlabel="time [ms]",
+            ylabel="distance of the wall [mm]",
         )
         right.legend(loc="upper left")
         clock = right.set_title(say_clock(float(time[-1]), FOLLOW_SLOWER))
@@ -119,7 +147,10 @@ def write_following(antenna: Antenna, run: Run, angles: np.ndarray, path: Path, 
         def draw(k: int) -> list[Artist]:
             now = frames[k]
             x, y, heading = run.body[now]
-            points = antenna.shape(angles[now], base_angle=heading + posture.base_angle) + run.body[now, :2]
+            points = (
+                antenna.shape(angles[now], base_angle=heading + posture.base_angle)
+                + run.body[now, :2]
+            )
             body.set_data([x], [y])
             true.set_data(time[: now + 1], run.distance[: now + 1])
             felt.set_data(time[: now + 1], run.estimate[: now + 1])
@@ -131,11 +162,14 @@ def write_following(antenna: Antenna, run: Run, angles: np.ndarray, path: Path, 
 
 def show(context: Context, section: Section) -> None:
     """The movies, and how well bodies follow."""
-    path = write_approach(load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps)
+    path = write_approach(
+        load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps
+    )
     section.movie(
         path,
-        f"A wall (green) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life; colours: curvature beyond "
-        "rest, on one scale; red: the point of greatest bend while in contact. (Movie S3)",
+        f"A wall (green) comes nearer to each antenna, {APPROACH_SLOWER:g} times slower than life;"
+        " colours: curvature beyond rest, on one scale; red: the point of greatest bend while in"
+        " contact. (Movie S3)",
     )
     if context.effort.followers != 0:
         _follow(context, section)
@@ -156,15 +190,18 @@ def _follow(context: Context, section: Section) -> None:
         except InvalidInput:  # its peak stays at the base hinge: that is the result
             rows.append([name, *["no map to steer by"] * 4])
             continue
-        rows.append([name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"])
+        rows.append(
+            [name, run.error, run.estimate_error, run.nearest, "yes" if run.collided else "no"]
+        )
         if not shown:
             shown = True
             path = section.folder / "movieS3_following.mp4"
             write_following(antenna, run, np.array([angles[0], *angles]), path, context.effort.fps)
             section.movie(
                 path,
-                f"A point body runs at 0.45 m/s along a wall with a turn and steers by where the antenna '{name}' bends most, "
-                f"{FOLLOW_SLOWER:g} times slower than life; colours: curvature beyond rest. (Movie S3)",
+                "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"
+                f" antenna '{name}' bends most, {FOLLOW_SLOWER:g} times slower than life; colours:"
+                " curvature beyond rest. (Movie S3)",
             )
     section.table(
         ["profile", "tracking error [mm]", "estimate error [mm]", "nearest [mm]", "collided"],

@@ -1,4 +1,6 @@
-"""Does it pay to steer? Stored results, one of them made anew, and the wall loop's stability (no figure of the paper)."""
+"""Does it pay to steer? Stored results, one of them made anew, and the wall loop's stability (no
+figure of the paper).
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,14 +28,17 @@ def show(context: Context, section: Section) -> None:
     stored = load_stored(comparison)
     section.heading("How to move in order to know")
     section.text(LEAD)
-    observer = Observer(comparison.make_task(cockroach(), 0), period=comparison.period, random_state=0)
+    observer = Observer(
+        comparison.make_task(cockroach(), 0), period=comparison.period, random_state=0
+    )
     seen = observer.run(parse_policy(AGAIN), comparison.copies, comparison.deadlines[0])
     kept = float(stored["measured"]["accuracy"].sel(policy=AGAIN).isel(set=0, deadline=0))
     section.text(
-        f"These numbers are stored: they take minutes (benchmarks/active.py), for the published antenna and the engine's own "
-        f"choices, whatever this report was asked for. One was made anew: {AGAIN}, first set, {comparison.deadlines[0]:g} ms: "
-        f"{100 * seen.accuracy[-1]:.3f} % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna "
-        "and for policies of your own."
+        "These numbers are stored: they take minutes (benchmarks/active.py), for the published"
+        " antenna and the engine's own choices, whatever this report was asked for. One was made"
+        f" anew: {AGAIN}, first set, {comparison.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
+        f" % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna and for"
+        " policies of your own."
     )
     fill_comparison(section, stored["measured"], comparison, stored.get("learned"))
     drawn = {name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")}
@@ -42,17 +47,27 @@ def show(context: Context, section: Section) -> None:
     paying = int(verdict["pays"].sum())
     surely = int((verdict["gain"] - verdict["half"] >= comparison.gain).sum())
     section.text(
-        f"Steering gains at least {comparison.gain:g} points over the best fixed speed at {paying} of "
-        f"{verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a smaller gain. What was changed "
-        "after first results were seen stands in active/declared.toml."
+        f"Steering gains at least {comparison.gain:g} points over the best fixed speed at {paying}"
+        f" of {verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a"
+        " smaller gain. What was changed after first results were seen stands in"
+        " active/declared.toml."
     )
     if confirmed := stored.get("confirmed"):
-        _show_confirmed(section, xr.Dataset.from_dict(confirmed), verdict, stored.get("confirmed_learned"))
+        _show_confirmed(
+            section, xr.Dataset.from_dict(confirmed), verdict, stored.get("confirmed_learned")
+        )
     for deadline in verdict["deadline"].values:
         one = verdict.sel(deadline=deadline)
         gain, half = float(one["gain"]), float(one["half"])
-        section.values[f"active.gain.{deadline:g}"] = {"value": gain, "low": gain - half, "high": gain + half}
-    section.values |= {"active.pays": paying, "active.again": 100 * (float(seen.accuracy[-1]) - kept)}
+        section.values[f"active.gain.{deadline:g}"] = {
+            "value": gain,
+            "low": gain - half,
+            "high": gain + half,
+        }
+    section.values |= {
+        "active.pays": paying,
+        "active.again": 100 * (float(seen.accuracy[-1]) - kept),
+    }
     _show_rest(section, stored)
 
 
@@ -61,9 +76,16 @@ def _show_confirmed(
 ) -> None:
     """The same pairs on fresh sets, and the learned policies where they met them."""
     columns = ("fixed_accuracy", "steered_accuracy", "gain", "half")
-    pairs = zip(found["deadline"].values, verdict["fixed"].values, verdict["steered"].values, strict=True)
+    pairs = zip(
+        found["deadline"].values, verdict["fixed"].values, verdict["steered"].values, strict=True
+    )
     rows = [
-        [f"{d:g} ms", str(fixed), str(steered), *(float(found[name].sel(deadline=d)) for name in columns)]
+        [
+            f"{d:g} ms",
+            str(fixed),
+            str(steered),
+            *(float(found[name].sel(deadline=d)) for name in columns),
+        ]
         for d, fixed, steered in pairs
     ]
     section.table(["deadline", "fixed", "steered", "fixed [%]", "steered [%]", "gain", "±"], rows,
@@ -72,15 +94,17 @@ def _show_confirmed(
     least = load_contest().gain
     paying = int(((found["gain"] >= least) & (found["gain"] - found["half"] > 0)).sum())
     section.text(
-        f"On fresh sets the gain is at least {least:g} points at {paying} of {found.sizes['deadline']} deadlines: what is chosen "
-        "as the best of many on four sets looks better there than it is."
+        f"On fresh sets the gain is at least {least:g} points at {paying} of"
+        f" {found.sizes['deadline']} deadlines: what is chosen as the best of many on four sets"
+        " looks better there than it is."
     )
     section.values["active.confirmed"] = paying
     for deadline, one in (learned or {}).items():
         section.text(
-            f"The learned policy on the same fresh sets, at {deadline} ms: right in {one['learned']:.1f} %, "
-            f"{one['fixed_gain']:+.1f} ± {one['fixed_half']:.1f} points over the fixed speed, {one['steered_gain']:+.1f} ± "
-            f"{one['steered_half']:.1f} over the steered one."
+            f"The learned policy on the same fresh sets, at {deadline} ms: right in"
+            f" {one['learned']:.1f} %, {one['fixed_gain']:+.1f} ± {one['fixed_half']:.1f} points"
+            f" over the fixed speed, {one['steered_gain']:+.1f} ± {one['steered_half']:.1f} over"
+            " the steered one."
         )
 
 
@@ -88,15 +112,21 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
     """What was measured beside the policies, where it was."""
     if places := stored.get("places"):
         rows = [
-            [name, one["touches"], one["half"], 100 * one["right"], 100 * one["sure"]] for name, one in places.items()
+            [name, one["touches"], one["half"], 100 * one["right"], 100 * one["sure"]]
+            for name, one in places.items()
         ]
-        section.table(["chosen by, noise [rad]", "touches", "±", "right [%]", "sure within 12 [%]"], rows,
-                      "Where to touch next: touches until one of two near shapes is 95 % sure.")  # fmt: skip
+        section.table(
+            ["chosen by, noise [rad]", "touches", "±", "right [%]", "sure within 12 [%]"],
+            rows,
+            # fmt: skip
+            "Where to touch next: touches until one of two near shapes is 95 % sure.",
+        )
     if walls := stored.get("wall"):
         section.figure(
             "active_wall",
-            "Wall following on the full dynamics: delays and gains at which a body that begins 2 mm off comes to rest (filled), "
-            "at three speeds; a profile without markers has no map to steer by.",
+            "Wall following on the full dynamics: delays and gains at which a body that begins 2 mm"
+            " off comes to rest (filled), at three speeds; a profile without markers has no map to"
+            " steer by.",
             lambda figure: plot_walls(walls, figure),
             height=3.0,
         )
@@ -119,4 +149,6 @@ def plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
                        facecolors=np.where(stable, PALETTE[k], "none"), lw=0.7)  # fmt: skip
         ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
     axes[0].set_ylabel("gain: ω [rad/ms]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6)
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6
+    )

@@ -1,4 +1,6 @@
-"""Regression instead of thirty classes: place, size and speed, beside the Cramér–Rao bound (no figure of the paper)."""
+"""Regression instead of thirty classes: place, size and speed, beside the Cramér–Rao bound (no
+figure of the paper).
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +17,13 @@ from sklearn.preprocessing import StandardScaler
 
 from feeler.antenna.antenna import Antenna
 from feeler.experiment.touch import touch
-from feeler.information import compute_bounds, compute_fisher, differentiate_touches, scale_derivatives, scale_peaks
+from feeler.information import (
+    compute_bounds,
+    compute_fisher,
+    differentiate_touches,
+    scale_derivatives,
+    scale_peaks,
+)
 from feeler.paper.context import Context
 from feeler.paper.open_gradient import UNITS, load_questions
 from feeler.plotting.look import PALETTE, mark_places
@@ -34,8 +42,12 @@ READERS = {
 }
 
 
-def draw_trials(shape: str, asked: Mapping[str, Any], count: int, held: bool, rng: np.random.Generator) -> list[Trial]:
-    """Touches drawn from the ranges: none in a held-out band for training, each in one for the test."""
+def draw_trials(
+    shape: str, asked: Mapping[str, Any], count: int, held: bool, rng: np.random.Generator
+) -> list[Trial]:
+    """Touches drawn from the ranges: none in a held-out band for training, each in one for the
+    test.
+    """
     trials: list[Trial] = []
     while len(trials) < count:
         location, size = rng.uniform(*asked["location"]), rng.uniform(*asked["size"])
@@ -52,11 +64,14 @@ def draw_trials(shape: str, asked: Mapping[str, Any], count: int, held: bool, rn
 
 def _list_targets(antenna: Antenna, trials: list[Trial]) -> np.ndarray:
     """Place [mm], size [mm] and speed [% of 1 m/s, in its logarithm] (trial, target)."""
-    return np.array([[t.location * antenna.length, t.feature.size, 100 * np.log(t.speed)] for t in trials])
+    return np.array(
+        [[t.location * antenna.length, t.feature.size, 100 * np.log(t.speed)] for t in trials]
+    )
 
 
 def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[str, Any]:
-    """Root-mean-square errors and bounds by shape, noise and target, and the derivatives' changes by halving the step.
+    """Root-mean-square errors and bounds by shape, noise and target, and the derivatives' changes
+    by halving the step.
 
     ``errors`` and ``bounds`` {(shape, kind, size): …}: {reader: (target,)} and (target,).
     """
@@ -69,37 +84,58 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
             draw_trials(shape, asked, asked["test"], True, rng),
         ]
         targets = [_list_targets(antenna, trials) for trials in sets]
-        angles = [touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets]
+        angles = [
+            touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets
+        ]
         derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), **options)
         changes[shape] = derived["change"].values
         for kind in UNITS:
             clean, moves = angles, derived["derivative"].values
             if kind == "relative":
-                clean, moves = [scale_peaks(angle) for angle in angles], scale_derivatives(moves, angles[1])
+                clean, moves = (
+                    [scale_peaks(angle) for angle in angles],
+                    scale_derivatives(moves, angles[1]),
+                )
             for size in asked[kind]:
-                least = np.array([compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)])
+                least = np.array(
+                    [compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)]
+                )
                 bounds[shape, kind, size] = np.sqrt((least**2).mean(axis=0))
                 errors[shape, kind, size] = read(clean, targets, size, asked, rng)
     return {"errors": errors, "bounds": bounds, "changes": changes}
 
 
 def read(
-    clean: list[np.ndarray], targets: list[np.ndarray], size: float, asked: Mapping[str, Any], rng: np.random.Generator
+    clean: list[np.ndarray],
+    targets: list[np.ndarray],
+    size: float,
+    asked: Mapping[str, Any],
+    rng: np.random.Generator,
 ) -> dict[str, np.ndarray]:
-    """Error (target,) of each reader on noisy copies of the test tensors, trained on those of the training tensors."""
+    """Error (target,) of each reader on noisy copies of the test tensors, trained on those of the
+    training tensors.
+    """
     copies = asked["copies"]
     known, asking = (
-        np.concatenate([c + size * rng.standard_normal(c.shape) for _ in range(copies)]).reshape(copies * len(c), -1)
+        np.concatenate([c + size * rng.standard_normal(c.shape) for _ in range(copies)]).reshape(
+            copies * len(c), -1
+        )
         for c in clean
     )
-    parts = PCA(min(asked["components"], len(known) - 1), random_state=0, svd_solver="randomized").fit(known)
+    parts = PCA(
+        min(asked["components"], len(known) - 1), random_state=0, svd_solver="randomized"
+    ).fit(known)
     known, asking = parts.transform(known), parts.transform(asking)
     truth = [np.tile(t, (copies, 1)) for t in targets]
     scale = StandardScaler().fit(truth[0])
     found = {}
     for name in asked["readers"]:
-        reader = make_pipeline(StandardScaler(), READERS[name]()).fit(known, scale.transform(truth[0]))
-        found[name] = np.sqrt(((scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2).mean(axis=0))
+        reader = make_pipeline(StandardScaler(), READERS[name]()).fit(
+            known, scale.transform(truth[0])
+        )
+        found[name] = np.sqrt(
+            ((scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2).mean(axis=0)
+        )
     return found
 
 
@@ -110,22 +146,49 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
         for k, (ax, (target, unit)) in enumerate(zip(row, TARGETS.items(), strict=True)):
             sizes = asked[kind]
             for colour, name in zip(PALETTE, asked["readers"], strict=False):
-                ax.plot(sizes, [data["errors"][shape, kind, s][name][k] for s in sizes], ".-", color=colour, label=name)
-            ax.plot(sizes, [data["bounds"][shape, kind, s][k] for s in sizes], "k--", label="Cramér–Rao bound")
-            ax.set(xscale="log", yscale="log", xlabel=f"noise [{UNITS[kind]}]", ylabel=f"error of {target} [{unit}]")
+                ax.plot(
+                    sizes,
+                    [data["errors"][shape, kind, s][name][k] for s in sizes],
+                    ".-",
+                    color=colour,
+                    label=name,
+                )
+            ax.plot(
+                sizes,
+                [data["bounds"][shape, kind, s][k] for s in sizes],
+                "k--",
+                label="Cramér–Rao bound",
+            )
+            ax.set(
+                xscale="log",
+                yscale="log",
+                xlabel=f"noise [{UNITS[kind]}]",
+                ylabel=f"error of {target} [{unit}]",
+            )
             mark_places(ax.xaxis, sizes)
-            mark_places(ax.yaxis, [tick for tick in TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]])
+            mark_places(
+                ax.yaxis, [tick for tick in TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
+            )
     figure.axes[3].legend(fontsize=6)
 
 
 def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers that claims are held against; ``error`` is that of the best reader, as is each ratio to the bound."""
-    found = {"bounds.change": float(np.median(np.concatenate([values.ravel() for values in data["changes"].values()])))}
+    """The numbers that claims are held against; ``error`` is that of the best reader, as is each
+    ratio to the bound.
+    """
+    found = {
+        "bounds.change": float(
+            np.median(np.concatenate([values.ravel() for values in data["changes"].values()]))
+        )
+    }
     best = {key: np.min(list(by.values()), axis=0) for key, by in data["errors"].items()}
     for k, name in enumerate(TARGETS):
         ratio = {key: float(best[key][k] / data["bounds"][key][k]) for key in best}
         quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
-        found |= {f"bounds.ratio.{name}": min(ratio.values()), f"bounds.ratio.{name}.quiet": min(quiet)}
+        found |= {
+            f"bounds.ratio.{name}": min(ratio.values()),
+            f"bounds.ratio.{name}.quiet": min(quiet),
+        }
         for kind in UNITS:
             for size in asked[kind]:
                 keys = [key for key in best if key[1:] == (kind, size)]
@@ -138,20 +201,27 @@ def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[st
 def show(context: Context, section: Section) -> None:
     """Errors beside bounds, and whether the derivatives have converged."""
     asked = load_questions("regression", context.effort.regression)
-    options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
     data = compute(context.antenna, asked, **options)
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
-        f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its noisy tensor by readers that "
-        f"never met such places or sizes ({asked['train']} touches in training, {asked['test']} in the test, each shape by "
-        "itself). The bound holds for unbiased readers to whom the shape is known; it comes from the engine's central "
-        f"differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile "
-        f"{100 * np.quantile(changes, 0.95):.2g} %) when their step is halved. Where the noise is so strong that a reader does "
-        "best by staying near the middle of the range, it is biased, and may come to lie below the bound."
+        f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"
+        f" noisy tensor by readers that never met such places or sizes ({asked['train']} touches in"
+        f" training, {asked['test']} in the test, each shape by itself). The bound holds for"
+        " unbiased readers to whom the shape is known; it comes from the engine's central"
+        f" differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile"
+        f" {100 * np.quantile(changes, 0.95):.2g} %) when their step is halved. Where the noise is"
+        " so strong that a reader does best by staying near the middle of the range, it is biased,"
+        " and may come to lie below the bound."
     )
     section.figure(
         "bounds",
-        f"Error (root mean square) of each reader against noise, and the Cramér–Rao bound; {asked['shapes'][0]}.",
+        "Error (root mean square) of each reader against noise, and the Cramér–Rao bound;"
+        f" {asked['shapes'][0]}.",
         lambda figure: plot(data, asked, figure),
         height=4.4,
     )
@@ -160,7 +230,9 @@ def show(context: Context, section: Section) -> None:
         for (shape, kind, size), by in data["errors"].items()
         for name, values in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]
-    section.table(["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows)
+    section.table(
+        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
+    )
     section.values.update(collect_values(data, asked))
     section.numbers("bounds", **{part: {str(key): value for key, value in found.items()}
                                  for part, found in data.items()})  # fmt: skip

@@ -1,4 +1,6 @@
-"""What the gradient does: bits against the stiffness rate at one total compliance (no figure of the paper)."""
+"""What the gradient does: bits against the stiffness rate at one total compliance (no figure of the
+paper).
+"""
 
 import tomllib
 from collections.abc import Mapping
@@ -24,32 +26,48 @@ UNITS = {"relative": "of peak", "common": "rad"}
 
 
 def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The choices of open_questions.toml on ``gradient`` or ``regression``, less what a scale changes."""
+    """The choices of open_questions.toml on ``gradient`` or ``regression``, less what a scale
+    changes.
+    """
     text = files("feeler.paper").joinpath("open_questions.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)[part] | dict(changes)
 
 
 def make_graded(reference: Antenna, rate: float) -> Antenna:
-    """Stiffness ~ exp(rate · n) with the total compliance Σ 1/k_n and the damping per stiffness of the reference."""
+    """Stiffness ~ exp(rate · n) with the total compliance Σ 1/k_n and the damping per stiffness of
+    the reference.
+    """
     shape = np.exp(rate * np.arange(reference.n_segments))
     scale = np.sum(1 / shape) / np.sum(1 / reference.stiffness)
     return _give_stiffness(reference, scale * shape)
 
 
 def make_even(reference: Antenna, location: float) -> Antenna:
-    """Even stiffness with the reference's compliance at the place of contact, Σ (x − s_n)² / k_n over hinges before x."""
+    """Even stiffness with the reference's compliance at the place of contact, Σ (x − s_n)² / k_n
+    over hinges before x.
+    """
     arm = np.maximum(location * reference.length - reference.hinge_position, 0.0) ** 2
-    return _give_stiffness(reference, np.full(reference.n_segments, arm.sum() / np.sum(arm / reference.stiffness)))
+    return _give_stiffness(
+        reference, np.full(reference.n_segments, arm.sum() / np.sum(arm / reference.stiffness))
+    )
 
 
 def _give_stiffness(reference: Antenna, stiffness: np.ndarray) -> Antenna:
-    return reference.replace(stiffness=stiffness, damping=stiffness * reference.damping / reference.stiffness)
+    return reference.replace(
+        stiffness=stiffness, damping=stiffness * reference.damping / reference.stiffness
+    )
 
 
 def compute(
-    reference: Antenna, asked: Mapping[str, Any], declared: Declared, *, first: int = 0, **options: Any
+    reference: Antenna,
+    asked: Mapping[str, Any],
+    declared: Declared,
+    *,
+    first: int = 0,
+    **options: Any,
 ) -> xr.Dataset:
-    """Bits, accuracy, noise of 75 % accuracy and bits ``within`` a place (set, speed, rate, noise), and the peak angle.
+    """Bits, accuracy, noise of 75 % accuracy and bits ``within`` a place (set, speed, rate, noise),
+    and the peak angle.
 
     The sets are those numbered from ``first`` on.
     """
@@ -79,7 +97,9 @@ def compute(
     return data
 
 
-def _touch_set(antennas: list[Antenna], declared: Declared, number: int, speed: float, options: dict) -> np.ndarray:
+def _touch_set(
+    antennas: list[Antenna], declared: Declared, number: int, speed: float, options: dict
+) -> np.ndarray:
     """Angles of complete touches; several antennas share the places out among them."""
     trials = draw_touches(declared, number, speed=speed)
     duration = np.ceil(trials[0].lead + declared.reach * antennas[0].length / speed + declared.tail)
@@ -91,7 +111,9 @@ def _touch_set(antennas: list[Antenna], declared: Declared, number: int, speed: 
 
 
 def _measure_within(values: np.ndarray, level: float, drawn: dict[str, int]) -> float:
-    """Bits on the object where its place is known, mean over the places; touches come place by place."""
+    """Bits on the object where its place is known, mean over the places; touches come place by
+    place.
+    """
     parts = np.split(values, len(LOCATIONS))
     return float(np.mean([compute_information(part, level, **drawn).bits for part in parts]))
 
@@ -113,13 +135,17 @@ def plot(data: xr.Dataset, declared: Declared, figure: Figure) -> None:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
             level = f"{declared.headline[kind]:g} {UNITS[kind]}"
-            ax.set_ylabel(f"bits at {level}" if field == "bits" else f"bits where the place is known, {level}")
+            ax.set_ylabel(
+                f"bits at {level}" if field == "bits" else f"bits where the place is known, {level}"
+            )
             ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
     figure.axes[0].legend()
 
 
 def collect_values(data: xr.Dataset) -> dict[str, Any]:
-    """The numbers that claims are held against, at the slowest speed, and (``fastest``) at the fastest."""
+    """The numbers that claims are held against, at the slowest speed, and (``fastest``) at the
+    fastest.
+    """
     found: dict[str, Any] = {}
     ends = {"": data["speed"].values.min(), "fastest.": data["speed"].values.max()}
     for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS, ends.items()):
@@ -135,20 +161,26 @@ def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
     asked = load_questions("gradient", context.effort.gradient)
     declared = load_declared(seed=asked["seed"], draws=asked["draws"])
-    options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
     data = compute(context.antenna, asked, declared, **options)
     section.text(
-        "The antenna's stiffness is made anew with other rates at the same total compliance Σ 1/k_n, and with the damping "
-        "per stiffness of each hinge as it was; touches are complete. An even antenna with the same total compliance "
-        "(rate 0) is the usual control; the crosses are even antennas as soft at each place of contact as the graded one is "
-        "there. Those are one antenna for each place, so that the antenna itself would tell the place: this control is judged "
-        "by the bits on the object where the place is known. Because the object's path is given, softness by itself changes "
-        "forces more than shapes."
+        "The antenna's stiffness is made anew with other rates at the same total compliance Σ"
+        " 1/k_n, and with the damping per stiffness of each hinge as it was; touches are complete."
+        " An even antenna with the same total compliance (rate 0) is the usual control; the crosses"
+        " are even antennas as soft at each place of contact as the graded one is there. Those are"
+        " one antenna for each place, so that the antenna itself would tell the place: this control"
+        " is judged by the bits on the object where the place is known. Because the object's path"
+        " is given, softness by itself changes forces more than shapes."
     )
     section.figure(
         "gradient",
-        "Bits of thirty touches (above), and bits on the object where its place is known (below), against the gradient; "
-        "dotted: the published rate; crosses: even, with the contact's compliance matched.",
+        "Bits of thirty touches (above), and bits on the object where its place is known (below),"
+        " against the gradient; dotted: the published rate; crosses: even, with the contact's"
+        " compliance matched.",
         lambda figure: plot(data, declared, figure),
         height=4.6,
     )
@@ -161,7 +193,9 @@ def show(context: Context, section: Section) -> None:
     ]  # fmt: skip
     header = ["rate [1/joint]", "m/s"]
     header += [
-        f"{word}, {kind}" for kind in UNITS for word in ("bits", f"75 % noise [{UNITS[kind]}]", "bits, place known")
+        f"{word}, {kind}"
+        for kind in UNITS
+        for word in ("bits", f"75 % noise [{UNITS[kind]}]", "bits, place known")
     ]
     header.append("peak [rad]")
     section.table(header, rows, f"Means over {asked['sets']} set(s).")

@@ -1,4 +1,6 @@
-"""Speed against accuracy against energy, for the paper's antenna and its controls (no figure of the paper)."""
+"""Speed against accuracy against energy, for the paper's antenna and its controls (no figure of the
+paper).
+"""
 
 from typing import Any
 
@@ -11,16 +13,31 @@ from feeler.report.section import Section
 from feeler.tradeoff import Declared, average_sets, find_best, load_declared, measure_tradeoff
 from feeler.tradeoff.page import LEAD, fill_section
 
-WINDOWS = {"whole": "whole touch", "matched": "{matched_distance:g} mm, {matched_samples} samples", "early": "30 ms"}
+WINDOWS = {
+    "whole": "whole touch",
+    "matched": "{matched_distance:g} mm, {matched_samples} samples",
+    "early": "30 ms",
+}
 
 
 def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
     """What every profile of this scale tells at every speed."""
     asked = context.effort.trade_profiles
-    names = [name for name in list_profiles(context) if not asked or name in asked or not context.is_cockroach]
-    options: dict[str, Any] = {"engine": context.engine, "timestep": context.timestep, "workers": context.workers}
+    names = [
+        name
+        for name in list_profiles(context)
+        if not asked or name in asked or not context.is_cockroach
+    ]
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
     return {
-        name: measure_tradeoff(context.profiles[name], declared, **options).assign_attrs(antenna=name) for name in names
+        name: (
+            measure_tradeoff(context.profiles[name], declared, **options).assign_attrs(antenna=name)
+        )
+        for name in names
     }
 
 
@@ -66,8 +83,8 @@ def show(context: Context, section: Section) -> None:
     measured = compute(context, declared)
     section.text(LEAD)
     section.text(
-        f"{declared.sets} set(s) of thirty touches; every choice was written down before (tradeoff/declared.toml). "
-        "`feeler tradeoff` makes the same for any antenna."
+        f"{declared.sets} set(s) of thirty touches; every choice was written down before"
+        " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."
     )
     fill_section(section, measured, declared)
     section.values.update(collect_values(measured, declared))

@@ -1,4 +1,6 @@
-"""The whole paper, top to bottom: an antenna is touched; a touch becomes a tensor, a code, an answer."""
+"""The whole paper, top to bottom: an antenna is touched; a touch becomes a tensor, a code, an
+answer.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -90,18 +92,26 @@ STAGES = (
 COCKROACH_ONLY = ("calibration", "design", "robot", "tracking")
 
 
-def reproduce(context: Context, report: Callable[[str, Section | None], None] = lambda *_: None) -> list[Section]:
-    """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the sections.
+def reproduce(
+    context: Context, report: Callable[[str, Section | None], None] = lambda *_: None
+) -> list[Section]:
+    """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the
+    sections.
 
-    Stages run side by side in ``context.workers`` processes (default one per core); the numbers do not depend on it.
-    ``report(title, section)`` is called when a stage starts (section None) and when its section is there. For another
-    antenna the sections that speak of the animal's or the robot's own data are left out, with a word why.
+    Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
+    not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
+    when its section is there. For another antenna the sections that speak of the animal's or the
+    robot's own data are left out, with a word why.
     """
     kept = {stage.name: section for stage in STAGES if (section := find_kept(stage, context))}
-    made = kept | {stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)}
+    made = kept | {
+        stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)
+    }
     for section in made.values():
         report(section.title, section)
-    todo = sorted((s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name))
+    todo = sorted(
+        (s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name)
+    )
     for section in _run_stages(todo, context, report):
         made[section.name] = section
     ordered = [made[stage.name] for stage in STAGES]
@@ -110,7 +120,9 @@ def reproduce(context: Context, report: Callable[[str, Section | None], None] = 
 
 
 def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:
-    """Sections as they are ready; the first error is raised when the other stages are done and kept."""
+    """Sections as they are ready; the first error is raised when the other stages are done and
+    kept.
+    """
     workers = min(check_workers(context.workers), len(stages))
     if workers <= 1:
         for stage in stages:
@@ -146,5 +158,8 @@ def _says_nothing(stage: Stage, context: Context) -> bool:
 
 def _leave_out(stage: Stage, context: Context) -> Section:
     section = Section(name=stage.name, title=stage.title, folder=context.out)
-    section.text("Left out: this section compares with measurements of the cockroach or of the paper's robot.")
+    section.text(
+        "Left out: this section compares with measurements of the cockroach or of the paper's"
+        " robot."
+    )
     return section

@@ -23,7 +23,8 @@ from feeler.report.section import MARKER, Section
 class Stage:
     """One step, made by ``show(context, section)`` of its figures in turn.
 
-    Their modules are imported where the stage runs, so that who only hands out stages starts in no time.
+    Their modules are imported where the stage runs, so that who only hands out stages starts in no
+    time.
     """
 
     name: str
@@ -38,20 +39,30 @@ class Stage:
     @property
     def modules(self) -> tuple[str, ...]:
         """The modules whose code, with all that they import, makes the section."""
-        return (self.make.__module__,) if self.make else tuple(f"feeler.paper.{figure}" for figure in self.figures)
+        return (
+            (self.make.__module__,)
+            if self.make
+            else tuple(f"feeler.paper.{figure}" for figure in self.figures)
+        )
 
     def key(self, context: Context) -> str:
         """Fingerprint of parameters, versions and code."""
-        return make_key({"context": context.describe(self.reads), "vector": context.vector}, *self.modules)
+        return make_key(
+            {"context": context.describe(self.reads), "vector": context.vector}, *self.modules
+        )
 
     def show(self, context: Context, section: Section) -> None:
         """Compute, draw and say everything."""
-        for show in (self.make,) if self.make else (import_module(module).show for module in self.modules):
+        for show in (
+            (self.make,) if self.make else (import_module(module).show for module in self.modules)
+        ):
             show(context, section)
 
 
 def is_kept(path: Path, context: Context) -> bool:
-    """Whether a finished result stands there that this run may use: with ``fresh`` only what this run made itself."""
+    """Whether a finished result stands there that this run may use: with ``fresh`` only what this
+    run made itself.
+    """
     return path.exists() and (not context.fresh or path.stat().st_mtime >= context.started)
 
 
@@ -76,8 +87,9 @@ def _find_folder(stage: Stage, context: Context) -> Path:
 def run_stage(stage: Stage, context: Context) -> Section:
     """The stage's section: from the cache where its key stands there whole, else made now.
 
-    The section is made in a folder of another name and renamed when it is whole, so that a killed run leaves either all
-    of it or nothing. A FeelerError becomes the section's text; the other sections go on.
+    The section is made in a folder of another name and renamed when it is whole, so that a killed
+    run leaves either all of it or nothing. A FeelerError becomes the section's text; the other
+    sections go on.
     """
     if kept := find_kept(stage, context):
         return kept
@@ -92,7 +104,9 @@ def run_stage(stage: Stage, context: Context) -> Section:
             stage.show(cast(Context, View(context, stage.reads)), section)
     except FeelerError as error:
         shutil.rmtree(partial)
-        failed = Section(name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start)
+        failed = Section(
+            name=stage.name, title=stage.title, folder=final, seconds=time.perf_counter() - start
+        )
         failed.text(f"This section could not be made: {error}")
         return failed
     except BaseException:

@@ -1,8 +1,9 @@
 """The verdict on every claim, by rules fixed before looking.
 
-Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not hold*. Everything else
-is no evidence for or against and is not counted with it: *by construction*, *circular*, *depends on a definition* that
-the paper does not give, *no evidence* (identical touches do as well), *not comparable*.
+Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not
+hold*. Everything else is no evidence for or against and is not counted with it: *by construction*,
+*circular*, *depends on a definition* that the paper does not give, *no evidence* (identical touches
+do as well), *not comparable*.
 """
 
 import re
@@ -21,7 +22,9 @@ OTHERS = ("by construction", "circular", "depends on a definition", "no evidence
 VERDICTS = EVIDENCE + OTHERS
 OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 MOST, HALF = 0.75, 0.5
-"""Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be reproduced, and partly."""
+"""Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be
+reproduced, and partly.
+"""
 
 Values = Mapping[str, Any]
 Spread = tuple[float, float, float]
@@ -49,7 +52,11 @@ class Judged:
     @property
     def word(self) -> str:
         """The verdict as it is said of the paper's claim or of ours."""
-        return OWN_WORDS.get(self.verdict, self.verdict) if self.claim.whose == "ours" else self.verdict
+        return (
+            OWN_WORDS.get(self.verdict, self.verdict)
+            if self.claim.whose == "ours"
+            else self.verdict
+        )
 
     def describe(self) -> dict[str, object]:
         """Everything as plain data: what ``numbers.json`` keeps and pages draw."""
@@ -64,7 +71,12 @@ class Judged:
 
 
 def _describe_reading(found: Judged) -> dict[str, object]:
-    return {"verdict": found.word, "ours": found.ours, "why": found.why, "values": to_json(dict(found.values))}
+    return {
+        "verdict": found.word,
+        "ours": found.ours,
+        "why": found.why,
+        "values": to_json(dict(found.values)),
+    }
 
 
 def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
@@ -76,7 +88,9 @@ def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
 def count_verdicts(judged: list[Judged], whose: str = "paper") -> dict[str, int]:
     """How many of the paper's claims, or of ours, got which verdict; evidence first."""
     chosen = [one for one in judged if one.claim.whose == whose]
-    words = [OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict for verdict in VERDICTS]
+    words = [
+        OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict for verdict in VERDICTS
+    ]
     return {word: sum(one.word == word for one in chosen) for word in words}
 
 
@@ -87,7 +101,8 @@ def summarise_counts(judged: list[Judged]) -> str:
     if any(ours.values()):
         parts.append(("claims of our own", ours, tuple(word for word, n in ours.items() if n)))
     return "; ".join(
-        f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words) for title, counts, words in parts
+        f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words)
+        for title, counts, words in parts
     )
 
 
@@ -102,13 +117,25 @@ def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged
     """The verdict that all definitions give; where they differ, that it depends on them."""
     found = [_judge_keys(claim, claim.read_by(name), values, context) for name in claim.definitions]
     named = zip(claim.definitions, found, strict=True)
-    ours, keys = "; ".join(f"{name}: {one.ours}" for name, one in named), sum((one.values for one in found), ())
+    ours, keys = (
+        "; ".join(f"{name}: {one.ours}" for name, one in named),
+        sum((one.values for one in found), ()),
+    )
     words = {one.verdict for one in found}
-    together: dict[str, Any] = {"claim": claim, "ours": ours, "readings": tuple(found), "values": keys}
+    together: dict[str, Any] = {
+        "claim": claim,
+        "ours": ours,
+        "readings": tuple(found),
+        "values": keys,
+    }
     if len(words) == 1:
         whys = dict.fromkeys(one.why for one in found)
-        return Judged(verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together)
-    said = "; ".join(f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True))
+        return Judged(
+            verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
+        )
+    said = "; ".join(
+        f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True)
+    )
     why = f"the paper does not say which is meant: {said}{_name_nearest(claim, found)}"
     return Judged(verdict="depends on a definition", why=why, **together)
 
@@ -129,7 +156,11 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
     known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.shows))
     found = [values[key] for key in keys if values.get(key) is not None]
     names = name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
-    ours = "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True)) if names else ""
+    ours = (
+        "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True))
+        if names
+        else ""
+    )
     ours = ours or "; ".join(map(_show, found)) or "–"
 
     def say(verdict: str, why: str) -> Judged:
@@ -137,21 +168,30 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
 
     if why := _find_hindrance(claim, keys, values, context):
         return say("not comparable", why)
-    if undefined := [value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value]:
+    if undefined := [
+        value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
+    ]:
         return say("not comparable", f"undefined: {undefined[0]}")
     numbers = [_read(value) for value in found]
     verdict, why = RULES[claim.kind](claim, numbers)
     if claim.standing != "evidence":
         return say(claim.standing, f"{claim.why} ({why})")
-    if claim.null and (reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])):
+    if claim.null and (
+        reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
+    ):
         return say("no evidence", f"{why}, but {reason}")
     return say(verdict, why)
 
 
 def name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
-    """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between digits divides nothing."""
+    """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
+    digits divides nothing.
+    """
     parts = [re.split(r"(?<!\d)\.|\.(?!\d)", key) for key in keys]
-    return tuple(" ".join(p for k, p in enumerate(own) if {q[k] for q in parts if len(q) > k} != {p}) for own in parts)
+    return tuple(
+        " ".join(p for k, p in enumerate(own) if {q[k] for q in parts if len(q) > k} != {p})
+        for own in parts
+    )
 
 
 def _find_hindrance(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:
@@ -163,7 +203,9 @@ def _find_hindrance(claim: Claim, keys: tuple[str, ...], values: Values, context
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
         return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
     missing = [key for key in (*keys, *claim.null) if values.get(key) is None]
-    return f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
+    return (
+        f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
+    )
 
 
 def _read(value: object) -> Spread:
@@ -176,7 +218,9 @@ def _read(value: object) -> Spread:
 
 
 def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
-    """Why the null does as well: its ends stand in the order of ours, or it tells identical touches apart as much."""
+    """Why the null does as well: its ends stand in the order of ours, or it tells identical touches
+    apart as much.
+    """
     sign = 1.0 if claim.apart == "greater" else -1.0
     points, nulls = [number[0] for number in numbers], [number[0] for number in null]
     shown = ", ".join(f"{value:.3g}" for value in nulls)
@@ -194,7 +238,9 @@ def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     if off <= margin:
         return "reproduced", f"within {claim.tolerance:.0%}"
     why = f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
-    return ("partly", f"{why}, within twice of it") if off <= 2 * margin else ("not reproduced", why)
+    return (
+        ("partly", f"{why}, within twice of it") if off <= 2 * margin else ("not reproduced", why)
+    )
 
 
 def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
@@ -246,4 +292,8 @@ def _show(value: object) -> str:
             return f"undefined: {value['undefined']}"
         spread = "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
         return f"{value['value']:.3g}{spread}"
-    return f"{value:.4g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+    return (
+        f"{value:.4g}"
+        if isinstance(value, int | float) and not isinstance(value, bool)
+        else str(value)
+    )

@@ -37,7 +37,9 @@ def list_contact(tensors: xr.Dataset) -> np.ndarray:
 
 
 def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
-    """Whole touches held against a window [ms] from their beginning; contact is looked for to the end of the recording."""
+    """Whole touches held against a window [ms] from their beginning; contact is looked for to the
+    end of the recording.
+    """
     contact, time = list_contact(tensors), tensors["time"].values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)[:, :, inside]
@@ -54,14 +56,18 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
 
 
 def resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
-    """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear interpolation."""
+    """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
+    interpolation.
+    """
     time = np.linspace(0.0, end, n_samples, endpoint=False)
     chosen = tensors["angle"].transpose("trial", "sensor", "time").interp(time=time)
     return rectify(chosen.values)
 
 
 def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
-    """Each profile's touches over its own shortest full window, all with the samples of the paper's, in order of label."""
+    """Each profile's touches over its own shortest full window, all with the samples of the
+    paper's, in order of label.
+    """
     arrays = {}
     for name, data in tensors.items():
         order = np.argsort(make_labels(data), kind="stable")

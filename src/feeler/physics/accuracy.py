@@ -1,4 +1,6 @@
-"""Accuracy by request: halve the timestep until halving it once more would change no more than asked for."""
+"""Accuracy by request: halve the timestep until halving it once more would change no more than
+asked for.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,15 +18,18 @@ from feeler.physics.scene import Motion, Scene
 from feeler.stimulus.object import Object
 
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
-TOGETHER = 8  # [C] how often over the lanes may be filled with scenes run at once; each motion is kept till then
-WHOLE = 2  # [C] of these halvings, how many are tried on the whole run before only parts of it are refined
-# Shares [C] of the accuracy to which two whole runs must agree; where an object slips off, they may by chance:
+# [C] how often over the lanes may be filled with scenes run at once; each motion is kept till then
+TOGETHER = 8
+# [C] of these halvings, how many are tried on the whole run before only parts of it are refined
+WHOLE = 2
+# Shares [C] of the accuracy to which two whole runs must agree; where an object slips off, they may
+# by chance:
 SURE = 0.5  # to be believed, about a corner if they do so twice
 SURER = 0.2  # to be believed about a corner at once
 NEVER = 0.0  # where several parts follow each other: not before the next two runs agree as well
-DRIFT = (
-    5.0  # [C] times that a difference from steps of 0.8 µs counts: down to 0.2 µs, runs part by up to 8 times as much
-)
+# [C] times that a difference from steps of 0.8 µs counts: down to 0.2 µs, runs part by up to 8
+# times as much
+DRIFT = 5.0
 FINEST, COARSEST = 1e-6, 0.5  # what may be asked for
 
 
@@ -32,8 +37,8 @@ def check_accuracy(accuracy: float) -> float:
     """The accuracy, if it can be asked for."""
     if not (isinstance(accuracy, int | float) and FINEST <= accuracy <= COARSEST):
         raise InvalidInput(
-            f"accuracy must be a share of each touch's peak angle from {FINEST:g} to {COARSEST:g}, such as 0.01, got "
-            f"{accuracy!r}."
+            f"accuracy must be a share of each touch's peak angle from {FINEST:g} to {COARSEST:g},"
+            f" such as 0.01, got {accuracy!r}."
         )
     return float(accuracy)
 
@@ -46,17 +51,21 @@ def run_accurately(
     accuracy: float,
     stop: Event | None = None,
 ) -> list[Result]:
-    """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of the timestep get it.
+    """One Motion per scene whose ``error`` is at most ``accuracy``, or as small as ``HALVINGS`` of
+    the timestep get it.
 
-    However many scenes: those that need finer steps share lanes anew, so that few of these stay empty.
+    However many scenes: those that need finer steps share lanes anew, so that few of these stay
+    empty.
 
-    A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak, estimates the error of
-    the finer one (the engines are of first order, so that its error is as large as its distance from the coarser). Only
-    scenes that are not accurate enough go on to h/4, and then to :mod:`feeler.physics.refine`. Two coarse runs may agree by
-    chance, and are believed at half of what is asked for; where an object has corners, off which the antenna can slip, at a
-    fifth, or if the next two runs agree as well; and where it has several parts, from one of which the antenna can jump to the
-    next, only if these do. What is refined past several parts is held against a whole run with steps smaller than all others,
-    and what these differ by counts ``DRIFT`` times.
+    A scene is run with timesteps h and h/2; the greatest difference between the two, over the peak,
+    estimates the error of the finer one (the engines are of first order, so that its error is as
+    large as its distance from the coarser). Only scenes that are not accurate enough go on to h/4,
+    and then to :mod:`feeler.physics.refine`. Two coarse runs may agree by chance, and are believed
+    at half of what is asked for; where an object has corners, off which the antenna can slip, at a
+    fifth, or if the next two runs agree as well; and where it has several parts, from one of which
+    the antenna can jump to the next, only if these do. What is refined past several parts is held
+    against a whole run with steps smaller than all others, and what these differ by counts
+    ``DRIFT`` times.
     """
     stop = stop or Event()
     timestep = min(find_coarsest(scene.contact, sample_interval) for scene in scenes)
@@ -66,7 +75,9 @@ def run_accurately(
     once = [min(map(_trust, scene.objects), default=SURE) for scene in scenes]
     for _ in range(min(WHOLE, HALVINGS)):
         clock = replace(clock, timestep=clock.timestep / 2)
-        for i, fine in zip(todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True):
+        for i, fine in zip(
+            todo, _run_all([scenes[i] for i in todo], clock, engine, stop), strict=True
+        ):
             error = compute_error(scenes[i], results[i], fine)
             results[i] = replace(fine, error=error) if isinstance(fine, Motion) else fine
             if error <= once[i] * accuracy or (i in agreed and error <= SURE * accuracy):
@@ -82,20 +93,30 @@ def run_accurately(
         results[i] = _refine(scenes[i], results[i], clock, engine, accuracy, stop)
     doubted = [i for i in todo if once[i] == NEVER and _read_error(results[i]) <= accuracy]
     clock = replace(clock, timestep=timestep / 2 ** (HALVINGS + 1))
-    for i, fine in zip(doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True):
+    for i, fine in zip(
+        doubted, _run_all([scenes[i] for i in doubted], clock, engine, stop), strict=True
+    ):
         results[i] = _hold_against(scenes[i], results[i], fine)
     return results
 
 
-def _refine(scene: Scene, coarse: Result, clock: Clock, engine: str, accuracy: float, stop: Event) -> Result:
-    """What refinement finds, unless whole runs promised less error and not enough: what these said by chance is unsaid."""
-    found = refine(scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - WHOLE - 1, stop)
+def _refine(
+    scene: Scene, coarse: Result, clock: Clock, engine: str, accuracy: float, stop: Event
+) -> Result:
+    """What refinement finds, unless whole runs promised less error and not enough: what these said
+    by chance is unsaid.
+    """
+    found = refine(
+        scene, clock, engine, accuracy, _find_peaks(scene, coarse), HALVINGS - WHOLE - 1, stop
+    )
     before = _read_error(coarse)
     return found if found is not None and (before <= accuracy or found.error < before) else coarse
 
 
 def _hold_against(scene: Scene, refined: Result, fine: Result) -> Result:
-    """The finer motion, if there is one, with the greater of what the refined one and their difference say it errs by."""
+    """The finer motion, if there is one, with the greater of what the refined one and their
+    difference say it errs by.
+    """
     best = fine if isinstance(fine, Motion) else refined
     error = max(_read_error(refined), DRIFT * compute_error(scene, refined, fine))
     return replace(best, error=error) if isinstance(best, Motion) else best
@@ -117,7 +138,11 @@ def _run_all(scenes: Sequence[Scene], clock: Clock, engine: str, stop: Event) ->
 
 def _find_peaks(scene: Scene, result: Result) -> np.ndarray:
     """How far the motion went; half a turn where it diverged."""
-    return compute_peaks(track(scene.antenna, result.angle)) if isinstance(result, Motion) else np.full(2, np.pi)
+    return (
+        compute_peaks(track(scene.antenna, result.angle))
+        if isinstance(result, Motion)
+        else np.full(2, np.pi)
+    )
 
 
 def _read_error(result: Result) -> float:
@@ -130,7 +155,8 @@ def find_coarsest(contact: Contact, sample_interval: float) -> float:
 
 
 def compute_error(scene: Scene, coarse: Result, fine: Result) -> float:
-    """Greatest difference of two motions over the peak of the finer, in hinge angles or at the tip, whichever is more.
+    """Greatest difference of two motions over the peak of the finer, in hinge angles or at the tip,
+    whichever is more.
 
     Infinite where one of them diverged, 0 where nothing moved.
     """

@@ -11,7 +11,9 @@ MAX_SAMPLES = 10_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Clock:
-    """Sample k is the state after k · ``steps_per_sample`` steps; sample 0 is the initial state. All in ms."""
+    """Sample k is the state after k · ``steps_per_sample`` steps; sample 0 is the initial state.
+    All in ms.
+    """
 
     duration: float
     sample_interval: float = 1.0
@@ -25,13 +27,14 @@ class Clock:
         ratio = self.sample_interval / self.timestep
         if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
             raise InvalidInput(
-                f"sample_interval must be a whole number of timesteps, got {self.sample_interval:g} ms / "
-                f"{self.timestep:g} ms = {ratio:g}. Choose for example timestep={self.sample_interval / max(1, round(ratio)):g}."
+                f"sample_interval must be a whole number of timesteps, got {self.sample_interval:g}"
+                f" ms / {self.timestep:g} ms = {ratio:g}. Choose for example"
+                f" timestep={self.sample_interval / max(1, round(ratio)):g}."
             )
         if not 1 <= self.n_samples <= MAX_SAMPLES:
             raise InvalidInput(
-                f"duration {self.duration:g} ms at one sample per {self.sample_interval:g} ms gives {self.n_samples} "
-                f"samples; allowed are 1 to {MAX_SAMPLES}."
+                f"duration {self.duration:g} ms at one sample per {self.sample_interval:g} ms gives"
+                f" {self.n_samples} samples; allowed are 1 to {MAX_SAMPLES}."
             )
 
     @property

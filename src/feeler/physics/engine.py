@@ -11,14 +11,17 @@ from feeler.registry import Registry
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """A simulator: ``make(scenes, timestep)`` puts up to ``lanes`` scenes of one segment count into a Stepper."""
+    """A simulator: ``make(scenes, timestep)`` puts up to ``lanes`` scenes of one segment count into
+    a Stepper.
+    """
 
     make: Callable[[Sequence[Scene], float], Stepper]
     timestep: float
     """What it takes where nothing else is said [ms], see docs/convergence.md [C]."""
     lanes: int = 1
     stride: float = 1.0
-    """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment."""
+    """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment.
+    """
 
     @property
     def module(self) -> str:
@@ -29,10 +32,14 @@ class Engine:
 ENGINES: Registry[Engine] = Registry(
     "engine",
     {
-        "chain-consistent": "feeler.physics.chain.engine:CONSISTENT",  # damping inside the contact solve
+        "chain-consistent": (
+            "feeler.physics.chain.engine:CONSISTENT"
+        ),  # damping inside the contact solve
         "chain": "feeler.physics.chain.engine:PARITY",  # MuJoCo's discrete equations, step for step
         "mujoco": "feeler.physics.mujoco:MUJOCO",  # the reference
-        "rod": "feeler.physics.rod.engine:ROD",  # quasi-static: no inertia, implicit steps of any length
+        "rod": (
+            "feeler.physics.rod.engine:ROD"
+        ),  # quasi-static: no inertia, implicit steps of any length
         "rod-inertia": "feeler.physics.rod.engine:ROD_INERTIA",  # the same with mass at its nodes
     },
 )

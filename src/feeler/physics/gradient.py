@@ -1,4 +1,6 @@
-"""Gradients: what any scalar of touches' angles gains from each hinge's stiffness and damping and each segment's mass."""
+"""Gradients: what any scalar of touches' angles gains from each hinge's stiffness and damping and
+each segment's mass.
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -23,10 +25,12 @@ FIELDS = ("stiffness", "damping", "segment_mass")
 def pull_back(
     scenes: Sequence[Scene], clock: Clock, weights: Annotated[np.ndarray, "scene sample segment"]
 ) -> dict[str, np.ndarray]:
-    """dL/d stiffness, damping and segment mass of each scene (scene, segment), L being any scalar of the sampled angles.
+    """dL/d stiffness, damping and segment mass of each scene (scene, segment), L being any scalar
+    of the sampled angles.
 
-    The reverse sweep of engine ``chain-consistent``: exact for the discrete steps, with contacts' active rows held. It costs
-    a few forward runs, however many parameters there are. The contact must be smooth (the default), or there is no derivative.
+    The reverse sweep of engine ``chain-consistent``: exact for the discrete steps, with contacts'
+    active rows held. It costs a few forward runs, however many parameters there are. The contact
+    must be smooth (the default), or there is no derivative.
 
     Parameters
     ----------
@@ -53,12 +57,18 @@ def _check(scenes: list[Scene], clock: Clock, weights: np.ndarray) -> None:
     segments = {scene.antenna.n_segments for scene in scenes}
     if len(segments) != 1 or weights.shape != (len(scenes), clock.n_samples, *segments):
         raise InvalidInput(
-            f"weights must be (scene, sample, segment) of {len(scenes)} scenes with one number of segments and {clock.n_samples} "
-            f"samples, got {weights.shape}."
+            f"weights must be (scene, sample, segment) of {len(scenes)} scenes with one number of"
+            f" segments and {clock.n_samples} samples, got {weights.shape}."
         )
     for scene in scenes:
-        if scene.base_motion is not None or any(scene.paths) or any(item.turn for item in scene.objects):
-            raise InvalidInput(f"'{scene.label}': gradients need a base at rest and objects on straight lines.")
+        if (
+            scene.base_motion is not None
+            or any(scene.paths)
+            or any(item.turn for item in scene.objects)
+        ):
+            raise InvalidInput(
+                f"'{scene.label}': gradients need a base at rest and objects on straight lines."
+            )
 
 
 def _go_back(scenes: list[Scene], clock: Clock, weights: np.ndarray) -> dict[str, np.ndarray]:
@@ -90,11 +100,24 @@ def _go_back(scenes: list[Scene], clock: Clock, weights: np.ndarray) -> dict[str
         _, ended = stepper.record(tape, 1, count + 1, 1)
         if ended:
             raise SimulationDiverged(scenes[0].label, (first + count) * clock.timestep)
-        adjoint.go_back(stepper.handle, carried, tape, place, weights, first, every, clock.timestep, scratch, rows)
+        adjoint.go_back(
+            stepper.handle,
+            carried,
+            tape,
+            place,
+            weights,
+            first,
+            every,
+            clock.timestep,
+            scratch,
+            rows,
+        )
     gathered = {
         "stiffness": carried[adjoint.L_STIFFNESS],
         "damping": carried[adjoint.L_DAMPING],
-        "segment_mass": carried[adjoint.L_MASS] + _pull_invweight(filled, carried[adjoint.L_INVWEIGHT]),
+        "segment_mass": (
+            carried[adjoint.L_MASS] + _pull_invweight(filled, carried[adjoint.L_INVWEIGHT])
+        ),
     }
     return {name: values.T[: len(scenes)].copy() for name, values in gathered.items()}
 
@@ -102,7 +125,10 @@ def _go_back(scenes: list[Scene], clock: Clock, weights: np.ndarray) -> dict[str
 def _pull_invweight(scenes: list[Scene], gained: np.ndarray) -> np.ndarray:
     """What the masses gain by what the antenna weighs at its contacts (segment, lane)."""
     outlines = [(scene.antenna.segment_length, scene.antenna.segment_mass) for scene in scenes]
-    rows = [_differentiate_invweight(tuple(length.tolist()), tuple(mass.tolist())) for length, mass in outlines]
+    rows = [
+        _differentiate_invweight(tuple(length.tolist()), tuple(mass.tolist()))
+        for length, mass in outlines
+    ]
     return np.stack([gained[:, lane] @ jacobian for lane, jacobian in enumerate(rows)], axis=1)
 
 

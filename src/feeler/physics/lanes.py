@@ -34,12 +34,14 @@ class Snapshot:
 
 @checked
 class Simulations:
-    """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those it has alone.
+    """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those
+    it has alone.
 
     Parameters
     ----------
     scenes
-        One per lane; :func:`feeler.physics.simulation.build_scene` makes them of an antenna and objects.
+        One per lane; :func:`feeler.physics.simulation.build_scene` makes them of an antenna and
+        objects.
     engine, timestep
         As for :class:`feeler.Simulation`.
     workers
@@ -48,7 +50,8 @@ class Simulations:
     Attributes
     ----------
     failed
-        The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane back.
+        The error that ended each lane, or None. The other lanes go on; ``reset`` brings a lane
+        back.
     """
 
     def __init__(
@@ -59,9 +62,15 @@ class Simulations:
         timestep: float | None = None,
         workers: Annotated[int, "> 0"] = 1,
     ) -> None:
-        scenes, self.timestep = list(scenes), check_number(choose_timestep(timestep, engine), "timestep")
+        scenes, self.timestep = (
+            list(scenes),
+            check_number(choose_timestep(timestep, engine), "timestep"),
+        )
         if not scenes or len({scene.antenna.n_segments for scene in scenes}) != 1:
-            raise InvalidInput("simulations side by side need at least one scene, and one number of segments for all.")
+            raise InvalidInput(
+                "simulations side by side need at least one scene, and one number of segments for"
+                " all."
+            )
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
         kind = get_engine(engine)
@@ -69,9 +78,13 @@ class Simulations:
         for scene in scenes:
             self._check_rate(scene, scene.base_velocity, "the base")
         lanes = 1 if len(scenes) == 1 else kind.lanes
-        idle = replace(scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None)
+        idle = replace(
+            scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None
+        )
         filled = [*scenes, *[idle] * (-len(scenes) % lanes)]
-        self._steppers = [kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)]
+        self._steppers = [
+            kind.make(filled[k : k + lanes], self.timestep) for k in range(0, len(filled), lanes)
+        ]
         self._lanes, self._n = lanes, len(scenes)
         self._steps = [[0] * lanes for _ in self._steppers]
         self._chunk = count_chunk(filled[:lanes])
@@ -102,9 +115,11 @@ class Simulations:
         Raises
         ------
         InvalidInput
-            No whole number of timesteps, or a base whose recorded path ends before; nothing has moved then.
+            No whole number of timesteps, or a base whose recorded path ends before; nothing has
+            moved then.
         KeyboardInterrupt
-            After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came, and all can go on.
+            After :meth:`cancel` in another thread, or Ctrl-C; ``time`` says how far each lane came,
+            and all can go on.
         """
         n_steps = self._count_steps(ms)
         if self._guided:
@@ -116,7 +131,10 @@ class Simulations:
                 self._advance(groups, n_steps)
             else:
                 count = self._pool.workers
-                futures = [self._pool.submit(self._advance, groups[k::count], n_steps) for k in range(count)]
+                futures = [
+                    self._pool.submit(self._advance, groups[k::count], n_steps)
+                    for k in range(count)
+                ]
             for future in futures:
                 future.result()
         except KeyboardInterrupt:
@@ -137,13 +155,15 @@ class Simulations:
         whole = round(count)
         if whole < 1 or abs(count - whole) > 1e-6 * count:
             raise InvalidInput(
-                f"a simulation goes on by whole timesteps of {self.timestep:g} ms, got {ms} ms. Use for example "
-                f"{max(1, whole) * self.timestep:g} ms."
+                f"a simulation goes on by whole timesteps of {self.timestep:g} ms, got {ms} ms. Use"
+                f" for example {max(1, whole) * self.timestep:g} ms."
             )
         return whole
 
     def _look_for_guides(self) -> None:
-        """Note whether any lane needs more than its commands, so that a short step costs what it computes."""
+        """Note whether any lane needs more than its commands, so that a short step costs what it
+        computes.
+        """
         self._guided = any(scene.guided for stepper in self._steppers for scene in stepper.scenes)
 
     def _check_paths(self, n_steps: int) -> None:
@@ -156,10 +176,14 @@ class Simulations:
         for k in np.flatnonzero(stepper.find_broken()):
             lane = group * self._lanes + int(k)
             if lane < self._n and self.failed[lane] is None:
-                self.failed[lane] = explain_end(stepper, int(k), self._steps[group][k] * self.timestep)
+                self.failed[lane] = explain_end(
+                    stepper, int(k), self._steps[group][k] * self.timestep
+                )
 
     def cancel(self) -> None:
-        """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own thread."""
+        """End a running :meth:`step` within some 50 ms; it raises KeyboardInterrupt in its own
+        thread.
+        """
         self._stop.set()
 
     @property
@@ -172,7 +196,9 @@ class Simulations:
         """Where every lane is now; all arrays have the lane first."""
         if self._state is None:
             parts = [stepper.read() for stepper in self._steppers]
-            self._state = parts[0] if len(parts) == 1 and self._lanes == self._n else _join(parts, self._n)
+            self._state = (
+                parts[0] if len(parts) == 1 and self._lanes == self._n else _join(parts, self._n)
+            )
         return self._state
 
     @property
@@ -181,7 +207,9 @@ class Simulations:
         state = self.state
         return np.stack(
             [
-                self.get_scene(lane).antenna.shape(state.angle[lane], base_angle=state.base[lane, 2])
+                self.get_scene(lane).antenna.shape(
+                    state.angle[lane], base_angle=state.base[lane, 2]
+                )
                 + state.base[lane, :2]
                 for lane in range(self._n)
             ]
@@ -192,10 +220,14 @@ class Simulations:
         stepper, k = self._find(lane)
         return stepper.read_contacts(k)
 
-    def move_base(self, lane: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
-        """From the next step on a lane's base moves with ``velocity`` [mm/ms] and turns with ``turn`` [rad/ms].
+    def move_base(
+        self, lane: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
+    ) -> None:
+        """From the next step on a lane's base moves with ``velocity`` [mm/ms] and turns with
+        ``turn`` [rad/ms].
 
-        The change takes one timestep, in which the antenna feels the acceleration. A recorded path is left for good.
+        The change takes one timestep, in which the antenna feels the acceleration. A recorded path
+        is left for good.
 
         Raises
         ------
@@ -209,8 +241,11 @@ class Simulations:
             stepper.scenes[k] = replace(stepper.scenes[k], base_motion=None)
         stepper.move_base(k, rate[:2], rate[2])
 
-    def move_object(self, lane: int, o: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
-        """From the next step on object number ``o`` of a lane moves and turns like this [mm/ms, rad/ms].
+    def move_object(
+        self, lane: int, o: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
+    ) -> None:
+        """From the next step on object number ``o`` of a lane moves and turns like this [mm/ms,
+        rad/ms].
 
         Raises
         ------
@@ -231,12 +266,16 @@ class Simulations:
 
     def _check_rate(self, scene: Scene, rate: tuple[float, ...], what: str) -> None:
         far = self._stride * float(scene.antenna.radius.min())
-        if self.timestep * np.hypot(rate[0], rate[1]) > far or self.timestep * abs(rate[2]) > MAX_TURN:
+        if (
+            self.timestep * np.hypot(rate[0], rate[1]) > far
+            or self.timestep * abs(rate[2]) > MAX_TURN
+        ):
             raise InvalidInput(
-                f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most "
-                f"{far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a step) and "
-                f"{MAX_TURN / self.timestep:.3g} rad/ms, got {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. "
-                "Use a smaller timestep or move slower."
+                f"{what} moves faster than the timestep of {self.timestep:g} ms can follow: at most"
+                f" {far / self.timestep:.3g} mm/ms ({self._stride:g} of the antenna's radii in a"
+                f" step) and {MAX_TURN / self.timestep:.3g} rad/ms, got"
+                f" {np.hypot(rate[0], rate[1]):.3g} and {abs(rate[2]):.3g}. Use a smaller timestep"
+                " or move slower."
             )
 
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
@@ -245,7 +284,10 @@ class Simulations:
         found = [self._find(lane) for lane in chosen]
         return Snapshot(
             lane=chosen,
-            step=tuple(self._steps[lane // self._lanes][k] for lane, (_, k) in zip(chosen, found, strict=True)),
+            step=tuple(
+                self._steps[lane // self._lanes][k]
+                for lane, (_, k) in zip(chosen, found, strict=True)
+            ),
             scene=tuple(stepper.scenes[k] for stepper, k in found),
             failed=tuple(self.failed[lane] for lane in chosen),
             saved=tuple(stepper.save(k) for stepper, k in found),
@@ -254,10 +296,18 @@ class Simulations:
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to a moment, to the last bit; only the lanes of the snapshot do."""
         for lane, step, scene, failed, saved in zip(
-            snapshot.lane, snapshot.step, snapshot.scene, snapshot.failed, snapshot.saved, strict=True
+            snapshot.lane,
+            snapshot.step,
+            snapshot.scene,
+            snapshot.failed,
+            snapshot.saved,
+            strict=True,
         ):
             stepper, k = self._find(lane)
-            if stepper.scenes[k].antenna is not scene.antenna or stepper.scenes[k].objects is not scene.objects:
+            if (
+                stepper.scenes[k].antenna is not scene.antenna
+                or stepper.scenes[k].objects is not scene.objects
+            ):
                 stepper.reset(k, scene)
             stepper.scenes[k] = scene
             stepper.load(k, saved)
@@ -266,13 +316,16 @@ class Simulations:
         self._look_for_guides()
 
     def reset(self, lane: int, scene: Scene | None = None) -> None:
-        """Begin another scene in one lane (default: the same again); its neighbours go on as if nothing had been."""
+        """Begin another scene in one lane (default: the same again); its neighbours go on as if
+        nothing had been.
+        """
         stepper, k = self._find(lane)
         scene = scene or stepper.scenes[k]
         if scene.antenna.n_segments != stepper.scenes[k].antenna.n_segments:
             raise InvalidInput(
-                f"a lane keeps its number of segments: it has {stepper.scenes[k].antenna.n_segments}, the new antenna "
-                f"{scene.antenna.n_segments}. Begin new simulations for it."
+                "a lane keeps its number of segments: it has"
+                f" {stepper.scenes[k].antenna.n_segments}, the new antenna"
+                f" {scene.antenna.n_segments}. Begin new simulations for it."
             )
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
@@ -281,7 +334,9 @@ class Simulations:
 
 
 def _join(parts: Sequence[State], n: int) -> State:
-    """The states of several groups as one, lanes that only fill up left out; fewer objects than most: NaN."""
+    """The states of several groups as one, lanes that only fill up left out; fewer objects than
+    most: NaN.
+    """
     most = max(part.place.shape[1] for part in parts)
     fields = {}
     for name in parts[0].__dataclass_fields__:

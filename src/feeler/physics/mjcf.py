@@ -13,7 +13,10 @@ def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float | Non
     """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object moving."""
     scene = make_scene(antenna, trial)
     spec = make_spec(scene, choose_timestep(timestep, "mujoco"))
-    spec.comment = "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one millisecond."
+    spec.comment = (
+        "feeler scene in g, mm, ms (so N, N·mm, MPa): one second of the viewer's clock is one"
+        " millisecond."
+    )
     spec.stat.extent, spec.stat.center = antenna.length, [0.0, antenna.length / 2, 0.0]
     spec.compile()
     key = spec.add_key(name="start")

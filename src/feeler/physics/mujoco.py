@@ -1,4 +1,6 @@
-"""The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's words."""
+"""The reference engine: MuJoCo, stepped as it is; what it finds at contacts is put into feeler's
+words.
+"""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -15,7 +17,9 @@ from feeler.physics.stepper import Contacts, State, Stepper
 
 
 class MujocoStepper(Stepper):
-    """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it on joints."""
+    """One scene in MuJoCo. A base that never moves is part of the world; the first command hangs it
+    on joints.
+    """
 
     def __init__(self, scenes: Sequence[Scene], timestep: float) -> None:
         self.timestep, self.scenes = float(timestep), list(scenes)
@@ -29,11 +33,16 @@ class MujocoStepper(Stepper):
         self.model = compile_model(scene, self.timestep, moving=self.moving)
         self.data = mujoco.MjData(self.model)
         self.drive = np.array(scene.base_velocity)
-        self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(-1, 3)
+        self.object_velocity = np.array([[*o.velocity, o.turn] for o in scene.objects]).reshape(
+            -1, 3
+        )
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.force = np.zeros((len(scene.objects), 2))
         self.base_force, self.base_moment = np.zeros(2), 0.0
-        self.data.qpos[self._hinges], self.data.qvel[self._hinges] = scene.initial_angle, scene.initial_velocity
+        self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
+            scene.initial_angle,
+            scene.initial_velocity,
+        )
         if self.moving:
             self.data.qvel[:3] = self.drive
         self._contacts = self._find_contacts(*self._find_forces())
@@ -46,13 +55,21 @@ class MujocoStepper(Stepper):
     def _hang(self) -> None:
         """Put the base on joints, everything else staying as it is."""
         own, data = self._hinges, self.data
-        angle, rate, rest = data.qpos[own].copy(), data.qvel[own].copy(), data.qpos[own.stop :].copy()
+        angle, rate, rest = (
+            data.qpos[own].copy(),
+            data.qvel[own].copy(),
+            data.qpos[own.stop :].copy(),
+        )
         time, warm = data.time, data.qacc_warmstart.copy()
         self.moving = True
         self.model = compile_model(self.scenes[0], self.timestep, moving=True)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = angle, rate
-        self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = rest, time, warm
+        self.data.qpos[self._hinges.stop :], self.data.time, self.data.qacc_warmstart[3:] = (
+            rest,
+            time,
+            warm,
+        )
 
     @np.errstate(over="ignore", invalid="ignore")  # what diverges is named by who asks for it
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
@@ -64,7 +81,9 @@ class MujocoStepper(Stepper):
         return bool(self.find_broken()[0])
 
     def _step(self, drive: np.ndarray, told: bool) -> None:
-        """One step; contacts are put into words where they are ``told``, the reaction also where a base's work needs it."""
+        """One step; contacts are put into words where they are ``told``, the reaction also where a
+        base's work needs it.
+        """
         model, data, hinges = self.model, self.data, self._hinges
         data.qvel[hinges.stop :] = self.object_velocity.ravel()
         if self.moving:
@@ -82,13 +101,24 @@ class MujocoStepper(Stepper):
         if self.moving:
             base[1], base[2] = data.qvel[:3], (drive - data.qvel[:3]) / self.timestep
         mujoco.mj_Euler(model, data)
-        acceleration = (data.qvel[hinges] - rate) / self.timestep  # not MuJoCo's qacc: damping is implicit
+        acceleration = (
+            data.qvel[hinges] - rate
+        ) / self.timestep  # not MuJoCo's qacc: damping is implicit
         self.base_force, self.base_moment = compute_reaction(
-            self.scenes[0].antenna, angle, rate, acceleration, base, np.asarray(self.scenes[0].gravity), point, force
+            self.scenes[0].antenna,
+            angle,
+            rate,
+            acceleration,
+            base,
+            np.asarray(self.scenes[0].gravity),
+            point,
+            force,
         )
         if self.moving:
             middle = 0.5 * (base[1] + drive)
-            self.base_work += self.timestep * float(np.dot([*self.base_force, self.base_moment], middle))
+            self.base_work += self.timestep * float(
+                np.dot([*self.base_force, self.base_moment], middle)
+            )
             data.qvel[:3] = drive
 
     def _push(self, pair: np.ndarray, point: np.ndarray, force: np.ndarray) -> None:
@@ -104,7 +134,9 @@ class MujocoStepper(Stepper):
             self.object_work[o] += self.timestep * float(push @ [vx + turn * y, vy - turn * x])
 
     def _forward(self) -> None:
-        """MuJoCo's forward dynamics, with the contact points of rounded parts put between the rounded surfaces."""
+        """MuJoCo's forward dynamics, with the contact points of rounded parts put between the
+        rounded surfaces.
+        """
         model, data = self.model, self.data
         mujoco.mj_fwdPosition(model, data)
         if model.geom_margin.any() and data.ncon:
@@ -118,10 +150,17 @@ class MujocoStepper(Stepper):
         mujoco.mj_fwdConstraint(model, data)
 
     def _find_forces(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Object and segment (contact,), point and force on the antenna (contact, 2) of what MuJoCo has found."""
+        """Object and segment (contact,), point and force on the antenna (contact, 2) of what MuJoCo
+        has found.
+        """
         model, data, count = self.model, self.data, self.data.ncon
         if not count:
-            return np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros((0, 2)), np.zeros((0, 2))
+            return (
+                np.zeros(0, dtype=int),
+                np.zeros(0, dtype=int),
+                np.zeros((0, 2)),
+                np.zeros((0, 2)),
+            )
         contact, wrench, force = data.contact, np.zeros(6), np.zeros((count, 2))
         geom, flipped = contact.geom, self._find_flipped()
         own = np.where(flipped, geom[:, 1], geom[:, 0])
@@ -135,19 +174,27 @@ class MujocoStepper(Stepper):
         return pair, segment, contact.pos[:, :2].copy(), force
 
     def _find_flipped(self) -> np.ndarray:
-        """Whether the antenna is a contact's second geom (contact,): then MuJoCo's normal points to it."""
+        """Whether the antenna is a contact's second geom (contact,): then MuJoCo's normal points to
+        it.
+        """
         return self.model.geom_contype[self.data.contact.geom[:, 1]] != 0
 
     def _find_normals(self) -> np.ndarray:
         """Unit vectors (contact, 3) from the objects to the antenna."""
         return np.where(self._find_flipped()[:, None], 1.0, -1.0) * self.data.contact.frame[:, :3]
 
-    def _find_contacts(self, pair: np.ndarray, segment: np.ndarray, point: np.ndarray, force: np.ndarray) -> Contacts:
+    def _find_contacts(
+        self, pair: np.ndarray, segment: np.ndarray, point: np.ndarray, force: np.ndarray
+    ) -> Contacts:
         """What :meth:`_find_forces` gives, with places on the antenna, normals and distances."""
         antenna, contact = self.scenes[0].antenna, self.data.contact
-        points = antenna.shape(self.data.qpos[self._hinges], base_angle=self._base[2]) + self._base[:2]
+        points = (
+            antenna.shape(self.data.qpos[self._hinges], base_angle=self._base[2]) + self._base[:2]
+        )
         along = np.diff(points, axis=0)[segment]
-        share = np.clip(((point - points[segment]) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+        share = np.clip(
+            ((point - points[segment]) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0
+        )
         arc = antenna.hinge_position[segment] + share * antenna.segment_length[segment]
         return Contacts(
             object=pair, segment=segment + 1, place=arc / antenna.length, point=point, normal=self._find_normals()[:, :2],
@@ -183,7 +230,9 @@ class MujocoStepper(Stepper):
             base_force=self.base_force[None].copy(),
             base_moment=np.array([self.base_moment]),
             base_work=np.array([self.base_work]),
-            contact_place=np.array([push @ contacts.place / push.sum() if push.sum() > 0 else np.nan]),
+            contact_place=np.array(
+                [push @ contacts.place / push.sum() if push.sum() > 0 else np.nan]
+            ),
         )
 
     def read_contacts(self, lane: int) -> Contacts:
@@ -209,14 +258,24 @@ class MujocoStepper(Stepper):
 
     def save(self, lane: int) -> dict[str, object]:
         """All that the future depends on, but for the scene."""
-        kept = {name: copy(value) for name, value in vars(self).items() if name not in ("scenes", "model")}
+        kept = {
+            name: copy(value)
+            for name, value in vars(self).items()
+            if name not in ("scenes", "model")
+        }
         return kept | {"model": self.model}
 
     def load(self, lane: int, saved: dict[str, object]) -> None:
         """Go back to where it was saved; what was saved at another timestep goes on at this one."""
         other = saved["timestep"] != self.timestep
-        kept = {name: value for name, value in saved.items() if not (other and name in ("model", "timestep"))}
-        vars(self).update({name: copy(value) if name != "model" else value for name, value in kept.items()})
+        kept = {
+            name: value
+            for name, value in saved.items()
+            if not (other and name in ("model", "timestep"))
+        }
+        vars(self).update(
+            {name: copy(value) if name != "model" else value for name, value in kept.items()}
+        )
 
 
 MUJOCO = Engine(make=MujocoStepper, timestep=0.02)

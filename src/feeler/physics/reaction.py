@@ -1,4 +1,6 @@
-"""What the base does to an antenna, from how the antenna moves: Newton's and Euler's laws over all segments."""
+"""What the base does to an antenna, from how the antenna moves: Newton's and Euler's laws over all
+segments.
+"""
 
 import numpy as np
 
@@ -15,7 +17,8 @@ def compute_reaction(
     point: np.ndarray,
     force: np.ndarray,
 ) -> tuple[np.ndarray, float]:
-    """Force [N] and moment [N·mm] (about the base, positive as angles are) of the base on the antenna.
+    """Force [N] and moment [N·mm] (about the base, positive as angles are) of the base on the
+    antenna.
 
     F = Σ m (a − g) − Σ f and M = Σ (I α + m (a − g) · P(r)) − Σ f · P(r), with P(r) = (r_y, −r_x).
 
@@ -31,12 +34,15 @@ def compute_reaction(
         Contacts' places [mm] and forces on the antenna [N], (contact, 2).
     """
     heading, omega, alpha = (
-        row[2] + np.cumsum(hinge) for row, hinge in zip(base, (angle, rate, acceleration), strict=True)
+        row[2] + np.cumsum(hinge)
+        for row, hinge in zip(base, (angle, rate, acceleration), strict=True)
     )
     along = antenna.segment_length[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=1)
     step = alpha[:, None] * _turn(along) - (omega**2)[:, None] * along
     arm = np.cumsum(along, axis=0) - 0.5 * along
-    push = antenna.segment_mass[:, None] * (base[2, :2] + np.cumsum(step, axis=0) - 0.5 * step - gravity)
+    push = antenna.segment_mass[:, None] * (
+        base[2, :2] + np.cumsum(step, axis=0) - 0.5 * step - gravity
+    )
     own = antenna.segment_mass * antenna.segment_length**2 / 12 * alpha
     moment = own.sum() + np.sum(push * _turn(arm)) - np.sum(force * _turn(point - base[0, :2]))
     return push.sum(axis=0) - force.sum(axis=0), float(moment)

@@ -1,4 +1,6 @@
-"""Small steps only where a run needs them: two runs side by side, one with half of the other's steps."""
+"""Small steps only where a run needs them: two runs side by side, one with half of the other's
+steps.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -16,7 +18,9 @@ from feeler.physics.stepper import Stepper, make_row
 
 WINDOW = 5  # [C] samples that are gone through with one timestep
 SHARES = (4, 16)  # [C] the accuracy over these is how much further the runs may part in a window
-HELPS = 0.8  # [C] steps are halved again while that brings what they part by below this share of itself
+HELPS = (
+    0.8  # [C] steps are halved again while that brings what they part by below this share of itself
+)
 
 
 Track = tuple[np.ndarray, np.ndarray]
@@ -30,7 +34,9 @@ def track(antenna: Antenna, angle: np.ndarray) -> Track:
 def compute_gap(coarse: Track, fine: Track, peaks: np.ndarray) -> float:
     """Greatest difference of angles, or of the tips, over the :func:`compute_peaks`."""
     gaps = [float(np.abs(b - a).max()) for a, b in zip(coarse, fine, strict=True)]
-    return max(gap / float(size) if size > 0 else 0.0 for gap, size in zip(gaps, peaks, strict=True))
+    return max(
+        gap / float(size) if size > 0 else 0.0 for gap, size in zip(gaps, peaks, strict=True)
+    )
 
 
 def compute_peaks(found: Track) -> np.ndarray:
@@ -39,17 +45,28 @@ def compute_peaks(found: Track) -> np.ndarray:
 
 
 def refine(
-    scene: Scene, clock: Clock, engine: str, accuracy: float, peaks: np.ndarray, halvings: int, stop: Event
+    scene: Scene,
+    clock: Clock,
+    engine: str,
+    accuracy: float,
+    peaks: np.ndarray,
+    halvings: int,
+    stop: Event,
 ) -> Motion | None:
-    """The motion whose steps are small where they need to be, with what it errs by; None if it cannot be followed.
+    """The motion whose steps are small where they need to be, with what it errs by; None if it
+    cannot be followed.
 
-    Two runs go side by side from the beginning to the end, one with half of the other's steps. A window in which they part
-    by more than its share of the ``accuracy`` is gone through again by both with half the steps, up to ``halvings`` times
-    and as long as that helps: what does not, comes from before. Then all is done again with smaller shares. What the last two
-    runs differ by at most, or the ones before from them, over the peaks, is the error; ``timestep`` is the smallest taken.
+    Two runs go side by side from the beginning to the end, one with half of the other's steps. A
+    window in which they part by more than its share of the ``accuracy`` is gone through again by
+    both with half the steps, up to ``halvings`` times and as long as that helps: what does not,
+    comes from before. Then all is done again with smaller shares. What the last two runs differ by
+    at most, or the ones before from them, over the peaks, is the error; ``timestep`` is the
+    smallest taken.
     """
     first, found = (
-        _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(accuracy / share, peaks)
+        _Pair(scene=scene, clock=clock, engine=engine, halvings=halvings, stop=stop).go(
+            accuracy / share, peaks
+        )
         for share in SHARES
     )
     if first is None or found is None:
@@ -60,7 +77,9 @@ def refine(
 
 @dataclass
 class _Pair:
-    """Two runs of one scene, the first with ``clock``'s steps or smaller ones, the second with half of those."""
+    """Two runs of one scene, the first with ``clock``'s steps or smaller ones, the second with half
+    of those.
+    """
 
     scene: Scene
     clock: Clock
@@ -76,14 +95,20 @@ class _Pair:
         level, finest, apart = 0, 0, 0.0
         for start in range(1, self.clock.n_samples, WINDOW):
             stop = min(start + WINDOW, self.clock.n_samples)
-            level, ends, gap = self._pass(tapes, start, stop, max(level - 1, 0), ends, apart + share, peaks)
+            level, ends, gap = self._pass(
+                tapes, start, stop, max(level - 1, 0), ends, apart + share, peaks
+            )
             if not np.isfinite(gap):
                 return None
             finest, apart = max(finest, level), self._measure(tapes, stop - 1, stop, peaks)
         clock = Clock(
-            duration=self.clock.duration, sample_interval=self.clock.sample_interval, timestep=self._halve(finest + 1)
+            duration=self.clock.duration,
+            sample_interval=self.clock.sample_interval,
+            timestep=self._halve(finest + 1),
         )
-        own = compute_peaks(track(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments]))
+        own = compute_peaks(
+            track(self.scene.antenna, tapes[1][0, :, : self.scene.antenna.n_segments])
+        )
         return make_motion(clock, tapes[1][0], self._measure(tapes, 0, self.clock.n_samples, own))
 
     def _pass(
@@ -99,7 +124,9 @@ class _Pair:
         """The window's level, where both runs end, and how far apart they then were at most."""
         before = np.inf
         while True:
-            ends = [self._step(tape, start, stop, level + k, begin[k]) for k, tape in enumerate(tapes)]
+            ends = [
+                self._step(tape, start, stop, level + k, begin[k]) for k, tape in enumerate(tapes)
+            ]
             gap = self._measure(tapes, start, stop, peaks) if None not in ends else np.inf
             if gap <= limit or level >= self.halvings or HELPS * before < gap < np.inf:
                 return level, ends, gap
@@ -110,7 +137,9 @@ class _Pair:
         stepper.load(0, begin)
         every = round(self.clock.sample_interval / stepper.timestep)
         while k < stop and not ended:
-            k, ended = record_some(stepper, tape[:, :stop], k, every, list_turns(stepper), self.stop)
+            k, ended = record_some(
+                stepper, tape[:, :stop], k, every, list_turns(stepper), self.stop
+            )
         return None if ended else stepper.save(0)
 
     def _measure(self, tapes: list[np.ndarray], start: int, stop: int, peaks: np.ndarray) -> float:

@@ -33,10 +33,12 @@ def run_scene(scene: Scene, clock: Clock, engine: str = DEFAULT_ENGINE) -> Motio
 def run_group(
     scenes: Sequence[Scene], clock: Clock, engine: str = DEFAULT_ENGINE, stop: Event | None = None
 ) -> list[Result]:
-    """One Motion per scene of a group from :func:`make_groups`, or the error that ended it; the others go on.
+    """One Motion per scene of a group from :func:`make_groups`, or the error that ended it; the
+    others go on.
 
-    A group that is neither one nor full is filled up with copies of its last, so that only two numbers of lanes are ever
-    compiled. Setting ``stop`` from another thread raises KeyboardInterrupt within a chunk.
+    A group that is neither one nor full is filled up with copies of its last, so that only two
+    numbers of lanes are ever compiled. Setting ``stop`` from another thread raises
+    KeyboardInterrupt within a chunk.
     """
     kind = get_engine(engine)
     lanes = 1 if len(scenes) == 1 else kind.lanes
@@ -45,11 +47,14 @@ def run_group(
 
 
 def make_groups(scenes: Sequence[Scene], engine: Engine, times: int = 1) -> list[list[int]]:
-    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast they touch.
+    """Indices of scenes that share lanes: equal segment counts, and neighbours in when and how fast
+    they touch.
 
     A group holds at most ``times`` as many as there are lanes.
     """
-    order = sorted(range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i))
+    order = sorted(
+        range(len(scenes)), key=lambda i: (scenes[i].antenna.n_segments, *_phase(scenes[i]), i)
+    )
     groups: list[list[int]] = []
     for i in order:
         group = groups[-1] if groups else []
@@ -62,22 +67,28 @@ def make_groups(scenes: Sequence[Scene], engine: Engine, times: int = 1) -> list
 
 
 def _phase(scene: Scene) -> tuple[float, float]:
-    """Speed of the first object, and how far it starts from the base: what decides when contact begins and ends."""
+    """Speed of the first object, and how far it starts from the base: what decides when contact
+    begins and ends.
+    """
     if not scene.objects:
         return 0.0, 0.0
     return float(np.hypot(*scene.objects[0].velocity)), float(np.hypot(*scene.objects[0].place))
 
 
 def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool:
-    """Take steps, lane i from its own step number ``now[i]`` on, which is counted up, with looks at ``stop`` in between;
-    whether some lane has come to an end.
+    """Take steps, lane i from its own step number ``now[i]`` on, which is counted up, with looks at
+    ``stop`` in between; whether some lane has come to an end.
 
     Each path's next leg begins where the one before ends, and bases with a recorded path follow it.
     """
     scenes, left, ended = stepper.scenes, n_steps, False
     chunk = count_chunk(scenes)
     driven = [lane for lane, scene in enumerate(scenes) if scene.follows]
-    legs = [(lane, list(_list_legs(scene, stepper.timestep))) for lane, scene in enumerate(scenes) if scene.paths]
+    legs = [
+        (lane, list(_list_legs(scene, stepper.timestep)))
+        for lane, scene in enumerate(scenes)
+        if scene.paths
+    ]
     while left:
         count = min(left, chunk)
         for lane, turns in legs:
@@ -86,7 +97,9 @@ def advance(stepper: Stepper, now: list[int], n_steps: int, stop: Event) -> bool
                     stepper.move_object(lane, o, velocity, 0.0)
                 elif at > now[lane]:
                     count = min(count, at - now[lane])
-        drives = {lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep) for lane in driven}
+        drives = {
+            lane: scenes[lane].compute_drive(now[lane], count, stepper.timestep) for lane in driven
+        }
         ended = advance_freely(stepper, now, count, stop, drives)
         left -= count
     return ended
@@ -98,9 +111,15 @@ def count_chunk(scenes: Sequence[Scene]) -> int:
 
 
 def advance_freely(
-    stepper: Stepper, now: list[int], n_steps: int, stop: Event, drives: Mapping[int, np.ndarray] | None = None
+    stepper: Stepper,
+    now: list[int],
+    n_steps: int,
+    stop: Event,
+    drives: Mapping[int, np.ndarray] | None = None,
 ) -> bool:
-    """Take few steps, in which no object turns and no base follows a path but by ``drives``; as :func:`advance`."""
+    """Take few steps, in which no object turns and no base follows a path but by ``drives``; as
+    :func:`advance`.
+    """
     if stop.is_set():
         raise KeyboardInterrupt
     ended = stepper.step(n_steps, drives)
@@ -142,7 +161,9 @@ def make_motion(clock: Clock, rows: np.ndarray, error: float = float("nan")) -> 
 def record_some(
     stepper: Stepper, tape: np.ndarray, sample: int, every: int, turns: Sequence[int], stop: Event
 ) -> tuple[int, bool]:
-    """Samples from number ``sample`` on, up to the next look for Ctrl-C or turn of an object; as ``Stepper.record``."""
+    """Samples from number ``sample`` on, up to the next look for Ctrl-C or turn of an object; as
+    ``Stepper.record``.
+    """
     if stop.is_set():
         raise KeyboardInterrupt
     scenes, start = stepper.scenes, (sample - 1) * every
@@ -154,17 +175,29 @@ def record_some(
         tape[:, sample] = make_row(stepper.read())
         return sample + 1, ended
     count = (until - sample) * every
-    drives = {k: s.compute_drive(start, count, stepper.timestep) for k, s in enumerate(scenes) if s.follows}
+    drives = {
+        k: s.compute_drive(start, count, stepper.timestep)
+        for k, s in enumerate(scenes)
+        if s.follows
+    }
     return stepper.record(tape, sample, until, every, drives)
 
 
 def list_turns(stepper: Stepper) -> list[int]:
     """The steps, rising, at which the velocity of some object changes."""
-    return sorted({at for scene in stepper.scenes for at, _, _ in _list_legs(scene, stepper.timestep)})
+    return sorted(
+        {at for scene in stepper.scenes for at, _, _ in _list_legs(scene, stepper.timestep)}
+    )
 
 
 def explain_end(
-    stepper: Stepper, lane: int, time: float, angle: np.ndarray | None = None, velocity: np.ndarray | None = None
+    stepper: Stepper,
+    lane: int,
+    time: float,
+    angle: np.ndarray | None = None,
+    velocity: np.ndarray | None = None,
 ) -> Exception:
     """The error of a lane that has come to an end, with its last finite state where there is one."""
-    return stepper.explain(lane) or SimulationDiverged(stepper.scenes[lane].label, time, angle, velocity)
+    return stepper.explain(lane) or SimulationDiverged(
+        stepper.scenes[lane].label, time, angle, velocity
+    )

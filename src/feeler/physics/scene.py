@@ -14,7 +14,9 @@ from feeler.stimulus.trial import Trial
 
 @dataclass(frozen=True, kw_only=True)
 class Path:
-    """How an object moves: constant ``velocity`` (leg, 2) [mm/ms] until each ``end`` (leg,) [ms], the last for ever."""
+    """How an object moves: constant ``velocity`` (leg, 2) [mm/ms] until each ``end`` (leg,) [ms],
+    the last for ever.
+    """
 
     velocity: tuple[tuple[float, float], ...]
     end: tuple[float, ...] = ()
@@ -28,8 +30,8 @@ class Path:
 class Scene:
     """An antenna on a base, and objects; both move as they are told to.
 
-    The antenna's angle and velocity start at ``angle`` [rad] (default: at rest) and ``velocity`` [rad/ms]. Segment n
-    points along (sin φ, cos φ), φ = heading of the base + Σ angles up to n.
+    The antenna's angle and velocity start at ``angle`` [rad] (default: at rest) and ``velocity``
+    [rad/ms]. Segment n points along (sin φ, cos φ), φ = heading of the base + Σ angles up to n.
     """
 
     antenna: Antenna
@@ -50,7 +52,9 @@ class Scene:
     @property
     def initial_angle(self) -> np.ndarray:
         """Angles (segment,) at time 0 [rad]."""
-        return self.antenna.rest_angle if self.angle is None else np.asarray(self.angle, dtype=float)
+        return (
+            self.antenna.rest_angle if self.angle is None else np.asarray(self.angle, dtype=float)
+        )
 
     @property
     def initial_velocity(self) -> np.ndarray:
@@ -61,7 +65,9 @@ class Scene:
     @property
     def base_pose(self) -> np.ndarray:
         """Place [mm] and heading [rad] (3,) of the base at time 0."""
-        moved = self.base_motion.compute_pose(np.zeros(1))[0] if self.base_motion is not None else 0.0
+        moved = (
+            self.base_motion.compute_pose(np.zeros(1))[0] if self.base_motion is not None else 0.0
+        )
         return np.asarray(self.base) + moved
 
     @property
@@ -80,7 +86,9 @@ class Scene:
         return bool(self.paths) or self.follows
 
     def compute_drive(self, first: int, n_steps: int, timestep: float) -> np.ndarray:
-        """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in place after each."""
+        """Velocity (step, 3) of a base on a recorded path at the end of each step, so that it is in
+        place after each.
+        """
         assert self.base_motion is not None
         pose = self.base_motion.compute_pose(timestep * np.arange(first, first + n_steps + 1))
         return np.diff(pose, axis=0) / timestep
@@ -105,13 +113,15 @@ class Motion:
     base_moment: np.ndarray
     """Moment of the base on the antenna (sample,) [N·mm]."""
     contact_place: np.ndarray
-    """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact."""
+    """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact.
+    """
     work: np.ndarray
     """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [mJ]."""
     timestep: float
     """[ms]"""
     error: float = float("nan")
-    """Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for."""
+    """Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for.
+    """
 
 
 def make_scene(antenna: Antenna, trial: Trial, contact: Contact | str | None = None) -> Scene:

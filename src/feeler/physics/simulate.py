@@ -19,10 +19,11 @@ def simulate(
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> list[Result]:
-    """Motions in the order of ``scenes``; a scene that failed gives its error (mostly SimulationDiverged) instead.
+    """Motions in the order of ``scenes``; a scene that failed gives its error (mostly
+    SimulationDiverged) instead.
 
-    Engines release Python's lock while they step, so workers are threads unless an ``executor`` (processes, a Dask
-    client) is handed in. On Ctrl-C no new scene starts.
+    Engines release Python's lock while they step, so workers are threads unless an ``executor``
+    (processes, a Dask client) is handed in. On Ctrl-C no new scene starts.
     """
     scenes = list(scenes)
     groups = make_groups(scenes, get_engine(engine))
@@ -30,7 +31,9 @@ def simulate(
     own = ThreadExecutor(workers) if executor is None else None
     run = partial(run_lanes, clock=clock, engine=engine)
     try:
-        for group, found in run_groups(run, groups, lambda group: [scenes[i] for i in group], executor=executor or own):
+        for group, found in run_groups(
+            run, groups, lambda group: [scenes[i] for i in group], executor=executor or own
+        ):
             values = [found] * len(group) if isinstance(found, Exception) else found
             for index, result in zip(group, values, strict=True):
                 results[index] = result
@@ -48,8 +51,12 @@ def expect_motions(results: Sequence[Result | None]) -> list[Motion]:
     return [result for result in results if isinstance(result, Motion)]
 
 
-def run_lanes(scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None) -> list[Result]:
-    """Motions of scenes that fit the lanes of an engine; with ``accuracy`` each timestep is chosen by it, not the clock."""
+def run_lanes(
+    scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None
+) -> list[Result]:
+    """Motions of scenes that fit the lanes of an engine; with ``accuracy`` each timestep is chosen
+    by it, not the clock.
+    """
     if accuracy is None:
         return run_group(scenes, clock, engine)
     return run_accurately(scenes, clock.duration, clock.sample_interval, engine, accuracy)

@@ -45,18 +45,23 @@ def build_scene(
     velocity: np.ndarray | None = None,
     label: str = "",
 ) -> Scene:
-    """The scene of an antenna and objects; a Trial stands for the object that it places, and for its base motion.
+    """The scene of an antenna and objects; a Trial stands for the object that it places, and for
+    its base motion.
 
     Raises
     ------
     InvalidInput
-        Two objects with one name, an object that starts inside the antenna, two base motions, or hinge angles or
-        velocities that are not finite (segment,).
+        Two objects with one name, an object that starts inside the antenna, two base motions, or
+        hinge angles or velocities that are not finite (segment,).
     """
     if not isinstance(antenna, Antenna):
         raise InvalidInput(f"antenna must be an Antenna, got {type(antenna).__name__}.")
     given = [objects] if isinstance(objects, Object | Trial) else list(objects)
-    moved = [item.base_motion for item in given if isinstance(item, Trial) and item.base_motion is not None]
+    moved = [
+        item.base_motion
+        for item in given
+        if isinstance(item, Trial) and item.base_motion is not None
+    ]
     if base is not None and moved:
         raise InvalidInput("base= and a trial both move the base; give one of them.")
     start = _check_hinges(antenna, angle, "angle")
@@ -80,7 +85,10 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
         return None
     array = np.array(values, dtype=float)
     if array.shape != (antenna.n_segments,) or not np.isfinite(array).all():
-        raise InvalidInput(f"{name} must be {antenna.n_segments} finite numbers, one per segment, got {array.shape}.")
+        raise InvalidInput(
+            f"{name} must be {antenna.n_segments} finite numbers, one per segment, got"
+            f" {array.shape}."
+        )
     return array
 
 
@@ -95,7 +103,8 @@ class Simulation:
     objects
         An Object or several, or Trials that place them.
     engine
-        ``chain-consistent`` (default), ``chain``, ``mujoco`` or another of ``feeler.physics.engine.ENGINES``.
+        ``chain-consistent`` (default), ``chain``, ``mujoco`` or another of
+        ``feeler.physics.engine.ENGINES``.
     timestep
         Integration step [ms]; default: the engine's own.
     contact
@@ -116,7 +125,8 @@ class Simulation:
     --------
     >>> import feeler
     >>> antenna = feeler.presets.cockroach()
-    >>> ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3, 0.0))
+    >>> ball = feeler.Object(feature=feeler.Ball(radius=1.5), place=(-2.0, 25.0), velocity=(0.3,
+    0.0))
     >>> simulation = feeler.Simulation(antenna, ball)
     >>> while simulation.time < 20 and not len(simulation.contacts):
     ...     simulation.step(1.0)
@@ -137,10 +147,20 @@ class Simulation:
         velocity: np.ndarray | None = None,
     ) -> None:
         scene = build_scene(
-            antenna, objects, contact=contact, gravity=gravity, base=base, angle=angle, velocity=velocity
+            antenna,
+            objects,
+            contact=contact,
+            gravity=gravity,
+            base=base,
+            angle=angle,
+            velocity=velocity,
         )
         self._lanes = Simulations([scene], engine=engine, timestep=timestep)
-        self.antenna, self.names, self.engine = antenna, tuple(o.name for o in scene.objects), engine
+        self.antenna, self.names, self.engine = (
+            antenna,
+            tuple(o.name for o in scene.objects),
+            engine,
+        )
 
     def step(self, ms: float) -> None:
         """Go on by ``ms`` [ms], a whole number of timesteps.
@@ -150,7 +170,8 @@ class Simulation:
         SimulationDiverged
             Its numbers left the finite ones, now or before; restore a snapshot or reset.
         InvalidInput
-            No whole number of timesteps, or a recorded base path that ends before; nothing has moved then.
+            No whole number of timesteps, or a recorded base path that ends before; nothing has
+            moved then.
         """
         if self._lanes.failed[0] is None:
             self._lanes.step(ms)
@@ -232,17 +253,25 @@ class Simulation:
         return Work(base=MICRO * float(state.base_work[0]), objects=MICRO * state.object_work[0])
 
     def move_base(self, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
-        """From the next step on the base moves with ``velocity`` (x, y) [mm/ms] and turns with ``turn`` [rad/ms].
+        """From the next step on the base moves with ``velocity`` (x, y) [mm/ms] and turns with
+        ``turn`` [rad/ms].
 
-        The change takes one timestep, in which the antenna feels the acceleration; a recorded path is left for good.
+        The change takes one timestep, in which the antenna feels the acceleration; a recorded path
+        is left for good.
         """
         self._lanes.move_base(0, velocity, turn)
 
-    def move_object(self, which: int | str, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> None:
-        """From the next step on an object, by number or name, moves and turns like this [mm/ms, rad/ms]."""
+    def move_object(
+        self, which: int | str, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
+    ) -> None:
+        """From the next step on an object, by number or name, moves and turns like this [mm/ms,
+        rad/ms].
+        """
         if isinstance(which, str):
             if which not in self.names:
-                raise InvalidInput(f"there is no object {which!r}; valid: {', '.join(self.names) or 'none'}.")
+                raise InvalidInput(
+                    f"there is no object {which!r}; valid: {', '.join(self.names) or 'none'}."
+                )
             which = self.names.index(which)
         self._lanes.move_object(0, which, velocity, turn)
 

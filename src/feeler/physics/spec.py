@@ -1,8 +1,9 @@
 """A scene as MuJoCo's MjSpec. The only module that writes one.
 
-Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on purpose: timestep (default 2 µs here), gravity
-(1000 g), solref (20 µs) and solver tolerance. The planar chain lies in z = 0; every hinge turns about −z, so that an angle
-is positive from +y towards +x. Objects and a moving base are bodies so heavy that the antenna cannot slow them.
+Everything is in g, mm, ms, so each MuJoCo default that assumes SI is set on purpose: timestep
+(default 2 µs here), gravity (1000 g), solref (20 µs) and solver tolerance. The planar chain lies in
+z = 0; every hinge turns about −z, so that an angle is positive from +y towards +x. Objects and a
+moving base are bodies so heavy that the antenna cannot slow them.
 """
 
 from collections.abc import Iterator
@@ -13,18 +14,25 @@ import numpy as np
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
-HEAVY = 1e9  # g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
-ROOTED = 1e15  # g; of a moving base, which carries the antenna: beside it the antenna's mass is rounded away
-SOLVER_ITERATIONS = 25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
-DEPTH = 5.0  # mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
+# g; so heavy that the antenna cannot slow it, yet its velocity is real to the contact solver
+HEAVY = 1e9
+# g; of a moving base, which carries the antenna: beside it the antenna's mass is rounded away
+ROOTED = 1e15
+SOLVER_ITERATIONS = (
+    25  # with tolerance 0: MuJoCo's default tolerance (1e-8) leaves errors of 1e-3 rad
+)
+# mm; half thickness of prisms across the plane; any value beyond the collision radius is the same
+DEPTH = 5.0
 MIN_FRICTION = 1e-5  # MuJoCo's smallest; without any, contacts have a normal force only (condim 1)
 
 
 def make_spec(scene: Scene, timestep: float, *, moving: bool = False) -> mujoco.MjSpec:
-    """The scene as an MjSpec: bodies at the hinges, a capsule per segment, each object on two slides and a hinge.
+    """The scene as an MjSpec: bodies at the hinges, a capsule per segment, each object on two
+    slides and a hinge.
 
-    Contact softness is the scene's and must not depend on the timestep: MuJoCo would silently raise ``solref[0]`` to two
-    timesteps, so a larger timestep is refused. A ``moving`` base hangs on two slides and a hinge as well.
+    Contact softness is the scene's and must not depend on the timestep: MuJoCo would silently raise
+    ``solref[0]`` to two timesteps, so a larger timestep is refused. A ``moving`` base hangs on two
+    slides and a hinge as well.
 
     Raises
     ------
@@ -68,14 +76,20 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     else:
         first = [x, y, 0.0]
     for n, length in enumerate(antenna.segment_length):
-        body = parent.add_body(name=f"segment{n + 1}", pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0])
+        body = parent.add_body(
+            name=f"segment{n + 1}", pos=first if n == 0 else [0, antenna.segment_length[n - 1], 0]
+        )
         if n == 0:
             body.quat = [np.cos(heading / 2), 0, 0, -np.sin(heading / 2)]
         body.add_joint(
             name=f"hinge{n + 1}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=[0, 0, -1],
-            stiffness=[antenna.stiffness[n], 0.0, 0.0],  # MuJoCo takes a polynomial; only the linear term is used
+            stiffness=[
+                antenna.stiffness[n],
+                0.0,
+                0.0,
+            ],  # MuJoCo takes a polynomial; only the linear term is used
             damping=[antenna.damping[n], 0.0, 0.0],
             springref=antenna.rest_angle[n],
         )
@@ -120,11 +134,19 @@ def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None
     body = spec.worldbody.add_body(name=f"object{o + 1}", pos=[*item.place, 0.0])
     _add_planar_joints(body, f"object{o + 1}", HEAVY)
     for shape in _list_geoms(spec, o, item):
-        body.add_geom(contype=0, conaffinity=1, rgba=[0.2, 0.5, 0.3, 1], **_softness(scene, item.friction), **shape)
+        body.add_geom(
+            contype=0,
+            conaffinity=1,
+            rgba=[0.2, 0.5, 0.3, 1],
+            **_softness(scene, item.friction),
+            **shape,
+        )
 
 
 def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str, object]]:
-    """Geom fields of the feature's convex parts, turned into the world's axes; rounding is the geom's margin."""
+    """Geom fields of the feature's convex parts, turned into the world's axes; rounding is the
+    geom's margin.
+    """
     feature, forward = item.feature, np.asarray(item.forward)
     turn = np.stack([forward, [-forward[1], forward[0]]])  # rows: the frame's axes in the world
     half = np.arctan2(forward[1], forward[0]) / 2
@@ -142,7 +164,11 @@ def _list_geoms(spec: mujoco.MjSpec, o: int, item: Object) -> Iterator[dict[str,
             yield {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": [*size, DEPTH], **place}
         elif len(part) == 2:
             ends = [*(part[0] @ turn), 0.0, *(part[1] @ turn), 0.0]
-            yield {"type": mujoco.mjtGeom.mjGEOM_CAPSULE, "size": [feature.rounding, 0, 0], "fromto": ends}
+            yield {
+                "type": mujoco.mjtGeom.mjGEOM_CAPSULE,
+                "size": [feature.rounding, 0, 0],
+                "fromto": ends,
+            }
         else:
             mesh = _add_prism(spec, f"object{o + 1}part{number}", part @ turn)
             yield {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh, "margin": feature.rounding}

@@ -1,4 +1,6 @@
-"""Statics: the posture of an antenna under dead forces, solved directly and not by waiting for a simulation to settle."""
+"""Statics: the posture of an antenna under dead forces, solved directly and not by waiting for a
+simulation to settle.
+"""
 
 from collections.abc import Sequence
 
@@ -14,7 +16,9 @@ TOLERANCE = 1e-12  # of the largest torque in the balance
 
 
 def find_point(antenna: Antenna, at: float) -> tuple[int, float]:
-    """Segment index (0 = base) and distance [mm] from its hinge of the point at fraction ``at`` of the length."""
+    """Segment index (0 = base) and distance [mm] from its hinge of the point at fraction ``at`` of
+    the length.
+    """
     if not (np.isfinite(at) and 0 < at <= 1):
         raise InvalidInput(f"`at` must be a fraction of the length in (0, 1], got {at}.")
     arc = at * antenna.length
@@ -31,11 +35,16 @@ def compute_point(antenna: Antenna, angle: np.ndarray, at: float) -> np.ndarray:
     return (1 - share) * points[..., n, :] + share * points[..., n + 1, :]
 
 
-@hold_blas()  # on a busy machine two threads wait for each other a hundred times longer than they compute
-def solve_static(antenna: Antenna, force: Sequence[float] | np.ndarray, at: float = 1.0) -> np.ndarray:
-    """Hinge angles (segment,) [rad] at equilibrium under a dead force (x, y) [N] at fraction ``at`` of the length.
+# on a busy machine two threads wait for each other a hundred times longer than they compute
+@hold_blas()
+def solve_static(
+    antenna: Antenna, force: Sequence[float] | np.ndarray, at: float = 1.0
+) -> np.ndarray:
+    """Hinge angles (segment,) [rad] at equilibrium under a dead force (x, y) [N] at fraction ``at``
+    of the length.
 
-    Minimises ``Σ ½ k (θ − θ₀)² − F·r(θ)`` by Newton's method with load steps; exact for any deflection.
+    Minimises ``Σ ½ k (θ − θ₀)² − F·r(θ)`` by Newton's method with load steps; exact for any
+    deflection.
 
     Raises
     ------
@@ -49,7 +58,8 @@ def solve_static(antenna: Antenna, force: Sequence[float] | np.ndarray, at: floa
         raise InvalidInput(f"force must be two finite numbers (x, y) in N, got {load}.")
     if np.any(antenna.stiffness <= 0):
         raise InvalidInput(
-            "a static load needs stiffness > 0 in every hinge; a free hinge has no equilibrium of its own."
+            "a static load needs stiffness > 0 in every hinge; a free hinge has no equilibrium of"
+            " its own."
         )
     angle, done, step = antenna.rest_angle.copy(), 0.0, 1.0
     while done < 1.0:
@@ -58,7 +68,10 @@ def solve_static(antenna: Antenna, force: Sequence[float] | np.ndarray, at: floa
         if found is None:
             step /= 2
             if step < 1e-4:
-                raise FeelerError(f"no equilibrium found beyond {done:.1%} of the force {load} N; use a smaller force.")
+                raise FeelerError(
+                    f"no equilibrium found beyond {done:.1%} of the force {load} N; use a smaller"
+                    " force."
+                )
         else:
             angle, done, step = found, share, 2 * step
     return angle
@@ -68,7 +81,10 @@ def _newton(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -
     """Newton's method from ``angle``; None where it does not reach the balance."""
     for _ in range(MAX_ITERATIONS):
         residual, hessian = _balance(antenna, angle, force, at)
-        scale = np.abs(antenna.stiffness * (angle - antenna.rest_angle)).max() + np.linalg.norm(force) * antenna.length
+        scale = (
+            np.abs(antenna.stiffness * (angle - antenna.rest_angle)).max()
+            + np.linalg.norm(force) * antenna.length
+        )
         if np.abs(residual).max() <= TOLERANCE * max(scale, 1e-300):
             return angle
         try:
@@ -81,15 +97,20 @@ def _newton(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -
     return angle if np.abs(residual).max() <= 1e3 * TOLERANCE * scale else None
 
 
-def _balance(antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float) -> tuple[np.ndarray, np.ndarray]:
+def _balance(
+    antenna: Antenna, angle: np.ndarray, force: np.ndarray, at: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Gradient (segment,) and Hessian (segment, segment) of the energy.
 
-    With r_i the arm from hinge i to the loaded point, ∂r/∂θ_i = (r_y, −r_x) and ∂²r/∂θ_i∂θ_j = −r_max(i, j).
+    With r_i the arm from hinge i to the loaded point, ∂r/∂θ_i = (r_y, −r_x) and ∂²r/∂θ_i∂θ_j =
+    −r_max(i, j).
     """
     n, _ = find_point(antenna, at)
     arm = compute_point(antenna, angle, at) - antenna.shape(angle)[:-1]
     arm[n + 1 :] = 0.0
-    residual = antenna.stiffness * (angle - antenna.rest_angle) - (force[0] * arm[:, 1] - force[1] * arm[:, 0])
+    residual = antenna.stiffness * (angle - antenna.rest_angle) - (
+        force[0] * arm[:, 1] - force[1] * arm[:, 0]
+    )
     index = np.arange(antenna.n_segments)
     hessian = np.diag(antenna.stiffness) + (arm @ force)[np.maximum.outer(index, index)]
     return residual, hessian

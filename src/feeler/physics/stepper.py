@@ -1,4 +1,6 @@
-"""What every engine offers: scenes in lanes that are stepped together, and each driven and read by itself."""
+"""What every engine offers: scenes in lanes that are stepped together, and each driven and read by
+itself.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -34,7 +36,9 @@ class State:
     base_work: np.ndarray
     """Work done on the antenna by its base since time 0 (lane,) [mJ]."""
     contact_place: np.ndarray
-    """Where the contacts act, weighted by force (lane,), as a share of the length; NaN without contact."""
+    """Where the contacts act, weighted by force (lane,), as a share of the length; NaN without
+    contact.
+    """
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,26 +65,40 @@ class Contacts:
 
 
 COLUMNS = {"force": 2, "work": 2, "base": 3, "base_force": 2, "base_moment": 1, "contact_place": 1}
-"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is."""
+"""What a sample holds behind the angles and velocities of all hinges, and how many numbers each is.
+"""
 
 
 def make_row(state: State) -> np.ndarray:
-    """A sample (lane, column): angle, velocity, and COLUMNS; forces and works are sums over the objects."""
+    """A sample (lane, column): angle, velocity, and COLUMNS; forces and works are sums over the
+    objects.
+    """
     work = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
     rest = (state.base, state.base_force, state.base_moment[:, None], state.contact_place[:, None])
-    return np.concatenate([state.angle, state.velocity, state.force.sum(axis=1), work, *rest], axis=1)
+    return np.concatenate(
+        [state.angle, state.velocity, state.force.sum(axis=1), work, *rest], axis=1
+    )
 
 
 def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
-    """The samples (…, column) by name, as copies (…, number); what COLUMNS counts as one number is (…)."""
+    """The samples (…, column) by name, as copies (…, number); what COLUMNS counts as one number is
+    (…).
+    """
     n = (tape.shape[-1] - sum(COLUMNS.values())) // 2
     sizes = {"angle": n, "velocity": n, **COLUMNS}
-    parts = dict(zip(sizes, np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1), strict=True))
-    return {name: (part[..., 0] if COLUMNS.get(name) == 1 else part).copy() for name, part in parts.items()}
+    parts = dict(
+        zip(sizes, np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1), strict=True)
+    )
+    return {
+        name: (part[..., 0] if COLUMNS.get(name) == 1 else part).copy()
+        for name, part in parts.items()
+    }
 
 
 class Stepper(Protocol):
-    """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its neighbours."""
+    """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its
+    neighbours.
+    """
 
     scenes: list[Scene]
     timestep: float
@@ -88,19 +106,27 @@ class Stepper(Protocol):
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps in every lane; whether some lane has come to an end.
 
-        ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each step's end, in place of the
-        commanded ones.
+        ``drives``: by lane, base velocities (step, 3: x, y [mm/ms], turn [rad/ms]) at each step's
+        end, in place of the commanded ones.
         """
 
     def record(
-        self, tape: np.ndarray, sample: int, stop: int, every: int, drives: Mapping[int, np.ndarray] | None = None
+        self,
+        tape: np.ndarray,
+        sample: int,
+        stop: int,
+        every: int,
+        drives: Mapping[int, np.ndarray] | None = None,
     ) -> tuple[int, bool]:
-        """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write its row to ``tape`` (lane, sample,
-        column). The first sample that was not written, and whether some lane has come to an end, after which nothing goes on.
+        """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write its row to
+        ``tape`` (lane, sample, column). The first sample that was not written, and whether some
+        lane has come to an end, after which nothing goes on.
         """
         for k in range(sample, stop):
             own = slice((k - sample) * every, (k - sample + 1) * every)
-            ended = self.step(every, {lane: rates[own] for lane, rates in drives.items()} if drives else None)
+            ended = self.step(
+                every, {lane: rates[own] for lane, rates in drives.items()} if drives else None
+            )
             tape[:, k] = make_row(self.read())
             if ended:
                 return k + 1, True
@@ -113,7 +139,9 @@ class Stepper(Protocol):
         """The contacts of a lane's last step."""
 
     def find_broken(self) -> np.ndarray:
-        """Whether each lane (lane,) has come to an end: numbers that are not finite, or :meth:`explain` knows."""
+        """Whether each lane (lane,) has come to an end: numbers that are not finite, or
+        :meth:`explain` knows.
+        """
 
     def explain(self, lane: int) -> Exception | None:
         """What ended a lane, if the engine knows better than that its numbers are not finite."""

@@ -21,7 +21,12 @@ def plot_curves(curves: Curves, kind: str, noise: str, ax: Axes) -> None:
         if null is not None:
             first = colour in (PALETTE[0], "#000000")
             plot_sweep(
-                null, ax, color=colour, ls="--", marker="s", label="null: one tensor repeated" if first else None
+                null,
+                ax,
+                color=colour,
+                ls="--",
+                marker="s",
+                label="null: one tensor repeated" if first else None,
             )
     for colour, (name, sweep) in zip(PALETTE, curves.baselines.items(), strict=False):
         label = "peak place and time only" if name == next(iter(curves.baselines)) else None
@@ -39,4 +44,6 @@ def plot_sweep(sweep: Sweep, ax: Axes, **style: Any) -> None:
     if len(mean) < FEWEST:
         ax.vlines(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), lw=1)
     else:
-        ax.fill_between(100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0)
+        ax.fill_between(
+            100 * sweep.ratios, mean - sd, mean + sd, color=line.get_color(), alpha=0.2, lw=0
+        )

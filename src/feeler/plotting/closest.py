@@ -13,23 +13,38 @@ def plot_index(dispersion: Dispersion, index: str, ax: Axes) -> None:
     """One kind of code, each group above its name."""
     plot_kinds([dispersion], index, ax)
     names = [str(group) for group in dispersion.groups]
-    ax.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7)
+    ax.set_xticks(
+        range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor", fontsize=7
+    )
     ax.tick_params(axis="y", labelsize=7)
 
 
 def plot_kinds(dispersions: Sequence[Dispersion], index: str, ax: Axes) -> None:
-    """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place between sets."""
+    """Every tensor's closest match as a dot, group averages with their 95 % intervals; a free place
+    between sets.
+    """
     rng = np.random.default_rng(0)  # spreads the dots sideways only
     groups = dispersions[0].groups
     starts = np.arange(len(dispersions)) * (len(groups) + 1)
     for place, group in enumerate(groups):
         values = [dispersion.values(index, group) for dispersion in dispersions]
-        dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(-0.15, 0.15, sum(map(len, values)))
+        dots = np.repeat(starts + place, [len(v) for v in values]) + rng.uniform(
+            -0.15, 0.15, sum(map(len, values))
+        )
         colour = PALETTE[place % len(PALETTE)]
         ax.plot(dots, np.concatenate(values), ".", ms=2, color=colour, alpha=0.4)
         mean, low, high = np.array([_list_interval(d.average[index][group]) for d in dispersions]).T
         error = mean - low, high - mean
-        ax.errorbar(starts + place + 0.28, mean, error, fmt="o", ms=4, capsize=2, color=colour, label=str(group))
+        ax.errorbar(
+            starts + place + 0.28,
+            mean,
+            error,
+            fmt="o",
+            ms=4,
+            capsize=2,
+            color=colour,
+            label=str(group),
+        )
 
 
 def name_kinds(dispersions: Sequence[Dispersion], names: Sequence[str], ax: Axes) -> None:

@@ -17,29 +17,50 @@ from feeler.plotting.touch import write_touch_movie
 
 
 @checked
-def plot_trial(tensors: xr.Dataset, trial: int = 0, variable: str = "curvature", ax: Axes | None = None) -> Axes:
+def plot_trial(
+    tensors: xr.Dataset, trial: int = 0, variable: str = "curvature", ax: Axes | None = None
+) -> Axes:
     """One trial's (sensor, time) as an image with its colour bar; negative values are drawn too."""
     values = _take(tensors, trial, variable).transpose("sensor", "time").values
     ax = Figure(figsize=(4.5, 3.0), layout="constrained").subplots() if ax is None else ax
     largest = max(float(np.nanmax(np.abs(values))), 1e-12)
     unit = str(tensors[variable].attrs.get("units", ""))
     image = plot_tensor(
-        values, tensors["time"].values, ax, Normalize(min(0.0, float(np.nanmin(values))), largest), unit=unit
+        values,
+        tensors["time"].values,
+        ax,
+        Normalize(min(0.0, float(np.nanmin(values))), largest),
+        unit=unit,
     )
     ax.figure.colorbar(image, ax=ax, label=f"{variable} [{unit}]")
     return ax
 
 
 @checked
-def write_trial_movie(tensors: xr.Dataset, antenna: Antenna, path: Path, trial: int = 0, **how: Any) -> Path:
-    """The antenna as the sensors tell it beside the tensor as it grows; ``how`` as for ``write_touch_movie``."""
-    return write_touch_movie(antenna, None, tensors.isel(trial=[_check_trial(tensors, trial)]), path, **how)
+def write_trial_movie(
+    tensors: xr.Dataset, antenna: Antenna, path: Path, trial: int = 0, **how: Any
+) -> Path:
+    """The antenna as the sensors tell it beside the tensor as it grows; ``how`` as for
+    ``write_touch_movie``.
+    """
+    return write_touch_movie(
+        antenna, None, tensors.isel(trial=[_check_trial(tensors, trial)]), path, **how
+    )
 
 
 def _take(tensors: xr.Dataset, trial: int, variable: str) -> xr.DataArray:
-    if variable not in tensors.data_vars or not {"trial", "sensor", "time"} <= set(tensors[variable].dims):
-        valid = [name for name, item in tensors.data_vars.items() if {"trial", "sensor", "time"} <= set(item.dims)]
-        raise InvalidInput(f"no tensor {variable!r} in this Dataset; valid: {', '.join(map(str, valid)) or 'none'}.")
+    if variable not in tensors.data_vars or not {"trial", "sensor", "time"} <= set(
+        tensors[variable].dims
+    ):
+        valid = [
+            name
+            for name, item in tensors.data_vars.items()
+            if {"trial", "sensor", "time"} <= set(item.dims)
+        ]
+        raise InvalidInput(
+            f"no tensor {variable!r} in this Dataset; valid:"
+            f" {', '.join(map(str, valid)) or 'none'}."
+        )
     return tensors[variable].isel(trial=_check_trial(tensors, trial))
 
 

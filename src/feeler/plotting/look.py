@@ -42,7 +42,9 @@ RC: Any = {
     "ps.fonttype": 42,
     "svg.fonttype": "path",
     "svg.hashsalt": "feeler",
-    "axes.titley": 1.0,  # named, so that each measurement need not look for what stands above the axes
+    "axes.titley": (
+        1.0
+    ),  # named, so that each measurement need not look for what stands above the axes
 }
 
 
@@ -54,7 +56,9 @@ def style() -> Iterator[None]:
 
 
 def set_decades(ax: Axes) -> None:
-    """A logarithmic y axis with a plain number at each decade: ticks between them only crowd a small panel."""
+    """A logarithmic y axis with a plain number at each decade: ticks between them only crowd a
+    small panel.
+    """
     ax.set_yscale("log", subs=[])
     ax.yaxis.set_major_formatter("{x:g}")
 
@@ -71,9 +75,11 @@ FEWEST = 5
 
 
 def unjoin(figure: Figure, least: int = FEWEST) -> None:
-    """Curves of fewer points than ``least`` become points: a line between them would say what nobody measured.
+    """Curves of fewer points than ``least`` become points: a line between them would say what
+    nobody measured.
 
-    Only lines with marks are curves. What was dashed gets open marks, so that it still can be told from what was not.
+    Only lines with marks are curves. What was dashed gets open marks, so that it still can be told
+    from what was not.
     """
     loose: dict[object, bool] = {}
     for ax in figure.axes:
@@ -109,9 +115,11 @@ def _loosen(line: Line2D, was_dashed: bool) -> None:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Lay the figure out once; with a layout engine, even "none", every file would be drawn twice and laid out anew.
+    """Lay the figure out once; with a layout engine, even "none", every file would be drawn twice
+    and laid out anew.
 
-    That is why ``style`` names no engine: after each file matplotlib puts back the one that the style asks for.
+    That is why ``style`` names no engine: after each file matplotlib puts back the one that the
+    style asks for.
     """
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):

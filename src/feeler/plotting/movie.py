@@ -16,7 +16,9 @@ from feeler.plotting.look import fix_layout
 
 DPI = 110
 SLOWER = 30.0
-"""Times slower than life, the same in every movie of a touch, so that fast and slow ones can be compared by eye."""
+"""Times slower than life, the same in every movie of a touch, so that fast and slow ones can be
+compared by eye.
+"""
 FPS = 15
 STILL = 66  # % of the movie
 DrawFrame = Callable[[int], Sequence[Artist] | None]
@@ -24,9 +26,13 @@ DrawFrame = Callable[[int], Sequence[Artist] | None]
 
 @checked
 def choose_frames(time: np.ndarray, *, slower: float = SLOWER, fps: int = FPS) -> np.ndarray:
-    """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last one is among them."""
+    """Samples (frame,) to show of ``time`` [ms] so that the movie is ``slower`` than life; the last
+    one is among them.
+    """
     n_frames = max(2, round((time[-1] - time[0]) * slower * fps / 1000))
-    return np.searchsorted(time, np.linspace(time[0], time[-1], n_frames) - 1e-9).clip(max=len(time) - 1)
+    return np.searchsorted(time, np.linspace(time[0], time[-1], n_frames) - 1e-9).clip(
+        max=len(time) - 1
+    )
 
 
 def say_clock(time: float, slower: float = SLOWER) -> str:
@@ -35,12 +41,15 @@ def say_clock(time: float, slower: float = SLOWER) -> str:
 
 
 @checked
-def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = FPS) -> Path:
+def write_movie(
+    path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int, fps: int = FPS
+) -> Path:
     """Write ``n_frames`` frames of ``figure``; ``draw_frame(k)`` changes its artists to frame k.
 
-    Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging rest, which is
-    many times faster. The file appears under its name only when it is whole; a frame at two thirds of it stands beside
-    it as a still, ``.jpg``, for paper and for those who want no moving pictures.
+    Where ``draw_frame`` returns the artists it changed, only these are drawn anew on the unchanging
+    rest, which is many times faster. The file appears under its name only when it is whole; a frame
+    at two thirds of it stands beside it as a still, ``.jpg``, for paper and for those who want no
+    moving pictures.
 
     Raises
     ------
@@ -64,7 +73,16 @@ def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int
         codec="libx264",
         pix_fmt_out="yuv420p",
         macro_block_size=2,
-        output_params=["-crf", "24", "-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"],
+        output_params=[
+            "-crf",
+            "24",
+            "-preset",
+            "veryfast",
+            "-movflags",
+            "+faststart",
+            "-threads",
+            "1",
+        ],
     )
     writer.send(None)
     try:
@@ -80,8 +98,12 @@ def write_movie(path: Path, figure: Figure, draw_frame: DrawFrame, n_frames: int
     return partial.replace(path)
 
 
-def _draw(figure: Figure, canvas: FigureCanvasAgg, changed: Sequence[Artist] | None, background: Any) -> Any:
-    """Draw one frame; returns the picture of everything that does not change, if the changing artists are known."""
+def _draw(
+    figure: Figure, canvas: FigureCanvasAgg, changed: Sequence[Artist] | None, background: Any
+) -> Any:
+    """Draw one frame; returns the picture of everything that does not change, if the changing
+    artists are known.
+    """
     if not changed:
         canvas.draw()
         return None

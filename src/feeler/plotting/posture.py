@@ -18,7 +18,9 @@ from feeler.stimulus.convex import trace_rim
 from feeler.stimulus.feature import Feature
 
 OBJECT_COLOUR = "#009E73"
-SPANS_DECADES = 30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
+SPANS_DECADES = (
+    30  # largest over smallest [C]: from here on a logarithmic axis has two decades to show
+)
 
 
 @checked
@@ -28,9 +30,13 @@ def plot_posture(points: Annotated[np.ndarray, "joint axis"], ax: Axes, **line: 
 
 
 class MovingAntenna:
-    """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its sensors as dots."""
+    """An antenna that moves: as thick as it is, each segment coloured by its hinge's value, its
+    sensors as dots.
+    """
 
-    def __init__(self, antenna: Antenna, ax: Axes, norm: Normalize, colours: str = TENSOR_COLOURS) -> None:
+    def __init__(
+        self, antenna: Antenna, ax: Axes, norm: Normalize, colours: str = TENSOR_COLOURS
+    ) -> None:
         self.antenna = antenna
         self._skin = LineCollection([], colors="#1b1f24", capstyle="round", zorder=3)
         self._line = LineCollection([], norm=norm, cmap=colours, capstyle="round", zorder=4)
@@ -63,15 +69,23 @@ class MovingAntenna:
 
 
 @checked
-def make_patch(feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0) -> Patch:
-    """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along ``forward``."""
+def make_patch(
+    feature: Feature, origin: np.ndarray, forward: np.ndarray, reach: float = 100.0
+) -> Patch:
+    """A Matplotlib patch of a feature whose frame stands at ``origin`` [mm] and points along
+    ``forward``.
+    """
     turn = np.stack([forward, [-forward[1], forward[0]]])
     rims = [trace_rim(part, feature.rounding) for part in feature.parts]
     if feature.unbounded:
         rims = [np.array([[0, -reach], [0, reach], [-reach, reach], [-reach, -reach]])]
     paths = [Path(np.vstack([rim, rim[:1]]) @ turn + origin, closed=True) for rim in rims]
     return PathPatch(
-        Path.make_compound_path(*paths), facecolor=OBJECT_COLOUR, edgecolor=OBJECT_COLOUR, lw=0.0, alpha=0.85
+        Path.make_compound_path(*paths),
+        facecolor=OBJECT_COLOUR,
+        edgecolor=OBJECT_COLOUR,
+        lw=0.0,
+        alpha=0.85,
     )
 
 

@@ -16,12 +16,21 @@ LEVELS = 64  # of a colour scale that a page knows
 
 @checked
 def plot_tensor(
-    tensor: np.ndarray, time: np.ndarray, ax: Axes, norm: Normalize, labels: bool = True, unit: str = "/mm"
+    tensor: np.ndarray,
+    time: np.ndarray,
+    ax: Axes,
+    norm: Normalize,
+    labels: bool = True,
+    unit: str = "/mm",
 ) -> AxesImage:
-    """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``, whose values are in ``unit``."""
+    """One tensor (sensor, time) as an image; ``time`` in ms, colours by ``norm``, whose values are
+    in ``unit``.
+    """
     step = time[1] - time[0] if len(time) > 1 else 1.0
     extent = (time[0] - step / 2, time[-1] + step / 2, 0.5, tensor.shape[0] + 0.5)
-    image = ax.imshow(tensor, origin="lower", aspect="auto", extent=extent, norm=norm, interpolation="nearest")
+    image = ax.imshow(
+        tensor, origin="lower", aspect="auto", extent=extent, norm=norm, interpolation="nearest"
+    )
     _remember(image, unit)
     if labels:
         ax.set_xlabel("time [ms]")
@@ -39,7 +48,8 @@ def plot_tensor_grid(
     columns: list[str],
     unit: str = "/mm",
 ) -> AxesImage:
-    """Small multiples (row, column) of tensors as one picture on one colour scale; time [ms] under every column.
+    """Small multiples (row, column) of tensors as one picture on one colour scale; time [ms] under
+    every column.
 
     One image in one axes is drawn many times faster than an axes for each tensor.
     """
@@ -52,14 +62,25 @@ def plot_tensor_grid(
             mosaic[high * i :, wide * j :][:n_sensors, :n_samples] = tensor[::-1]  # tip upwards
     image = ax.imshow(mosaic, aspect="auto", norm=norm, interpolation="nearest")
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    grid = {"rows": rows, "columns": columns, "wide": wide, "high": high, "sensors": n_sensors, "start": float(time[0])}
+    grid = {
+        "rows": rows,
+        "columns": columns,
+        "wide": wide,
+        "high": high,
+        "sensors": n_sensors,
+        "start": float(time[0]),
+    }
     _remember(image, unit, grid | {"step": step})
     last_row = high * (len(rows) - 1)  # numbers beside every row would meet in a low picture
     levels = [(last_row + n_sensors - end, str(end)) for end in (1, n_sensors)]
     ax.set_yticks([high * i + n_sensors / 2 for i in range(len(rows))], rows)
     ax.set_yticks([place for place, _ in levels], [words for _, words in levels], minor=True)
     last = n_samples - 1
-    marks = [(wide * j + sample, f"{time[sample]:.0f}") for j in range(len(columns)) for sample in (0, last)]
+    marks = [
+        (wide * j + sample, f"{time[sample]:.0f}")
+        for j in range(len(columns))
+        for sample in (0, last)
+    ]
     ax.set_xticks([place for place, _ in marks], [words for _, words in marks])
     for label, at_end in zip(ax.get_xticklabels(), [False, True] * len(columns), strict=True):
         label.set_horizontalalignment("right" if at_end else "left")
@@ -79,15 +100,24 @@ def _remember(image: AxesImage, unit: str, grid: dict[str, Any] | None = None) -
 
 
 def list_tensors(figure: Figure) -> list[dict[str, Any]]:
-    """Where each tensor stands in a figure that is laid out, and what its colours mean: so a page can tell values."""
+    """Where each tensor stands in a figure that is laid out, and what its colours mean: so a page
+    can tell values.
+    """
     found = []
     for ax in figure.axes:
         for image in ax.images:
             if image.get_gid() == GID:
                 low, high = image.norm.vmin, image.norm.vmax
                 colours = (
-                    np.round(255 * image.get_cmap()(np.linspace(0, 1, LEVELS))[:, :3]).astype(int).ravel().tolist()
+                    np.round(255 * image.get_cmap()(np.linspace(0, 1, LEVELS))[:, :3])
+                    .astype(int)
+                    .ravel()
+                    .tolist()
                 )
-                place = {"box": [round(v, 5) for v in ax.get_position().bounds], "x": ax.get_xlim(), "y": ax.get_ylim()}
+                place = {
+                    "box": [round(v, 5) for v in ax.get_position().bounds],
+                    "x": ax.get_xlim(),
+                    "y": ax.get_ylim(),
+                }
                 found.append(place | {"low": low, "high": high, "colours": colours} | image.tensor)  # type: ignore[attr-defined]
     return found

@@ -1,4 +1,6 @@
-"""One touch, drawn: its tensor as a picture, and the antenna meeting the feature while its tensor grows as a movie."""
+"""One touch, drawn: its tensor as a picture, and the antenna meeting the feature while its tensor
+grows as a movie.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,24 +29,41 @@ from feeler.tensors.posture import reconstruct_posture, spread_angles
 def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature of a Dataset's first touch, (sensor, time)."""
     values, ax = tensors["curvature"].values[0], figure.subplots()
-    image = plot_tensor(values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
+    image = plot_tensor(
+        values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9))
+    )
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
 
 
 class _View:
-    """A touch as it goes on: the antenna meets the feature in one axes while its tensor grows in the other."""
+    """A touch as it goes on: the antenna meets the feature in one axes while its tensor grows in
+    the other.
+    """
 
     def __init__(
-        self, antenna: Antenna, trial: Trial | None, tensors: xr.Dataset, norm: Normalize, axes: Sequence[Axes]
+        self,
+        antenna: Antenna,
+        trial: Trial | None,
+        tensors: xr.Dataset,
+        norm: Normalize,
+        axes: Sequence[Axes],
     ) -> None:
-        hinge, angle = tensors["segment"].values - 1, tensors["angle"].transpose("trial", "time", "sensor").values[0]
+        hinge, angle = (
+            tensors["segment"].values - 1,
+            tensors["angle"].transpose("trial", "time", "sensor").values[0],
+        )
         self.points = reconstruct_posture(tensors, antenna).values[0]
         self.bend = spread_angles(angle, antenna, hinge) / antenna.segment_length
         curvature = tensors["curvature"].transpose("trial", "sensor", "time").values[0]
-        self.time, self.tensor = tensors["time"].values, curvature[np.isin(hinge, antenna.sensors - 1)]
+        self.time, self.tensor = (
+            tensors["time"].values,
+            curvature[np.isin(hinge, antenna.sensors - 1)],
+        )
         self.ax, below = axes
         reach = antenna.length
-        self.ax.set(xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal")
+        self.ax.set(
+            xlim=(-0.2 * reach, 0.72 * reach), ylim=(-0.06 * reach, 1.1 * reach), aspect="equal"
+        )
         self.antenna, self.image = (
             MovingAntenna(antenna, self.ax, norm),
             plot_tensor(self.tensor, self.time, below, norm),
@@ -58,19 +77,27 @@ class _View:
         if self.trial is not None and self.placement is not None:
             self.patch.remove()
             origin = self.placement.origin + self.placement.velocity * self.time[now]
-            self.patch = self.ax.add_patch(make_patch(self.trial.shape, origin, self.placement.forward))
+            self.patch = self.ax.add_patch(
+                make_patch(self.trial.shape, origin, self.placement.forward)
+            )
         self.image.set_data(np.where(self.time <= self.time[now], self.tensor, np.nan))
         return [self.image, self.patch, *self.antenna.move(self.points[now], self.bend[now])]
 
 
 @checked
 def write_touch_movie(
-    antenna: Antenna, trial: Trial | None, tensors: xr.Dataset, path: Path, *, slower: float = SLOWER, fps: int = FPS
+    antenna: Antenna,
+    trial: Trial | None,
+    tensors: xr.Dataset,
+    path: Path,
+    *,
+    slower: float = SLOWER,
+    fps: int = FPS,
 ) -> Path:
     """Shape and feature left, growing tensor right; ``tensors`` holds one touch.
 
-    What was recorded at the sensors alone is interpolated between them (``reconstruct_posture``); without a ``trial``, as of
-    a recording, no feature is drawn.
+    What was recorded at the sensors alone is interpolated between them (``reconstruct_posture``);
+    without a ``trial``, as of a recording, no feature is drawn.
     """
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
@@ -92,14 +119,18 @@ def write_touches_movie(
     slower: float = SLOWER,
     fps: int = FPS,
 ) -> Path:
-    """Touches side by side on one clock and one colour scale, each antenna above its growing tensor.
+    """Touches side by side on one clock and one colour scale, each antenna above its growing
+    tensor.
 
-    ``touches`` by title; each Dataset holds one touch recorded at every hinge. Narrow, so that a phone shows it legibly.
+    ``touches`` by title; each Dataset holds one touch recorded at every hinge. Narrow, so that a
+    phone shows it legibly.
     """
     with style():
         figure = Figure(figsize=(4.6, 5.0), layout="constrained")
         axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
-        norm = Normalize(0.0, max(float(tensors["curvature"].max()) for _, tensors in touches.values()))
+        norm = Normalize(
+            0.0, max(float(tensors["curvature"].max()) for _, tensors in touches.values())
+        )
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
             views.append(_View(antenna, trial, tensors, norm, column))
@@ -107,15 +138,26 @@ def write_touches_movie(
         for ax in axes[:, 1:].flat:
             ax.set(ylabel="", yticklabels=[])
         axes[0, 0].set_ylabel("y [mm]")
-        bar = figure.colorbar(views[0].image, ax=axes, location="bottom", label="curvature [1/mm]", aspect=50, pad=0.02)
+        bar = figure.colorbar(
+            views[0].image,
+            ax=axes,
+            location="bottom",
+            label="curvature [1/mm]",
+            aspect=50,
+            pad=0.02,
+        )
         bar.ax.tick_params(labelsize=8)
         return _write(views, path, figure, figure.suptitle("0 ms", fontsize=10), slower, fps)
 
 
-def _write(views: Sequence[_View], path: Path, figure: Figure, clock: Text, slower: float, fps: int) -> Path:
+def _write(
+    views: Sequence[_View], path: Path, figure: Figure, clock: Text, slower: float, fps: int
+) -> Path:
     time = max((view.time for view in views), key=lambda times: float(times[-1]))
     shown = time[choose_frames(time, slower=slower, fps=fps)]
-    clock.set_text(say_clock(float(shown[-1]), slower))  # as long as it gets: the place that it is laid out for
+    clock.set_text(
+        say_clock(float(shown[-1]), slower)
+    )  # as long as it gets: the place that it is laid out for
 
     def draw(k: int) -> list[Artist]:
         clock.set_text(say_clock(float(shown[k]), slower))

@@ -46,23 +46,41 @@ class Shapes:
     def _make(cls, antenna, points, posture, distance, contact, inverted, position) -> "Shapes":
         arc = np.append(antenna.hinge_position, antenna.length)
         peak = np.array(
-            [[np.interp(s, arc, shape[:, axis]) for axis in (0, 1)] for s, shape in zip(position, points, strict=True)]
+            [
+                [np.interp(s, arc, shape[:, axis]) for axis in (0, 1)]
+                for s, shape in zip(position, points, strict=True)
+            ]
         )
-        return cls(points=points, wall=posture.sign * distance, contact=contact, inverted=inverted, peak=peak)
+        return cls(
+            points=points,
+            wall=posture.sign * distance,
+            contact=contact,
+            inverted=inverted,
+            peak=peak,
+        )
 
 
 def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.0, 62.0)) -> None:
     """Every shape beside its wall: a row per antenna, a column per distance; ``cell`` [mm].
 
-    Black: inverted J in contact; red: in contact, but no inverted J; grey: no contact. Dots: greatest bend.
+    Black: inverted J in contact; red: in contact, but no inverted J; grey: no contact. Dots:
+    greatest bend.
     """
     lines, colours, walls, dots = [], [], [], []
     for row, shapes in enumerate(rows.values()):
         for column, points in enumerate(shapes.points):
             shift = np.array([column * cell[0], -row * cell[1]])
             lines.append(points + shift)
-            colours.append("#000000" if shapes.inverted[column] else "#D55E00" if shapes.contact[column] else "#999999")
-            walls.append(np.array([[shapes.wall[column], -18.0], [shapes.wall[column], 38.0]]) + shift)
+            colours.append(
+                "#000000"
+                if shapes.inverted[column]
+                else "#D55E00"
+                if shapes.contact[column]
+                else "#999999"
+            )
+            walls.append(
+                np.array([[shapes.wall[column], -18.0], [shapes.wall[column], 38.0]]) + shift
+            )
             dots.append(shapes.peak[column] + shift)
     ax.add_collection(LineCollection(walls, colors="#009E73", linewidths=0.8))
     ax.add_collection(LineCollection(lines, colors=colours, linewidths=0.9))
@@ -82,14 +100,33 @@ def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
     for mark, (name, found) in zip("os^D", maps.items(), strict=False):
         colour = PROFILE_COLOURS.get(name, PALETTE[0])
         r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"
-        ax.plot(found.position[found.used], found.distance[found.used], mark, ms=3, color=colour, label=f"{name}: {r2}")
+        ax.plot(
+            found.position[found.used],
+            found.distance[found.used],
+            mark,
+            ms=3,
+            color=colour,
+            label=f"{name}: {r2}",
+        )
         rest = ~found.used & np.isfinite(found.position)
-        ax.plot(found.position[rest], found.distance[rest], mark, mfc="none", ms=3 + "os^D".index(mark), color=colour)
+        ax.plot(
+            found.position[rest],
+            found.distance[rest],
+            mark,
+            mfc="none",
+            ms=3 + "os^D".index(mark),
+            color=colour,
+        )
         if not found.undefined:
-            ends = np.array([np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])])
+            ends = np.array(
+                [np.nanmin(found.position[found.used]), np.nanmax(found.position[found.used])]
+            )
             ax.plot(ends, found.predict(ends), "--", lw=0.8, color=colour)
     ax.set(
-        xlabel="point of greatest curvature [mm from base]", ylabel="wall distance [mm]", ylim=(3, 36), xlim=(-1.5, 43)
+        xlabel="point of greatest curvature [mm from base]",
+        ylabel="wall distance [mm]",
+        ylim=(3, 36),
+        xlim=(-1.5, 43),
     )
     ax.plot([], [], "o", mfc="none", ms=3, color="#59636e", label="open: not fitted")
     ax.legend(loc="upper center")

@@ -1,4 +1,6 @@
-"""Sections as one self-contained page: pictures and movies stand inside the file, nothing comes from elsewhere."""
+"""Sections as one self-contained page: pictures and movies stand inside the file, nothing comes
+from elsewhere.
+"""
 
 import base64
 import os
@@ -31,7 +33,12 @@ class Part:
 
 def open_templates(package: str) -> Environment:
     """The templates of a package; whatever is put into one is escaped."""
-    return Environment(loader=PackageLoader(package, ""), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return Environment(
+        loader=PackageLoader(package, ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
 
 
 @checked
@@ -49,11 +56,13 @@ def render_page(
     ----------
     lead : the paragraph below the title and the ``opening``.
     opening : what fills the first screen (Markup; a plain string is escaped).
-    beside : what stands beside the figure of a name, or at the end of a section (``section-`` and its name).
+    beside : what stands beside the figure of a name, or at the end of a section (``section-`` and
+    its name).
     """
     shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
     css, script = (
-        Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8")) for name in ("page.css", "page.js")
+        Markup(files("feeler.report").joinpath(name).read_text(encoding="utf-8"))
+        for name in ("page.css", "page.js")
     )
     page = open_templates("feeler.report").get_template("page.html")
     return page.render(
@@ -80,7 +89,9 @@ def write_page(path: str | os.PathLike, title: str, lead: str, *sections: Sectio
 def _fill(section: Section, beside: Mapping[str, str]) -> Part:
     blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
     texts = defaultdict(str, beside)
-    body = blocks.draw(section.name, section.blocks, lambda name: embed(section.folder / name), texts)
+    body = blocks.draw(
+        section.name, section.blocks, lambda name: embed(section.folder / name), texts
+    )
     return Part(name=section.name, title=section.title, body=body)
 
 

@@ -17,7 +17,9 @@ from feeler.plotting.tensor import list_tensors
 
 
 class Pictures:
-    """Draws into ``folder`` and, if ``vector``, into the PDF ``pages``, which is whole once it is closed."""
+    """Draws into ``folder`` and, if ``vector``, into the PDF ``pages``, which is whole once it is
+    closed.
+    """
 
     def __init__(self, folder: Path, pages: Path, *, vector: bool) -> None:
         self._folder, self._path, self._vector = folder, pages, vector
@@ -25,7 +27,9 @@ class Pictures:
     def draw(
         self, name: str, draw: Callable[[Figure], None], *, width: float | None, height: float
     ) -> tuple[tuple[float, float], list[dict[str, Any]]]:
-        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two columns, and its tensors."""
+        """Keep what ``draw(figure)`` draws; gives its size [inches], by default as wide as two
+        columns, and its tensors.
+        """
         width = DOUBLE if width is None else width
         with style():
             figure = Figure(figsize=(width, height), layout="constrained")
@@ -52,8 +56,12 @@ class Pictures:
 
 
 def _save_png(figure: Figure, path: Path) -> None:
-    """Without the layer for transparency, which every picture fills: a fifth smaller than what ``savefig`` writes."""
+    """Without the layer for transparency, which every picture fills: a fifth smaller than what
+    ``savefig`` writes.
+    """
     figure.set_dpi(dpi := rcParams["savefig.dpi"])
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(path, compress_level=6, dpi=(dpi, dpi))
+    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(
+        path, compress_level=6, dpi=(dpi, dpi)
+    )

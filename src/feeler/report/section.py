@@ -38,22 +38,38 @@ class Section:
         """A heading within the section."""
         self.blocks.append({"kind": "heading", "text": words})
 
-    def table(self, header: Sequence[str], rows: Sequence[Sequence[object]], caption: str = "") -> None:
+    def table(
+        self, header: Sequence[str], rows: Sequence[Sequence[object]], caption: str = ""
+    ) -> None:
         """A table; numbers are shown with four digits."""
         plain = [[_show(cell) for cell in row] for row in rows]
-        self.blocks.append({"kind": "table", "header": list(header), "rows": plain, "caption": caption})
+        self.blocks.append(
+            {"kind": "table", "header": list(header), "rows": plain, "caption": caption}
+        )
 
     def figure(
-        self, name: str, caption: str, draw: Callable, *, width: float | None = None, height: float = 3.0
+        self,
+        name: str,
+        caption: str,
+        draw: Callable,
+        *,
+        width: float | None = None,
+        height: float = 3.0,
     ) -> None:
-        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of ``figures.pdf``."""
+        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of
+        ``figures.pdf``.
+        """
         inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
-        self.blocks.append({"kind": "figure", "name": name, "caption": caption, "size": size, "hover": tensors})
+        self.blocks.append(
+            {"kind": "figure", "name": name, "caption": caption, "size": size, "hover": tensors}
+        )
 
     @cached_property
     def _pictures(self) -> "Pictures":
-        from feeler.report.pictures import Pictures  # matplotlib is slow to load, and who reads a section does not draw
+        from feeler.report.pictures import (
+            Pictures,
+        )  # matplotlib is slow to load, and who reads a section does not draw
 
         return Pictures(self.folder, self.folder / PAGES, vector=self.vector)
 

@@ -1,4 +1,6 @@
-"""Response: measured quantities of a recorded motion. Plain arrays in; nothing here needs a simulator."""
+"""Response: measured quantities of a recorded motion. Plain arrays in; nothing here needs a
+simulator.
+"""
 
 from feeler.response.bending import measure_bending_stiffness
 from feeler.response.decay import DampedCosine, fit_damped_cosine

@@ -7,7 +7,9 @@ from feeler.errors import InvalidInput
 
 
 @checked
-def measure_bending_stiffness(force: np.ndarray, deflection: np.ndarray, position: np.ndarray) -> np.ndarray:
+def measure_bending_stiffness(
+    force: np.ndarray, deflection: np.ndarray, position: np.ndarray
+) -> np.ndarray:
     """Flexural rigidity EI [N·mm²] that a uniform cantilever would have: ``EI = F a³ / (3 δ)``.
 
     Parameters
@@ -21,9 +23,12 @@ def measure_bending_stiffness(force: np.ndarray, deflection: np.ndarray, positio
 
     Notes
     -----
-    On a tapered antenna this is an average that weighs the base most; it falls as the loaded point moves out.
+    On a tapered antenna this is an average that weighs the base most; it falls as the loaded point
+    moves out.
     """
-    force, deflection, position = (np.asarray(x, dtype=float) for x in (force, deflection, position))
+    force, deflection, position = (
+        np.asarray(x, dtype=float) for x in (force, deflection, position)
+    )
     for name, values in (("force", force), ("deflection", deflection), ("position", position)):
         if not np.isfinite(values).all():
             raise InvalidInput(f"{name} must be finite, got {values}.")

@@ -11,7 +11,9 @@ from feeler.response.trace import check_trace
 
 @dataclass(frozen=True, kw_only=True)
 class DampedCosine:
-    """``offset + amplitude · exp(−ζ ω₀ t) · cos(2π f t + phase)``, t from the first sample, ω₀ = 2π f / √(1 − ζ²)."""
+    """``offset + amplitude · exp(−ζ ω₀ t) · cos(2π f t + phase)``, t from the first sample, ω₀ = 2π
+    f / √(1 − ζ²).
+    """
 
     frequency: float
     """Damped frequency f [kHz]."""
@@ -28,10 +30,11 @@ class DampedCosine:
 def fit_damped_cosine(
     time: np.ndarray, signal: np.ndarray, frequency: float, damping_ratio: float = 0.3
 ) -> DampedCosine:
-    """Least-squares damped cosine over the whole record, from a first guess of frequency [kHz] and damping ratio.
+    """Least-squares damped cosine over the whole record, from a first guess of frequency [kHz] and
+    damping ratio.
 
-    Only decay rate and frequency are searched; amplitude, phase and offset are linear and solved for exactly (variable
-    projection, Golub & Pereyra 1973, doi:10.1137/0710036).
+    Only decay rate and frequency are searched; amplitude, phase and offset are linear and solved
+    for exactly (variable projection, Golub & Pereyra 1973, doi:10.1137/0710036).
     """
     time, signal = check_trace(time, signal)
     t = time - time[0]
@@ -60,4 +63,6 @@ def fit_damped_cosine(
 def _basis(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     decay, omega = np.exp(x)
     envelope = np.exp(-decay * t)
-    return np.stack([envelope * np.cos(omega * t), envelope * np.sin(omega * t), np.ones_like(t)], axis=1)
+    return np.stack(
+        [envelope * np.cos(omega * t), envelope * np.sin(omega * t), np.ones_like(t)], axis=1
+    )

@@ -10,17 +10,23 @@ from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
 
 MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
-PEAK_FLOOR = 1e-3  # [C] share of the first deflection under which a turning point is taken for noise
+PEAK_FLOOR = (
+    1e-3  # [C] share of the first deflection under which a turning point is taken for noise
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeResponse:
-    """What was measured on one free response. A quantity that it does not have is ``None``, never a number."""
+    """What was measured on one free response. A quantity that it does not have is ``None``, never a
+    number.
+    """
 
     overdamped: bool
     """The response creeps back without crossing its rest position: it has no damped frequency."""
     frequency: float | None
-    """Damped natural frequency [kHz], half a period between first opposite peak and following trough."""
+    """Damped natural frequency [kHz], half a period between first opposite peak and following
+    trough.
+    """
     damping_ratio: float | None
     """ζ [1] by logarithmic decrement, first opposite peak → following trough."""
     fitted_frequency: float | None
@@ -34,7 +40,9 @@ class FreeResponse:
     settle_5: float | None
     """The same for 5 %."""
     rejected: float | None
-    """Share of the step that is gone at the end of the first cycle (one damped period after release) [1]."""
+    """Share of the step that is gone at the end of the first cycle (one damped period after
+    release) [1].
+    """
     peak_time: float | None
     """Time of the first opposite peak [ms]."""
     peak: float | None
@@ -66,7 +74,8 @@ def measure_free_response(
     release
         Time of release [ms]; default: the first sample.
     floor
-        Turning points below this share of the first deflection do not count (set it above the noise of a recording).
+        Turning points below this share of the first deflection do not count (set it above the noise
+        of a recording).
     fit
         Whether to fit the damped cosine too.
 
@@ -78,7 +87,8 @@ def measure_free_response(
     Raises
     ------
     InvalidInput
-        A trace that cannot be measured: gaps, uneven time, constant, shorter than a cycle, or faster than its sampling.
+        A trace that cannot be measured: gaps, uneven time, constant, shorter than a cycle, or
+        faster than its sampling.
     """
     time, tip = check_trace(time, tip)
     start = 0 if release is None else int(np.searchsorted(time, release - 1e-9))
@@ -99,12 +109,15 @@ def measure_free_response(
     half = times[1] - times[0]
     if half < MIN_HALF * (time[1] - time[0]) or _count_crossings(time, share, times, floor) != 1:
         raise InvalidInput(
-            f"between peak and trough there are not {MIN_HALF} samples of {time[1] - time[0]:g} ms, or several "
-            "swings: the frequency lies beyond the sampling rate, or the time is in the wrong unit (ms are expected)."
+            f"between peak and trough there are not {MIN_HALF} samples of {time[1] - time[0]:g} ms,"
+            " or several swings: the frequency lies beyond the sampling rate, or the time is in"
+            " the wrong unit (ms are expected)."
         )
     decrement = np.log(abs(heights[0] / heights[1]))
     frequency, ratio = 0.5 / half, float(decrement / np.hypot(decrement, np.pi))
-    cosine = fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9))) if fit else None
+    cosine = (
+        fit_damped_cosine(time, share, frequency, float(np.clip(ratio, 0.01, 0.9))) if fit else None
+    )
     return FreeResponse(
         overdamped=False,
         frequency=float(frequency),
@@ -121,8 +134,12 @@ def measure_free_response(
     )
 
 
-def _opposite_turns(time: np.ndarray, share: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    """First opposite peak and the trough after it: the largest |extremum| of each half cycle between zero crossings."""
+def _opposite_turns(
+    time: np.ndarray, share: np.ndarray, floor: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """First opposite peak and the trough after it: the largest |extremum| of each half cycle
+    between zero crossings.
+    """
     times, heights = find_extrema(time, share, floor)
     after = np.flatnonzero(heights < 0)
     if not len(after):
@@ -144,18 +161,22 @@ def _count_crossings(time: np.ndarray, share: np.ndarray, times: np.ndarray, flo
 def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | None]) -> FreeResponse:
     if settle[0] is None:
         raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of "
-            "its first deflection without having turned. Record longer, or check that time is in ms and rest is right."
+            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"
+            f" {share[-1]:.0%} of its first deflection without having turned. Record longer, or"
+            " check that time is in ms and rest is right."
         )
     return _make_overdamped(time, share, settle, None, None)
 
 
 def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> FreeResponse:
-    """One opposite turn and no trough: so damped that the rest is below the floor, or cut too early."""
+    """One opposite turn and no trough: so damped that the rest is below the floor, or cut too
+    early.
+    """
     if settle[1] is None or abs(share[-1]) > 0.05:
         raise InvalidInput(
-            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at {share[-1]:.0%} of its "
-            "first deflection, before the trough that follows the first opposite peak. Record longer."
+            f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"
+            f" {share[-1]:.0%} of its first deflection, before the trough that follows the first"
+            " opposite peak. Record longer."
         )
     return _make_overdamped(time, share, settle, float(times[0] - time[0]), float(heights[0]))
 

@@ -1,4 +1,6 @@
-"""Answers: what a classifier says of one recording, how likely that is, and what the recording's notes know."""
+"""Answers: what a classifier says of one recording, how likely that is, and what the recording's
+notes know.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,12 +30,17 @@ class Answer:
     @property
     def right(self) -> dict[str, bool]:
         """Part → whether it agrees with the notes."""
-        return {part: _agree(self.label[PARTS.index(part)], value) for part, value in self.truth.items()}
+        return {
+            part: _agree(self.label[PARTS.index(part)], value) for part, value in self.truth.items()
+        }
 
     def __str__(self) -> str:
         words = name_touch(self.label)
         if self.runner_up is not None:
-            words += f" ({self.probability:.0%}); then {name_touch(self.runner_up)} ({self.runner_up_probability:.0%})"
+            words += (
+                f" ({self.probability:.0%}); then {name_touch(self.runner_up)}"
+                f" ({self.runner_up_probability:.0%})"
+            )
         if not self.truth:
             return words
         wrong = [part for part, right in self.right.items() if not right]
@@ -53,13 +60,22 @@ class Answer:
         return {**plain, "truth": self.truth, "right": self.right, "known": self.known}
 
 
-def judge_touch(classifier: TransferClassifier, tensor: np.ndarray, notes: Mapping[str, str | float]) -> Answer:
+def judge_touch(
+    classifier: TransferClassifier, tensor: np.ndarray, notes: Mapping[str, str | float]
+) -> Answer:
     """The answer to one aligned tensor (sensor, time); ``notes`` are ``Recording.labels``."""
     probability = classifier.predict_proba(tensor[None])[0]
     ranked = classifier.predict_top(tensor[None], 2)[0]
-    chance = [float(probability[classifier.classes_.index(label)]) for label in ranked if label != NO_CONTACT]
+    chance = [
+        float(probability[classifier.classes_.index(label)])
+        for label in ranked
+        if label != NO_CONTACT
+    ]
     truth = {part: notes[part] for part in PARTS if part in notes}
-    known = any(all(_agree(label[PARTS.index(p)], v) for p, v in truth.items()) for label in classifier.classes_)
+    known = any(
+        all(_agree(label[PARTS.index(p)], v) for p, v in truth.items())
+        for label in classifier.classes_
+    )
     return Answer(
         label=ranked[0],
         probability=chance[0] if chance else float("nan"),
@@ -73,14 +89,21 @@ def judge_touch(classifier: TransferClassifier, tensor: np.ndarray, notes: Mappi
 def name_notes(labels: Mapping[str, str | float]) -> str:
     """What a recording's notes say of its touch, in words; empty where they say nothing."""
     known = [(part, labels[part]) for part in PARTS if part in labels]
-    noted = [f"{part} {value}" if isinstance(value, str) else f"{part} {value:g}" for part, value in known]
+    noted = [
+        f"{part} {value}" if isinstance(value, str) else f"{part} {value:g}"
+        for part, value in known
+    ]
     return f"the notes say {', '.join(noted)}" if noted else ""
 
 
 def name_touch(label: Label) -> str:
     """A label in words."""
     feature, location, speed = label
-    return feature if feature == NO_CONTACT[0] else f"{feature} at {location:g} of the length, {speed:g} m/s"
+    return (
+        feature
+        if feature == NO_CONTACT[0]
+        else f"{feature} at {location:g} of the length, {speed:g} m/s"
+    )
 
 
 def _agree(found: str | float, noted: str | float) -> bool:

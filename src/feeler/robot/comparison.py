@@ -12,27 +12,40 @@ from feeler.stimulus import Trial
 from feeler.tensors.scaling import rectify
 
 PROFILES = ("exponential", "linear", "constant")
-TIP_SHARE = 0.1  # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
+# [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
+TIP_SHARE = 0.1
 DURATION = 2600.0  # ms, the longest slow touch
 STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
 
 
 @checked
 def make_profiles() -> dict[str, Antenna]:
-    """The robot (its widths fall linearly) and two controls of the same compliance Σ 1/k_n and damping time c/k."""
+    """The robot (its widths fall linearly) and two controls of the same compliance Σ 1/k_n and
+    damping time c/k.
+    """
     linear = make_robot()
     steps = np.linspace(0, 1, linear.n_segments)
-    shapes = {"exponential": TIP_SHARE**steps, "linear": linear.stiffness, "constant": np.ones(linear.n_segments)}
+    shapes = {
+        "exponential": TIP_SHARE**steps,
+        "linear": linear.stiffness,
+        "constant": np.ones(linear.n_segments),
+    }
     time = linear.damping[0] / linear.stiffness[0]
     profiles = {}
     for name in PROFILES:
         stiffness = shapes[name] * np.sum(1 / shapes[name]) / np.sum(1 / linear.stiffness)
-        profiles[name] = linear.replace(stiffness=stiffness, damping=time * stiffness, name=f"robot {name}")
+        profiles[name] = linear.replace(
+            stiffness=stiffness, damping=time * stiffness, name=f"robot {name}"
+        )
     return profiles
 
 
-def simulate_comparison(antenna: Antenna, *, speeds: Sequence[float] = SPEEDS) -> tuple[np.ndarray, list[Trial]]:
-    """Rectified tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials: 10 per speed, not aligned."""
+def simulate_comparison(
+    antenna: Antenna, *, speeds: Sequence[float] = SPEEDS
+) -> tuple[np.ndarray, list[Trial]]:
+    """Rectified tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials:
+    10 per speed, not aligned.
+    """
     trials = make_touches(speeds=speeds, locations=LOCATIONS)
     motions = simulate_touches(antenna, trials, duration=DURATION)
     return rectify(np.stack(motions)[:, :, ::STRIDE]), trials
@@ -40,26 +53,37 @@ def simulate_comparison(antenna: Antenna, *, speeds: Sequence[float] = SPEEDS) -
 
 @checked
 def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str, dict]:
-    """Dispersion and accuracy by speed (the robot) and by profile (slow touches), rectified as for the 140-link model.
+    """Dispersion and accuracy by speed (the robot) and by profile (slow touches), rectified as for
+    the 140-link model.
 
     Returns
     -------
     dict
-        ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi`` (closest match, averaged)
-        and ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's maximum on raw tensors).
+        ``speed`` and ``profile``: each group's name → ``pearson``, ``ssim``, ``mse``, ``nmi``
+        (closest match, averaged) and ``accuracy`` (10 classes, LDA, noise of 20 % of each tensor's
+        maximum on raw tensors).
     """
     profiles = make_profiles()
     robot, trials = simulate_comparison(profiles["linear"])
     speeds = np.array([trial.speed for trial in trials])
-    slow = {name: simulate_comparison(profiles[name], speeds=SPEEDS[-1:])[0] for name in ("exponential", "constant")}
+    slow = {
+        name: simulate_comparison(profiles[name], speeds=SPEEDS[-1:])[0]
+        for name in ("exponential", "constant")
+    }
     slow["linear"] = robot[speeds == SPEEDS[-1]]
     labels = [get_label(trial)[:2] for trial in trials]
-    by_speed = _compare({f"{s:g} m/s": robot[speeds == s] for s in SPEEDS}, labels[:10], n_repeats, random_state)
-    by_profile = _compare({name: slow[name] for name in PROFILES}, labels[:10], n_repeats, random_state)
+    by_speed = _compare(
+        {f"{s:g} m/s": robot[speeds == s] for s in SPEEDS}, labels[:10], n_repeats, random_state
+    )
+    by_profile = _compare(
+        {name: slow[name] for name in PROFILES}, labels[:10], n_repeats, random_state
+    )
     return {"speed": by_speed, "profile": by_profile}
 
 
-def _compare(groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int, random_state: int) -> dict:
+def _compare(
+    groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int, random_state: int
+) -> dict:
     from feeler.decoding import Relative, compute_sweep
     from feeler.dispersion import compute_dispersion
 
@@ -76,7 +100,9 @@ def _compare(groups: dict[str, np.ndarray], labels: list[tuple], n_repeats: int,
             noise=Relative(each="tensor"),
             random_state=random_state,
         )
-        result[name] = {index: float(average[name].estimate) for index, average in dispersion.average.items()}
+        result[name] = {
+            index: float(average[name].estimate) for index, average in dispersion.average.items()
+        }
         result[name] |= {"accuracy": float(sweep.noisy.mean())}
     return result
 

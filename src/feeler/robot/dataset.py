@@ -24,23 +24,25 @@ def make_dataset(
 ) -> xr.Dataset:
     """Tactile tensors from repaired angle recordings, through the same door as simulations.
 
-    ``tip`` follows from the angles and the antenna's lengths where every hinge is sensed. What a recording does not say
-    about its touch is NaN or an empty word; its seed is −1.
+    ``tip`` follows from the angles and the antenna's lengths where every hinge is sensed. What a
+    recording does not say about its touch is NaN or an empty word; its seed is −1.
 
     Parameters
     ----------
     recordings
-        Hinge angles on an even time base (see :func:`feeler.robot.mending`), as many channels as the antenna's sensors.
+        Hinge angles on an even time base (see :func:`feeler.robot.mending`), as many channels as
+        the antenna's sensors.
     antenna
         The model whose lengths and sensor places apply; default :func:`make_robot`.
     lengths
-        Recordings of different durations: ``refuse``, ``crop`` all to the shortest, or ``hold`` each one's last sample.
+        Recordings of different durations: ``refuse``, ``crop`` all to the shortest, or ``hold``
+        each one's last sample.
 
     Raises
     ------
     InvalidInput
-        No recording, capacitance, missing values, the wrong number of channels, an uneven time base, different
-        intervals or durations.
+        No recording, capacitance, missing values, the wrong number of channels, an uneven time
+        base, different intervals or durations.
     """
     antenna = make_robot() if antenna is None else antenna
     if lengths not in LENGTHS:
@@ -58,7 +60,10 @@ def make_dataset(
         trials=_list_trials(recordings, antenna),
         tip=antenna.tip(angle.transpose(0, 2, 1)) if whole else None,
         attrs={
-            "configuration": {"histories": [list(recording.history) for recording in recordings], "lengths": lengths},
+            "configuration": {
+                "histories": [list(recording.history) for recording in recordings],
+                "lengths": lengths,
+            },
             "engine": "none (recorded)",
             "versions": {"feeler": version("feeler")},
             "timestep": interval,
@@ -76,7 +81,9 @@ def _stack(recordings: Sequence[Recording], lengths: str) -> np.ndarray:
             "Choose lengths='crop' or 'hold'."
         )
     samples = max(counts) if lengths == "hold" else min(counts)
-    return np.stack([r.values[:, np.minimum(np.arange(samples), r.time.size - 1)] for r in recordings])
+    return np.stack(
+        [r.values[:, np.minimum(np.arange(samples), r.time.size - 1)] for r in recordings]
+    )
 
 
 def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
@@ -85,27 +92,38 @@ def _check(recordings: Sequence[Recording], antenna: Antenna) -> float:
     for k, recording in enumerate(recordings):
         step = np.diff(recording.time)
         if recording.quantity != "angle":
-            raise InvalidInput(f"recording {k} holds capacitance; turn it into angles with a sensor calibration first.")
+            raise InvalidInput(
+                f"recording {k} holds capacitance; turn it into angles with a sensor calibration"
+                " first."
+            )
         if recording.n_sensors != antenna.sensors.size:
             raise InvalidInput(
-                f"recording {k} has {recording.n_sensors} channels, the antenna {antenna.sensors.size} sensors."
+                f"recording {k} has {recording.n_sensors} channels, the antenna"
+                f" {antenna.sensors.size} sensors."
             )
         if not np.isfinite(recording.values).all():
-            raise InvalidInput(f"recording {k} has missing values: bridge its gaps, or leave out the recording.")
+            raise InvalidInput(
+                f"recording {k} has missing values: bridge its gaps, or leave out the recording."
+            )
         if recording.time[0] != 0 or np.ptp(step) > 1e-6 * step.mean():
-            raise InvalidInput(f"recording {k} has an uneven time base or does not start at 0: repair it first.")
+            raise InvalidInput(
+                f"recording {k} has an uneven time base or does not start at 0: repair it first."
+            )
     intervals = {round(float(recording.time[1]), 9) for recording in recordings}
     if len(intervals) > 1:
         raise InvalidInput(
-            f"recordings every {', '.join(f'{i:g}' for i in sorted(intervals))} ms cannot be one set: "
-            f"repair them all with interval={INTERVAL:g}."
+            f"recordings every {', '.join(f'{i:g}' for i in sorted(intervals))} ms cannot be one"
+            f" set: repair them all with interval={INTERVAL:g}."
         )
     return intervals.pop()
 
 
 def _list_trials(recordings: Sequence[Recording], antenna: Antenna) -> dict[str, list]:
     labels = [recording.labels for recording in recordings]
-    numbers = {name: [float(label.get(name, np.nan)) for label in labels] for name in ("size", "location", "speed")}
+    numbers = {
+        name: [float(label.get(name, np.nan)) for label in labels]
+        for name in ("size", "location", "speed")
+    }
     return {
         "feature": [str(label.get("feature", "")) for label in labels],
         **numbers,

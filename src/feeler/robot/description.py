@@ -1,4 +1,6 @@
-"""Robot files: one TOML file says how a robotic antenna is built, which hinges are sensed, and where its calibration is."""
+"""Robot files: one TOML file says how a robotic antenna is built, which hinges are sensed, and
+where its calibration is.
+"""
 
 import os
 import tomllib
@@ -64,7 +66,8 @@ class RobotFile:
 
 @checked
 def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> None:
-    """Write a commented robot file to be edited: widths fall linearly from 12 to 4 mm, 8 mm links of 30 mg [C].
+    """Write a commented robot file to be edited: widths fall linearly from 12 to 4 mm, 8 mm links
+    of 30 mg [C].
 
     Raises
     ------
@@ -122,11 +125,14 @@ def _build(content: dict[str, Any], path: Path) -> RobotFile:
     hinges, links, factors, sensors = (content.get(name, {}) for name in KEYS)
     flexures = Flexures(**{name: _read(hinges, "hinges", name) for name in KEYS["hinges"]})
     widths = {
-        np.size(_read(table, name, key)) for name, table in (("hinges", hinges), ("links", links)) for key in table
+        np.size(_read(table, name, key))
+        for name, table in (("hinges", hinges), ("links", links))
+        for key in table
     }
     if len(widths - {1}) > 1:
         raise InvalidInput(
-            f"lists must have one number per hinge; their lengths are {', '.join(map(str, sorted(widths)))}."
+            "lists must have one number per hinge; their lengths are"
+            f" {', '.join(map(str, sorted(widths)))}."
         )
     n = max(widths)
     stiffness = np.broadcast_to(flexures.stiffness, n)
@@ -142,7 +148,11 @@ def _build(content: dict[str, Any], path: Path) -> RobotFile:
     p1 = factors.get("stiffness", FACTS["stiffness_factor"].number)
     p2 = factors.get("damping", FACTS["damping_factor"].number)
     for name, factor in (("stiffness", p1), ("damping", p2)):
-        if isinstance(factor, bool) or not isinstance(factor, int | float) or not 0 < factor < np.inf:
+        if (
+            isinstance(factor, bool)
+            or not isinstance(factor, int | float)
+            or not 0 < factor < np.inf
+        ):
             raise InvalidInput(f"[factors] {name} must be a number > 0, got {str(factor)[:40]!r}.")
     named = sensors.get("calibration")
     return RobotFile(
@@ -168,6 +178,10 @@ def _read(table: dict[str, Any], name: str, key: str) -> np.ndarray:
     if key not in table:
         raise InvalidInput(f"[{name}] needs {key}; see `feeler robot new`.")
     values = table[key] if isinstance(table[key], list) else [table[key]]
-    if not 1 <= len(values) <= MAX_HINGES or not all(type(value) in (int, float) for value in values):
-        raise InvalidInput(f"[{name}] {key} must be a number or a list of 1 to {MAX_HINGES} numbers.")
+    if not 1 <= len(values) <= MAX_HINGES or not all(
+        type(value) in (int, float) for value in values
+    ):
+        raise InvalidInput(
+            f"[{name}] {key} must be a number or a list of 1 to {MAX_HINGES} numbers."
+        )
     return np.array(values if len(values) > 1 else values[0], dtype=float)

@@ -1,4 +1,6 @@
-"""Fit of the robot's two factors p1 and p2 to the ringing after a release (Methods, robophysical model)."""
+"""Fit of the robot's two factors p1 and p2 to the ringing after a release (Methods, robophysical
+model).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -55,33 +57,47 @@ class RobotFit:
 
 @checked
 def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
-    """Damped frequency and damping ratio of a free tip trace (time,) by a least-squares damped cosine.
+    """Damped frequency and damping ratio of a free tip trace (time,) by a least-squares damped
+    cosine.
 
-    ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first crossing of rest on, when
-    the faster modes have died down. The first sample must be the release or later.
+    ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first
+    crossing of rest on, when the faster modes have died down. The first sample must be the release
+    or later.
 
     Raises
     ------
     InvalidInput
-        Not finite, not evenly sampled, less than two cycles, or nothing that rings (over-damped, or no deflection).
+        Not finite, not evenly sampled, less than two cycles, or nothing that rings (over-damped, or
+        no deflection).
     """
     time, tip = np.asarray(time, dtype=float), np.asarray(tip, dtype=float)
-    if time.ndim != 1 or time.shape != tip.shape or not np.all(np.isfinite(time) & np.isfinite(tip)):
-        raise InvalidInput("a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first.")
+    if (
+        time.ndim != 1
+        or time.shape != tip.shape
+        or not np.all(np.isfinite(time) & np.isfinite(tip))
+    ):
+        raise InvalidInput(
+            "a ringing trace is finite time (time,) and tip (time,) of one length. Repair it first."
+        )
     if time.size < 20 or np.any(np.abs(np.diff(time) - (time[1] - time[0])) > 1e-6 * np.ptp(time)):
-        raise InvalidInput("a ringing trace needs at least 20 evenly spaced samples. Repair it first.")
+        raise InvalidInput(
+            "a ringing trace needs at least 20 evenly spaced samples. Repair it first."
+        )
     rest = np.mean(tip[-max(tip.size // 4, 2) :])
     crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
     if crossings.size < 2 * MIN_CYCLES:
         raise InvalidInput(
-            f"the trace crosses rest {crossings.size} times; at least {2 * MIN_CYCLES:.0f} (two cycles) are needed. "
-            "It is too short, over-damped (which has no damped frequency), or holds no release."
+            f"the trace crosses rest {crossings.size} times; at least {2 * MIN_CYCLES:.0f} (two"
+            " cycles) are needed. It is too short, over-damped (which has no damped frequency), or"
+            " holds no release."
         )
     return _fit_cosine(time[crossings[0] :] - time[crossings[0]], tip[crossings[0] :])
 
 
 def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
-    """Frequency and decay by nonlinear least squares; amplitude, phase and offset are linear and solved inside."""
+    """Frequency and decay by nonlinear least squares; amplitude, phase and offset are linear and
+    solved inside.
+    """
 
     def residual(logs: np.ndarray) -> np.ndarray:
         frequency, decay = np.exp(logs)
@@ -92,7 +108,10 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
     fits = []
     for start in _guess_frequencies(time, tip):
         bounds = np.log(start) + np.array([[-1.0, -12.0], [1.0, 3.0]])
-        fits += [least_squares(residual, np.log([start, share * start]), bounds=bounds) for share in (0.1, 1.0)]
+        fits += [
+            least_squares(residual, np.log([start, share * start]), bounds=bounds)
+            for share in (0.1, 1.0)
+        ]
     best = min(fits, key=lambda fit: fit.cost)
     omega_d, decay = 2 * np.pi * np.exp(best.x[0]), np.exp(best.x[1])
     return Ringing(
@@ -103,7 +122,9 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
 
 
 def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
-    """From the spectrum's peak (light damping), and from the spacing of the first extremes (heavy damping)."""
+    """From the spectrum's peak (light damping), and from the spacing of the first extremes (heavy
+    damping).
+    """
     interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
     spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
     guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
@@ -122,20 +143,29 @@ def simulate_release(
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
 ) -> np.ndarray:
-    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at rest."""
+    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at
+    rest.
+    """
     from feeler.physics.clock import Clock
     from feeler.physics.run import run_scene
     from feeler.physics.scene import Scene
 
     if np.shape(posture) != (antenna.n_segments,):
-        raise InvalidInput(f"posture needs one angle per hinge: {antenna.n_segments}, got shape {np.shape(posture)}.")
-    clock = Clock(duration=duration, sample_interval=INTERVAL, timestep=choose_timestep(timestep, engine))
+        raise InvalidInput(
+            f"posture needs one angle per hinge: {antenna.n_segments}, got shape"
+            f" {np.shape(posture)}."
+        )
+    clock = Clock(
+        duration=duration, sample_interval=INTERVAL, timestep=choose_timestep(timestep, engine)
+    )
     return run_scene(Scene(antenna=antenna, angle=posture, label="release"), clock, engine).angle.T
 
 
 @checked
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
-    """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection`` mm off (linear)."""
+    """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection``
+    mm off (linear).
+    """
     arm = antenna.length - antenna.hinge_position
     angle = np.divide(arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0)
     return angle * deflection / float(arm @ angle)
@@ -154,8 +184,9 @@ def fit_factors(
 ) -> RobotFit:
     """Factors p1 and p2 for which the model rings as a recorded release does.
 
-    The closed form for proportional damping starts it (p1 = (ω/ω_th)², p2 = 2 ζ p1/ω, from the first mode); then the
-    simulated release from the recorded posture, measured in the same way, is matched to the recording.
+    The closed form for proportional damping starts it (p1 = (ω/ω_th)², p2 = 2 ζ p1/ω, from the
+    first mode); then the simulated release from the recorded posture, measured in the same way, is
+    matched to the recording.
 
     Parameters
     ----------
@@ -164,18 +195,19 @@ def fit_factors(
     hinges
         Geometry of the flexures; default :func:`make_flexures`.
     theory
-        In place of ``hinges``, any antenna: p1 and p2 then scale its stiffness (damping = p2 · stiffness), as does
-        :attr:`feeler.robot.RobotFile.theory`.
+        In place of ``hinges``, any antenna: p1 and p2 then scale its stiffness (damping = p2 ·
+        stiffness), as does :attr:`feeler.robot.RobotFile.theory`.
     method
-        ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations. ``powell``: the
-        paper's optimiser, some hundred evaluations, same answer.
+        ``update``: correct the closed form by the remaining ratio until it fits, a few evaluations.
+        ``powell``: the paper's optimiser, some hundred evaluations, same answer.
     engine, timestep
         Of the simulated release, as for :func:`feeler.touch`.
 
     Raises
     ------
     InvalidInput
-        Capacitance instead of angles, the wrong number of hinges, or a recording that does not ring.
+        Capacitance instead of angles, the wrong number of hinges, or a recording that does not
+        ring.
     """
     if method not in METHODS:
         raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
@@ -190,18 +222,32 @@ def fit_factors(
     def ring(factors: np.ndarray) -> tuple[Ringing | None, Antenna]:
         nonlocal count
         count += 1
-        antenna = theory.replace(stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness)
+        antenna = theory.replace(
+            stiffness=factors[0] * theory.stiffness, damping=factors[1] * theory.stiffness
+        )
         motion = simulate_release(antenna, *release, engine=engine, timestep=timestep)
         try:
-            return measure_ringing(np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)), antenna
+            return (
+                measure_ringing(
+                    np.arange(motion.shape[1]) * INTERVAL, compute_tip(antenna, motion)
+                ),
+                antenna,
+            )
         except InvalidInput:
             return None, antenna
 
     start = solve_factors(target, theory)
-    factors = _search_powell(ring, target, start) if method == "powell" else _search_update(ring, target, start)
+    factors = (
+        _search_powell(ring, target, start)
+        if method == "powell"
+        else _search_update(ring, target, start)
+    )
     reached, antenna = ring(factors)
     if reached is None:
-        raise InvalidInput("no factors make the model ring like the recording. Is it a release, is the geometry right?")
+        raise InvalidInput(
+            "no factors make the model ring like the recording. Is it a release, is the geometry"
+            " right?"
+        )
     return RobotFit(
         stiffness_factor=float(factors[0]),
         damping_factor=float(factors[1]),
@@ -215,9 +261,15 @@ def fit_factors(
 
 @checked
 def compare_tips(
-    recording: Recording, antenna: Antenna, *, engine: str = DEFAULT_ENGINE, timestep: float | None = None
+    recording: Recording,
+    antenna: Antenna,
+    *,
+    engine: str = DEFAULT_ENGINE,
+    timestep: float | None = None,
 ) -> np.ndarray:
-    """Tip [mm] (2, time) of a recorded release off its rest, and of ``antenna`` let go of the same posture."""
+    """Tip [mm] (2, time) of a recorded release off its rest, and of ``antenna`` let go of the same
+    posture.
+    """
     recorded = compute_tip(antenna, _check_release(recording, antenna))
     motion = simulate_release(antenna, *_find_release(recording), engine=engine, timestep=timestep)
     after = recording.time - recording.time[0]
@@ -227,7 +279,8 @@ def compare_tips(
 
 @checked
 def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
-    """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and damping ratio.
+    """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and
+    damping ratio.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
     """
@@ -237,7 +290,9 @@ def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
 
 
 def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.ndarray:
-    """Repeat: simulate, then scale p1 by the squared ratio of frequencies and p2 so that ζ would come out right."""
+    """Repeat: simulate, then scale p1 by the squared ratio of frequencies and p2 so that ζ would
+    come out right.
+    """
     best, best_error = factors, np.inf
     for _ in range(MAX_UPDATES):
         reached, _ = ring(factors)
@@ -260,11 +315,18 @@ def _search_powell(ring: Callable, target: Ringing, start: np.ndarray) -> np.nda
 
     logs = np.log(start)
     bounds = [(value - 1.0, value + 1.0) for value in logs]
-    return np.exp(minimize(cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}).x)
+    return np.exp(
+        minimize(cost, logs, method="Powell", bounds=bounds, options={"xtol": 1e-4, "ftol": 1e-6}).x
+    )
 
 
 def _distance(reached: Ringing, target: Ringing) -> float:
-    return float(np.hypot(reached.frequency / target.frequency - 1, reached.damping_ratio / target.damping_ratio - 1))
+    return float(
+        np.hypot(
+            reached.frequency / target.frequency - 1,
+            reached.damping_ratio / target.damping_ratio - 1,
+        )
+    )
 
 
 def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
@@ -275,10 +337,17 @@ def _find_release(recording: Recording) -> tuple[np.ndarray, float]:
 
 def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
     if recording.quantity != "angle":
-        raise InvalidInput("the fit needs hinge angles; turn capacitance into angles with a sensor calibration first.")
+        raise InvalidInput(
+            "the fit needs hinge angles; turn capacitance into angles with a sensor calibration"
+            " first."
+        )
     if recording.n_sensors != theory.n_segments:
         n = theory.n_segments
-        raise InvalidInput(f"the recording has {recording.n_sensors} channels, the model {n} hinges.")
+        raise InvalidInput(
+            f"the recording has {recording.n_sensors} channels, the model {n} hinges."
+        )
     if np.abs(recording.values.sum(axis=0)).max() < MIN_RINGING:
-        raise InvalidInput("the recording holds no deflection worth measuring: it must start at the release.")
+        raise InvalidInput(
+            "the recording holds no deflection worth measuring: it must start at the release."
+        )
     return recording.values

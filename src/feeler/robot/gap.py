@@ -1,4 +1,6 @@
-"""The reality gap as numbers: how far a surrogate robot may differ from the model that trains the classifier."""
+"""The reality gap as numbers: how far a surrogate robot may differ from the model that trains the
+classifier.
+"""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -12,9 +14,11 @@ from feeler.stimulus import Trial
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """Standard deviations and sizes of every difference; all are choices [C], none was measured on the real robot.
+    """Standard deviations and sizes of every difference; all are choices [C], none was measured on
+    the real robot.
 
-    ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)`` removes them all.
+    ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)``
+    removes them all.
     """
 
     stiffness: float = 0.10
@@ -52,7 +56,8 @@ class Gap:
     crosstalk: float = 0.02
     """Share of each neighbour's signal in a channel."""
     bend: float = 0.03
-    """Departure of the capacitance's characteristic from a straight line at 0.35 rad, as a share."""
+    """Departure of the capacitance's characteristic from a straight line at 0.35 rad, as a share.
+    """
     hysteresis: float = 0.006
     """Half-width of the sensing hysteresis [rad]."""
     jitter: float = 0.05
@@ -66,7 +71,10 @@ class Gap:
             if not (np.isfinite(value) and value >= 0):
                 raise InvalidInput(f"Gap.{entry.name} must be finite and ≥ 0, got {value}.")
         if self.dropped >= 0.5:
-            raise InvalidInput(f"Gap.dropped must be < 0.5, got {self.dropped}: half of a recording cannot be mended.")
+            raise InvalidInput(
+                f"Gap.dropped must be < 0.5, got {self.dropped}: half of a recording cannot be"
+                " mended."
+            )
 
     def scaled(self, factor: float) -> "Gap":
         """Every entry times ``factor``; the share of dropped samples stays below 0.4."""
@@ -77,25 +85,37 @@ class Gap:
 
 
 def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
-    """The same antenna with its mechanics drawn around the nominal; shares are log-normal, so all stay positive."""
+    """The same antenna with its mechanics drawn around the nominal; shares are log-normal, so all
+    stay positive.
+    """
     n = antenna.n_segments
     shares = {
-        "stiffness": np.exp(gap.stiffness * rng.standard_normal() + gap.stiffness_each * rng.standard_normal(n)),
+        "stiffness": np.exp(
+            gap.stiffness * rng.standard_normal() + gap.stiffness_each * rng.standard_normal(n)
+        ),
         "damping": np.exp(gap.damping * rng.standard_normal()),
         "segment_mass": np.exp(gap.mass * rng.standard_normal(n)),
         "segment_length": np.exp(gap.length * rng.standard_normal(n)),
     }
     changes = {name: getattr(antenna, name) * share for name, share in shares.items()}
-    return antenna.replace(**changes, rest_angle=antenna.rest_angle + gap.rest_angle * rng.standard_normal(n))
+    return antenna.replace(
+        **changes, rest_angle=antenna.rest_angle + gap.rest_angle * rng.standard_normal(n)
+    )
 
 
 def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
-    """The same touch as an experimenter would carry it out: place, speed, size, direction and friction drawn."""
+    """The same touch as an experimenter would carry it out: place, speed, size, direction and
+    friction drawn.
+    """
     factor = float(np.exp(gap.size * rng.standard_normal()))
     changed: dict[str, Any] = {
-        "location": float(np.clip(trial.location + gap.location * rng.standard_normal(), 0.05, 1.0)),
+        "location": float(
+            np.clip(trial.location + gap.location * rng.standard_normal(), 0.05, 1.0)
+        ),
         "speed": trial.speed * float(np.exp(gap.speed * rng.standard_normal())),
-        "approach": float(np.clip(trial.approach + gap.approach * rng.standard_normal(), 30.0, 150.0)),
+        "approach": float(
+            np.clip(trial.approach + gap.approach * rng.standard_normal(), 30.0, 150.0)
+        ),
         "friction": trial.friction * float(np.exp(gap.friction * rng.standard_normal())),
     }
     return replace(trial, feature=trial.feature.scale(factor), **changed)

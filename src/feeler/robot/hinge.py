@@ -1,4 +1,6 @@
-"""The robotic antenna's hinges: geometry, theoretical stiffness, and the numbers with their sources."""
+"""The robotic antenna's hinges: geometry, theoretical stiffness, and the numbers with their
+sources.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,20 +13,39 @@ from feeler.errors import InvalidInput
 
 FACTS: dict[str, Fact] = {
     "n_hinges": Fact(value=8, unit="1", tag="P", note="capacitive hinges"),
-    "body": Fact(value=(73.0, 16.0, 2.0), unit="mm", tag="P", note="length, width, thickness of the whole device"),
+    "body": Fact(
+        value=(73.0, 16.0, 2.0),
+        unit="mm",
+        tag="P",
+        note="length, width, thickness of the whole device",
+    ),
     "mass": Fact(value=0.491, unit="g", tag="P", note="of the whole device"),
     "modulus": Fact(value=2500.0, unit="MPa", tag="P", note="Young's modulus of Kapton"),
     "stiffness_factor": Fact(value=1.19, unit="1", tag="P", note="p1: k = p1·k_th"),
-    "damping_factor": Fact(value=2.06, unit="ms", tag="P", note="p2: c = p2·k_th; the unit is not stated [C]"),
+    "damping_factor": Fact(
+        value=2.06, unit="ms", tag="P", note="p2: c = p2·k_th; the unit is not stated [C]"
+    ),
     "spacing": Fact(value=7.85, unit="mm", tag="D", note="between hinges; from the poster [A, D]"),
     "mount": Fact(value=6.2, unit="mm", tag="D", note="rigid part before hinge 1; about, [A, D]"),
     "last_link": Fact(value=7.5, unit="mm", tag="D", note="beyond hinge 8; about, [A, D]"),
     "width": Fact(
-        value=(11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6), unit="mm", tag="D", note="±0.3, base to tip; [A, D]"
+        value=(11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6),
+        unit="mm",
+        tag="D",
+        note="±0.3, base to tip; [A, D]",
     ),
-    "thickness": Fact(value=0.0508, unit="mm", tag="C", note="of the flexure; plausible range 0.0254 to 0.0508"),
-    "hinge_length": Fact(value=0.5, unit="mm", tag="C", note="of the flexure; plausible range 0.5 to 0.9"),
-    "radius": Fact(value=1.0, unit="mm", tag="C", note="collision radius: half the 2 mm thickness of the device"),
+    "thickness": Fact(
+        value=0.0508, unit="mm", tag="C", note="of the flexure; plausible range 0.0254 to 0.0508"
+    ),
+    "hinge_length": Fact(
+        value=0.5, unit="mm", tag="C", note="of the flexure; plausible range 0.5 to 0.9"
+    ),
+    "radius": Fact(
+        value=1.0,
+        unit="mm",
+        tag="C",
+        note="collision radius: half the 2 mm thickness of the device",
+    ),
 }
 
 
@@ -50,28 +71,44 @@ class Flexures:
     def __post_init__(self) -> None:
         names = ("width", "thickness", "length", "modulus")
         try:
-            arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(getattr(self, name), float)) for name in names))
+            arrays = np.broadcast_arrays(
+                *(np.atleast_1d(np.asarray(getattr(self, name), float)) for name in names)
+            )
         except (TypeError, ValueError) as error:
             raise InvalidInput(
-                "width, thickness, length and modulus must be one number or one per hinge, all of one length."
+                "width, thickness, length and modulus must be one number or one per hinge, all of"
+                " one length."
             ) from error
         for name, values in zip(names, arrays, strict=True):
             if values.ndim != 1 or not np.all(np.isfinite(values) & (values > 0)):
-                raise InvalidInput(f"hinge {name} must be finite and > 0 in every hinge, got {values}.")
+                raise InvalidInput(
+                    f"hinge {name} must be finite and > 0 in every hinge, got {values}."
+                )
             object.__setattr__(self, name, np.array(values))
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Theoretical stiffness (hinge,) k_th = E·w·t³/(12·ℓ) [N·mm/rad] (Methods, robophysical model; form [B])."""
+        """Theoretical stiffness (hinge,) k_th = E·w·t³/(12·ℓ) [N·mm/rad] (Methods, robophysical
+        model; form [B]).
+        """
         return self.modulus * self.width * self.thickness**3 / (12 * self.length)
 
 
 @checked
 def make_flexures(**changes: float | np.ndarray) -> Flexures:
-    """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace the defaults."""
+    """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace
+    the defaults.
+    """
     unknown = set(changes) - {"width", "thickness", "length", "modulus"}
     if unknown:
-        raise InvalidInput(f"unknown hinge field {sorted(unknown)[0]!r}; valid: width, thickness, length, modulus.")
-    facts = {"width": "width", "thickness": "thickness", "length": "hinge_length", "modulus": "modulus"}
+        raise InvalidInput(
+            f"unknown hinge field {sorted(unknown)[0]!r}; valid: width, thickness, length, modulus."
+        )
+    facts = {
+        "width": "width",
+        "thickness": "thickness",
+        "length": "hinge_length",
+        "modulus": "modulus",
+    }
     values: dict[str, Any] = {name: FACTS[fact].value for name, fact in facts.items()}
     return Flexures(**values | changes)

@@ -1,4 +1,6 @@
-"""Repair of recordings: bad channels named, gaps mended only as far as asked, every change written down."""
+"""Repair of recordings: bad channels named, gaps mended only as far as asked, every change written
+down.
+"""
 
 from dataclasses import replace
 
@@ -12,7 +14,10 @@ INTERVAL = 1.0  # ms; [P] at most 1000 Hz
 MAX_GAP = 10.0  # [C] ms; a fast touch lasts about 100 ms
 MAX_SAMPLES = 2_000_000
 FLAT_RUN = 20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
-FLAT_SHARE, FLAT_LONG = 0.1, 100  # [C] … a tenth of the recording or 100 in any case (hysteresis rests too), …
+FLAT_SHARE, FLAT_LONG = (
+    0.1,
+    100,
+)  # [C] … a tenth of the recording or 100 in any case (hysteresis rests too), …
 FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
 BAD = ("refuse", "missing")
 GAPS = ("refuse", "bridge", "keep")
@@ -20,7 +25,9 @@ GAPS = ("refuse", "bridge", "keep")
 
 @checked
 def find_bad_channels(recording: Recording) -> dict[int, str]:
-    """Channels not to be trusted, hinge number → why: empty, dead (never changes) or saturated (stuck at an end)."""
+    """Channels not to be trusted, hinge number → why: empty, dead (never changes) or saturated
+    (stuck at an end).
+    """
     bad = {}
     for number, values in enumerate(recording.values, 1):
         known = values[np.isfinite(values)]
@@ -28,7 +35,9 @@ def find_bad_channels(recording: Recording) -> dict[int, str]:
             bad[number] = "empty (no value at all)"
         elif np.ptp(known) == 0:
             bad[number] = f"dead (always {known[0]:.4g})"
-        elif (stuck := _count_saturated(known)) >= max(FLAT_RUN, min(FLAT_SHARE * known.size, FLAT_LONG)):
+        elif (stuck := _count_saturated(known)) >= max(
+            FLAT_RUN, min(FLAT_SHARE * known.size, FLAT_LONG)
+        ):
             bad[number] = f"saturated ({stuck} samples in a row at its extreme value)"
     return bad
 
@@ -40,7 +49,9 @@ def _count_saturated(values: np.ndarray) -> int:
     for extreme in (values.min(), values.max()):
         if abs(extreme - np.median(values)) <= FLAT_STEP * max(noise, 1e-6 * np.ptp(values)):
             continue
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], values == extreme, [False])).astype(int)))
+        edges = np.flatnonzero(
+            np.diff(np.concatenate(([False], values == extreme, [False])).astype(int))
+        )
         longest = max(longest, int((edges[1::2] - edges[::2]).max()))
     return longest
 
@@ -59,7 +70,8 @@ def repair(
     Parameters
     ----------
     interval
-        Time between samples of the result [ms]; values are interpolated linearly where it differs from the recorded.
+        Time between samples of the result [ms]; values are interpolated linearly where it differs
+        from the recorded.
     max_gap
         Longest stretch without a sample that counts as recorded continuously [ms].
     gaps
@@ -70,7 +82,8 @@ def repair(
     Raises
     ------
     InvalidInput
-        Bad channels or gaps under ``refuse``, time that stands still or runs backwards, or a recording too long.
+        Bad channels or gaps under ``refuse``, time that stands still or runs backwards, or a
+        recording too long.
     """
     for name, value, valid in (("gaps", gaps, GAPS), ("bad_channels", bad_channels, BAD)):
         if value not in valid:
@@ -96,7 +109,9 @@ def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
         return recording
     words = "; ".join(f"hinge {number} is {why}" for number, why in bad.items())
     if bad_channels == "refuse" or len(bad) == recording.n_sensors:
-        advice = "Record again." if len(bad) == recording.n_sensors else "Or set bad_channels='missing'."
+        advice = (
+            "Record again." if len(bad) == recording.n_sensors else "Or set bad_channels='missing'."
+        )
         raise InvalidInput(f"bad channels: {words}. {advice}")
     values = recording.values.copy()
     values[[number - 1 for number in bad]] = np.nan
@@ -107,12 +122,14 @@ def _check_time(time: np.ndarray) -> np.ndarray:
     step = np.diff(time)
     if not np.all(np.isfinite(time)) or np.any(step < 0):
         place = int(np.argmax(~(step >= 0)))
-        raise InvalidInput(f"time runs backwards after sample {place}. Sort or split the recording.")
+        raise InvalidInput(
+            f"time runs backwards after sample {place}. Sort or split the recording."
+        )
     if np.any(step == 0):
         place = int(np.argmax(step == 0))
         raise InvalidInput(
-            f"{int(np.sum(step == 0))} samples share their time with the one before, the first at {time[place]:g} ms. "
-            "Remove the doubles, or write times with more digits."
+            f"{int(np.sum(step == 0))} samples share their time with the one before, the first at"
+            f" {time[place]:g} ms. Remove the doubles, or write times with more digits."
         )
     return time
 
@@ -123,8 +140,8 @@ def _check_length(time: np.ndarray, interval: float) -> int:
     count = np.floor((time[-1] - time[0]) / interval + 1e-9) + 1
     if count > MAX_SAMPLES:
         raise InvalidInput(
-            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:.4g} samples, more than {MAX_SAMPLES:,}. "
-            "Is the time unit right? Otherwise cut the recording."
+            f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:.4g} samples, more than"
+            f" {MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
         )
     return int(count)
 
@@ -151,13 +168,15 @@ def _mend(
     long = steps > max_gap * (1 + 1e-9)
     if long.any() and gaps == "refuse":
         raise InvalidInput(
-            f"hinge {number} has {int(long.sum())} gaps longer than {max_gap:g} ms, the longest {steps.max():.4g} ms. "
-            "Set gaps='bridge' or 'keep', or raise max_gap."
+            f"hinge {number} has {int(long.sum())} gaps longer than {max_gap:g} ms, the longest"
+            f" {steps.max():.4g} ms. Set gaps='bridge' or 'keep', or raise max_gap."
         )
     mended = np.interp(grid, stamps, values[known])
     said = []
     if long.any() and gaps == "keep":
-        after = np.searchsorted(stamps, grid - 1e-9)  # index of the step that each grid time lies in
+        after = np.searchsorted(
+            stamps, grid - 1e-9
+        )  # index of the step that each grid time lies in
         inside = long[np.minimum(after, steps.size - 1)]
         exact = np.isin(np.round(grid, 6), np.round(stamps, 6))
         mended[inside & ~exact] = np.nan

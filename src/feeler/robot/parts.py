@@ -1,4 +1,6 @@
-"""Which part of the reality gap costs what: surrogate robots that differ from the model in one way only."""
+"""Which part of the reality gap costs what: surrogate robots that differ from the model in one way
+only.
+"""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields, replace
@@ -14,7 +16,9 @@ from feeler.robot.reality import draw_robots, make_training, measure_transfer, t
 from feeler.robot.surrogate import make_tip_touches
 from feeler.stimulus import Trial
 
-QUIET = 4e-5  # rad [C], a hundredth of a gap's noise: a channel that repeats one value to the last bit counts as broken
+# rad [C], a hundredth of a gap's noise: a channel that repeats one value to the last bit counts as
+# broken
+QUIET = 4e-5
 ENTRIES = tuple(entry.name for entry in fields(Gap))
 MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
 TOUCH = ("location", "speed", "size", "approach", "friction")
@@ -24,7 +28,10 @@ PARTS: dict[str, tuple[str, ...]] = {
     "all mechanics": MECHANICS,
     "all of the touch": TOUCH,
     "all sensing": SENSING,
-    **{name: (name,) for name in ("play", "noise", "drift", "gain", "crosstalk", "hysteresis", "bend", "dropped")},
+    **{
+        name: (name,)
+        for name in ("play", "noise", "drift", "gain", "crosstalk", "hysteresis", "bend", "dropped")
+    },
 }
 """Parts of the gap by name, and the entries of :class:`Gap` that each keeps."""
 
@@ -48,24 +55,33 @@ def measure_parts(
     seed: Annotated[int, "≥ 0"] = 0,
     progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> dict[str, TransferScore]:
-    """Train on simulated touches alone, test on surrogate robots with one part of the gap at full size each.
+    """Train on simulated touches alone, test on surrogate robots with one part of the gap at full
+    size each.
 
     Parameters
     ----------
     parts
         Entries of :class:`Gap` to keep, by a name; default :data:`PARTS`.
     trials
-        What is told apart; by default the paper's thirty touches, tested on its six tip contacts. Own touches are all tested.
+        What is told apart; by default the paper's thirty touches, tested on its six tip contacts.
+        Own touches are all tested.
     progress
         Called with (done, total) parts.
     """
     training = make_training(antenna, trials)
     classifier = TransferClassifier().fit(training.values, training.labels)
-    tested, nominal = make_tip_touches() if trials is None else list(trials), antenna or make_robot()
+    tested, nominal = (
+        (make_tip_touches() if trials is None else list(trials)),
+        antenna or make_robot(),
+    )
     parts, scores = PARTS if parts is None else parts, {}
     for done, (name, entries) in enumerate(parts.items(), 1):
-        gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else replace(Gap(), noise=QUIET))
+        gap = keep_parts(
+            {"noise", *entries}, Gap() if "noise" in entries else replace(Gap(), noise=QUIET)
+        )
         robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
-        scores[name] = measure_transfer(classifier, touch_robots(robots, trials=tested, antenna=nominal))
+        scores[name] = measure_transfer(
+            classifier, touch_robots(robots, trials=tested, antenna=nominal)
+        )
         progress(done, len(parts))
     return scores

@@ -8,8 +8,10 @@ from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
 
 MOUNT = FACTS["mount"].number
-"""Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move, so it has no place
-in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to get places on the device."""
+"""Rigid part before hinge 1 [mm]. The model starts at hinge 1: a clamped rigid mount does not move,
+so it has no place in the dynamics, and ``location`` and ``length`` count from hinge 1. Add it to
+get places on the device.
+"""
 
 
 @checked
@@ -22,12 +24,13 @@ def make_robot(
     radius: float = FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
-    """The robotic antenna: k = p1·k_th and c = p2·k_th in every hinge, k_th from the flexure's geometry.
+    """The robotic antenna: k = p1·k_th and c = p2·k_th in every hinge, k_th from the flexure's
+    geometry.
 
-    The antenna's length counts from hinge 1 (62.45 mm); the 6.2 mm mount before it is rigid and not part of the model.
-    The sheet's thickness, its free length, the share of mass in each link and the unit of p2 are not published [C], so
-    absolute frequencies and forces of the real robot must not be read off this preset: fit p1 and p2 to a recording
-    with :func:`feeler.robot.fit_factors`.
+    The antenna's length counts from hinge 1 (62.45 mm); the 6.2 mm mount before it is rigid and not
+    part of the model. The sheet's thickness, its free length, the share of mass in each link and
+    the unit of p2 are not published [C], so absolute frequencies and forces of the real robot must
+    not be read off this preset: fit p1 and p2 to a recording with :func:`feeler.robot.fit_factors`.
 
     Parameters
     ----------
@@ -36,7 +39,8 @@ def make_robot(
     stiffness_factor, damping_factor
         p1 [1] and p2 [ms].
     mass
-        Mass of the whole device [g]; link masses are its share by area, width × length, the rest is mount [C].
+        Mass of the whole device [g]; link masses are its share by area, width × length, the rest is
+        mount [C].
     radius
         Collision radius [mm].
 
@@ -46,7 +50,11 @@ def make_robot(
         8 segments, every hinge a sensor.
     """
     hinges = make_flexures() if hinges is None else hinges
-    for label, factor in (("stiffness_factor", stiffness_factor), ("damping_factor", damping_factor), ("mass", mass)):
+    for label, factor in (
+        ("stiffness_factor", stiffness_factor),
+        ("damping_factor", damping_factor),
+        ("mass", mass),
+    ):
         if not (np.isfinite(factor) and factor > 0):
             raise InvalidInput(f"{label} must be finite and > 0, got {factor}.")
     n = hinges.stiffness.size
@@ -63,7 +71,9 @@ def make_robot(
 
 
 def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Mass (segment,) [g] of links of one areal density; the mount takes the device's remaining length, full width."""
+    """Mass (segment,) [g] of links of one areal density; the mount takes the device's remaining
+    length, full width.
+    """
     length, body_width, _ = FACTS["body"].numbers
     link_area = segment_length * width
     mount_area = max(length - segment_length.sum(), MOUNT) * body_width

@@ -10,13 +10,29 @@ import numpy as np
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.transfer import AFTER, BEFORE, Aligned, TransferClassifier, TransferScore, align, score_transfer
+from feeler.decoding.transfer import (
+    AFTER,
+    BEFORE,
+    Aligned,
+    TransferClassifier,
+    TransferScore,
+    align,
+    score_transfer,
+)
 from feeler.errors import InvalidInput
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.surrogate import Surrogate, make_surrogate, make_tip_touches
-from feeler.robot.touches import SPEEDS, Label, compute_tip, get_label, make_touches, simulate_pairs, simulate_touches
+from feeler.robot.touches import (
+    SPEEDS,
+    Label,
+    compute_tip,
+    get_label,
+    make_touches,
+    simulate_pairs,
+    simulate_touches,
+)
 from feeler.stimulus import Trial
 
 N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
@@ -78,11 +94,13 @@ def make_training(
     rng: np.random.Generator | None = None,
     **how: Any,
 ) -> Touches:
-    """Simulate the training set: the nominal model, and ``n_variants`` more with mechanics and touches drawn at random.
+    """Simulate the training set: the nominal model, and ``n_variants`` more with mechanics and
+    touches drawn at random.
 
-    The variants are domain randomisation: each draws an antenna and every touch with differences of size ``gap``
-    (default one reality gap), without the sensing faults, and all keep the nominal labels. ``how`` may hold ``engine``,
-    ``timestep``, ``workers`` and ``executor``, as for :func:`feeler.touch`.
+    The variants are domain randomisation: each draws an antenna and every touch with differences of
+    size ``gap`` (default one reality gap), without the sensing faults, and all keep the nominal
+    labels. ``how`` may hold ``engine``, ``timestep``, ``workers`` and ``executor``, as for
+    :func:`feeler.touch`.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
@@ -94,9 +112,16 @@ def make_training(
 
 
 def _simulate(
-    antenna: Antenna, trials: list[Trial], n_variants: int, gap: Gap | None, rng: np.random.Generator | None, how: dict
+    antenna: Antenna,
+    trials: list[Trial],
+    n_variants: int,
+    gap: Gap | None,
+    rng: np.random.Generator | None,
+    how: dict,
 ) -> list[np.ndarray]:
-    """Angles of the sensed hinges from rest (sensor, time): the nominal model's touches, then each variant's."""
+    """Angles of the sensed hinges from rest (sensor, time): the nominal model's touches, then each
+    variant's.
+    """
     how = {"reach": antenna.length / make_robot().length, **how}
     motions = simulate_touches(antenna, trials, **how)
     if n_variants:
@@ -104,7 +129,9 @@ def _simulate(
             raise InvalidInput(f"{n_variants} variants are drawn at random, which needs rng=.")
         size = Gap() if gap is None else gap
         variants = [draw_antenna(antenna, size, rng) for _ in range(n_variants)]
-        pairs = [(variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials]
+        pairs = [
+            (variant, draw_trial(trial, size, rng)) for variant in variants for trial in trials
+        ]
         motions += simulate_pairs(pairs, **how)
     sensed = [motion[antenna.sensors - 1] for motion in motions]
     return [motion - motion[:, :1] for motion in sensed]
@@ -112,14 +139,19 @@ def _simulate(
 
 @checked
 def choose_before(antenna: Antenna, trials: Sequence[Trial]) -> int:
-    """Samples to keep before the peak: the paper's window, longer where slower touches or a longer antenna need it."""
+    """Samples to keep before the peak: the paper's window, longer where slower touches or a longer
+    antenna need it.
+    """
     slowest = min(trial.speed for trial in trials)
     return math.ceil(BEFORE * max(1.0, antenna.length / make_robot().length * SPEEDS[-1] / slowest))
 
 
 @checked
-def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[Trial] | None = None) -> Touches:
-    """The training set with the touches of whole surrogate robots added: randomisation of the sensing as well.
+def add_robots(
+    training: Touches, robots: Sequence[Surrogate], trials: Sequence[Trial] | None = None
+) -> Touches:
+    """The training set with the touches of whole surrogate robots added: randomisation of the
+    sensing as well.
 
     Draw these robots with a seed of their own; a robot that is tested must not be among them.
     """
@@ -130,16 +162,27 @@ def add_robots(training: Touches, robots: Sequence[Surrogate], trials: Sequence[
 
 
 @checked
-def read_touches(surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None) -> Touches:
+def read_touches(
+    surrogate: Surrogate, trials: Sequence[Trial], antenna: Antenna | None = None
+) -> Touches:
     """Touch a surrogate robot, read its recordings as a user would, and align them."""
     antenna = make_robot() if antenna is None else antenna
-    return _read(surrogate, trials, surrogate.touch(trials, reach=antenna.length / make_robot().length), antenna)
+    return _read(
+        surrogate,
+        trials,
+        surrogate.touch(trials, reach=antenna.length / make_robot().length),
+        antenna,
+    )
 
 
-def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording], antenna: Antenna) -> Touches:
+def _read(
+    surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording], antenna: Antenna
+) -> Touches:
     recordings = tuple(surrogate.read_angles(recording) for recording in raw)
     return Touches(
-        aligned=_align(antenna, [recording.values for recording in recordings], choose_before(antenna, trials)),
+        aligned=_align(
+            antenna, [recording.values for recording in recordings], choose_before(antenna, trials)
+        ),
         labels=tuple(get_label(trial) for trial in trials),
         antenna=antenna,
         motions=tuple(recording.values for recording in recordings),
@@ -151,11 +194,16 @@ def _read(surrogate: Surrogate, trials: Sequence[Trial], raw: Sequence[Recording
 def align_recordings(
     recordings: Sequence[Recording], antenna: Antenna | None = None, *, before: int = BEFORE
 ) -> Aligned:
-    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated touches.
+    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated
+    touches.
 
     ``before`` is ``Touches.before`` of the training set.
     """
-    return _align(make_robot() if antenna is None else antenna, [recording.values for recording in recordings], before)
+    return _align(
+        make_robot() if antenna is None else antenna,
+        [recording.values for recording in recordings],
+        before,
+    )
 
 
 def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> Aligned:
@@ -171,11 +219,13 @@ def make_classifier(
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
 ) -> TransferClassifier:
-    """The paper's classifier, trained on simulated touches of any antenna and objects, with probabilities.
+    """The paper's classifier, trained on simulated touches of any antenna and objects, with
+    probabilities.
 
-    Its probabilities are tempered on ``N_TEMPER`` surrogate robots drawn around the antenna at one reality gap, so that
-    they are as sure as they are right there; what your robot's own gap is, they cannot know. ``robots`` more surrogates
-    join the training. ``how`` goes to :func:`make_training`.
+    Its probabilities are tempered on ``N_TEMPER`` surrogate robots drawn around the antenna at one
+    reality gap, so that they are as sure as they are right there; what your robot's own gap is,
+    they cannot know. ``robots`` more surrogates join the training. ``how`` goes to
+    :func:`make_training`.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
@@ -186,7 +236,8 @@ def make_classifier(
     held = [read_touches(robot, trials, antenna) for robot in drawn[:N_TEMPER]]
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     return classifier.temper(
-        np.concatenate([touches.values for touches in held]), [label for touches in held for label in touches.labels]
+        np.concatenate([touches.values for touches in held]),
+        [label for touches in held for label in touches.labels],
     )
 
 
@@ -199,7 +250,8 @@ def make_decoder(
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
 ) -> StreamDecoder:
-    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at random.
+    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at
+    random.
 
     Antenna and trials are those of :func:`make_training`, as are the words in ``how``.
     """
@@ -208,7 +260,11 @@ def make_decoder(
     motions = _simulate(antenna, trials, 1, None, np.random.default_rng([seed, 1]), how)
     labels, n = [get_label(trial) for trial in trials], len(trials)
     window = StreamDecoder().window + choose_before(antenna, trials) - BEFORE
-    return StreamDecoder(threshold=threshold, window=window).fit(motions[:n], labels).temper(motions[n:], labels)
+    return (
+        StreamDecoder(threshold=threshold, window=window)
+        .fit(motions[:n], labels)
+        .temper(motions[n:], labels)
+    )
 
 
 @checked
@@ -220,7 +276,9 @@ def draw_robots(
     gap: Gap | None = None,
     nominal: Antenna | None = None,
 ) -> list[Surrogate]:
-    """Surrogate robots around ``nominal`` at a reality gap of ``size``; the same seed gives the same robots."""
+    """Surrogate robots around ``nominal`` at a reality gap of ``size``; the same seed gives the
+    same robots.
+    """
     gap = (Gap() if gap is None else gap).scaled(size)
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
     return [make_surrogate(np.random.default_rng(child), nominal=nominal, gap=gap, name=f"surrogate-{size:g}-{k}")
@@ -235,7 +293,9 @@ def touch_robots(
     trials: Sequence[Trial] | None = None,
     antenna: Antenna | None = None,
 ) -> list[Touches]:
-    """The six tip contacts of each robot, or other ``trials``, ``repeats`` times; all robots are simulated together."""
+    """The six tip contacts of each robot, or other ``trials``, ``repeats`` times; all robots are
+    simulated together.
+    """
     antenna = make_robot() if antenna is None else antenna
     trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
     pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
@@ -251,7 +311,9 @@ def touch_robots(
 def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) -> TransferScore:
     """Score touches that were read from robots, all together."""
     values = np.concatenate([touches.values for touches in read])
-    return score_transfer(classifier, values, [label for touches in read for label in touches.labels])
+    return score_transfer(
+        classifier, values, [label for touches in read for label in touches.labels]
+    )
 
 
 @checked
@@ -259,17 +321,21 @@ def sweep_gap(
     classifier: TransferClassifier, sizes: Sequence[float], *, n_robots: int, seed: int = 0
 ) -> list[TransferScore]:
     """Transfer against the size of the reality gap: fresh robots at each size."""
-    return [measure_transfer(classifier, touch_robots(draw_robots(size, n_robots, seed))) for size in sizes]
+    return [
+        measure_transfer(classifier, touch_robots(draw_robots(size, n_robots, seed)))
+        for size in sizes
+    ]
 
 
 @checked
 def sweep_shots(
     training: Touches, shots: Sequence[int], robots: Sequence[Surrogate], *, n_tests: int = 1
 ) -> list[TransferScore]:
-    """Transfer after few-shot calibration: k touches of the robot itself, per tip contact, join the training set.
+    """Transfer after few-shot calibration: k touches of the robot itself, per tip contact, join the
+    training set.
 
-    Each robot is touched max(shots) + ``n_tests`` times in each of the six ways; the last ``n_tests`` are the test, the
-    first k join the training, so no touch is in both.
+    Each robot is touched max(shots) + ``n_tests`` times in each of the six ways; the last
+    ``n_tests`` are the test, the first k join the training, so no touch is in both.
     """
     most = max(shots)
     read = touch_robots(robots, most + n_tests)
@@ -286,7 +352,9 @@ def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> Tran
     known = touches.take(shown[touches.aligned.touched[shown]])
     tested = touches.take(np.arange(most * per_round, len(touches.labels)))
     joined = training.join(known) if k else training
-    return score_transfer(TransferClassifier().fit(joined.values, joined.labels), tested.values, tested.labels)
+    return score_transfer(
+        TransferClassifier().fit(joined.values, joined.labels), tested.values, tested.labels
+    )
 
 
 def _pool(scores: Sequence[TransferScore]) -> TransferScore:

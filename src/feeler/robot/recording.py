@@ -1,4 +1,6 @@
-"""Recordings: what a robotic antenna's electronics wrote, read as it is; repair is a separate, explicit step."""
+"""Recordings: what a robotic antenna's electronics wrote, read as it is; repair is a separate,
+explicit step.
+"""
 
 import os
 import re
@@ -23,7 +25,9 @@ LABELS = ("feature", "size", "location", "speed")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Recording:
-    """Channels over time, in ms and rad (or pF), exactly as recorded: gaps are NaN, times are as written."""
+    """Channels over time, in ms and rad (or pF), exactly as recorded: gaps are NaN, times are as
+    written.
+    """
 
     time: np.ndarray
     """(sample,) [ms]."""
@@ -43,10 +47,13 @@ class Recording:
         time, values = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
         if time.ndim != 1 or values.ndim != 2 or values.shape[1] != time.size:
             raise InvalidInput(
-                f"a recording is time (sample,) and values (sensor, sample); got {time.shape} and {values.shape}."
+                f"a recording is time (sample,) and values (sensor, sample); got {time.shape} and"
+                f" {values.shape}."
             )
         if self.quantity not in QUANTITIES:
-            raise InvalidInput(f"unknown quantity {self.quantity!r}; valid: {', '.join(QUANTITIES)}.")
+            raise InvalidInput(
+                f"unknown quantity {self.quantity!r}; valid: {', '.join(QUANTITIES)}."
+            )
         if self.source not in SOURCES:
             raise InvalidInput(f"unknown source {self.source!r}; valid: {', '.join(SOURCES)}.")
         if time.size < 2:
@@ -60,9 +67,13 @@ class Recording:
         return self.values.shape[0]
 
     def to_angles(self, calibration: SensorCalibration, *, outside: str = "refuse") -> "Recording":
-        """The same recording as hinge angles; refuses another robot's calibration and readings out of range."""
+        """The same recording as hinge angles; refuses another robot's calibration and readings out
+        of range.
+        """
         if self.quantity == "angle":
-            raise InvalidInput("the recording already holds angles; a calibration applies to capacitance only.")
+            raise InvalidInput(
+                "the recording already holds angles; a calibration applies to capacitance only."
+            )
         angle = calibration.apply(self.values, robot=self.robot, outside=outside)
         result = replace(self, values=angle, quantity="angle")
         return result.noted(f"capacitance to angle by calibration, outside={outside}")
@@ -80,15 +91,18 @@ def load_recording(
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:
-    """Read a recording: a CSV of a time column and one column per hinge, named and numbered from the base, or ROS 2's MCAP.
+    """Read a recording: a CSV of a time column and one column per hinge, named and numbered from
+    the base, or ROS 2's MCAP.
 
-    The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1`` with ``unit=``. Notes
-    above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``# time unit:``, ``# feature:``, ``# size:``
-    [mm], ``# location:``, ``# speed:`` [m/s]. Columns are put in the order of their numbers and the history says so.
+    The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1``
+    with ``unit=``. Notes above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``#
+    time unit:``, ``# feature:``, ``# size:`` [mm], ``# location:``, ``# speed:`` [m/s]. Columns are
+    put in the order of their numbers and the history says so.
 
-    ``run.mcap``, or a bag's folder, gives its one topic of numbers, ``run.mcap:TOPIC`` one of several and ``run.mcap:TOPIC:UNIT``
-    says its unit (extra ``ros``, see :func:`feeler.tensors.bags.read_bag`). Joints stand in the order of their
-    numbers, which ROS does not keep, or in their own where they have none.
+    ``run.mcap``, or a bag's folder, gives its one topic of numbers, ``run.mcap:TOPIC`` one of
+    several and ``run.mcap:TOPIC:UNIT`` says its unit (extra ``ros``, see
+    :func:`feeler.tensors.bags.read_bag`). Joints stand in the order of their numbers, which ROS
+    does not keep, or in their own where they have none.
 
     Parameters
     ----------
@@ -100,7 +114,8 @@ def load_recording(
     Raises
     ------
     InvalidInput
-        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable file.
+        No time column, missing, doubled or extra channels, no unit or mixed units, or an unreadable
+        file.
     """
     bag = find_bag(path)
     table = read_table(path) if bag is None else _number_joints(read_bag(*bag))
@@ -110,7 +125,9 @@ def load_recording(
     _check_numbers(table.source, numbers, n_channels)
     chosen = _choose_unit(table, found, unit)
     order = np.argsort(numbers)
-    values = table.values[:, np.array(columns)[order]].T * {**ANGLE_UNITS, **CAPACITANCE_UNITS}[chosen]
+    values = (
+        table.values[:, np.array(columns)[order]].T * {**ANGLE_UNITS, **CAPACITANCE_UNITS}[chosen]
+    )
     recording = Recording(
         time=time,
         values=values,
@@ -121,7 +138,11 @@ def load_recording(
         history=(
             f"read from {table.source}",
             *([f"channels are {table.notes['channels']}"] if "channels" in table.notes else []),
-            *(["the board's clock of 32 bits began anew; time goes on"] if not np.array_equal(written, time) else []),
+            *(
+                ["the board's clock of 32 bits began anew; time goes on"]
+                if not np.array_equal(written, time)
+                else []
+            ),
         ),
     )
     if not np.array_equal(order, np.arange(order.size)):
@@ -130,7 +151,9 @@ def load_recording(
 
 
 def _number_joints(table: Table) -> Table:
-    """Channels of a bag in the order of the numbers that end their names, or in their own order where some have none."""
+    """Channels of a bag in the order of the numbers that end their names, or in their own order
+    where some have none.
+    """
     names = table.columns[1:]
     ends = [int(found[1]) for name in names if (found := re.search(r"(\d{1,9})\D*$", name))]
     order = np.argsort(ends) if len({*ends}) == len(names) else np.arange(len(names))
@@ -149,21 +172,26 @@ def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
             unit = match[1] or time_unit or table.notes.get("time unit")
             if unit not in TIME_UNITS:
                 raise InvalidInput(
-                    f"{table.source}: column {column!r} has no time unit; valid: {', '.join(TIME_UNITS)}. "
-                    "Name the column time_ms, or give time_unit=."
+                    f"{table.source}: column {column!r} has no time unit; valid:"
+                    f" {', '.join(TIME_UNITS)}. Name the column time_ms, or give time_unit=."
                 )
             return table.column(column) * TIME_UNITS[unit]
-    raise InvalidInput(f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}.")
+    raise InvalidInput(
+        f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}."
+    )
 
 
 def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
     if np.isnan(time).any():
-        raise InvalidInput(f"{table.source} line {table.line[np.argmax(np.isnan(time))]}: no time given.")
+        raise InvalidInput(
+            f"{table.source} line {table.line[np.argmax(np.isnan(time))]}: no time given."
+        )
     back = np.flatnonzero(np.diff(time) < 0)
     if back.size:
         raise InvalidInput(
-            f"{table.source} line {table.line[back[0] + 1]}: time runs backwards, from {time[back[0]]:g} to "
-            f"{time[back[0] + 1]:g} ms. Is the time column swapped with a channel, or are two recordings joined?"
+            f"{table.source} line {table.line[back[0] + 1]}: time runs backwards, from"
+            f" {time[back[0]]:g} to {time[back[0] + 1]:g} ms. Is the time column swapped with a"
+            " channel, or are two recordings joined?"
         )
     return time
 
@@ -197,9 +225,10 @@ def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> N
         faults = (("missing", missing), ("not expected", extra), ("twice", double))
         words = [f"{label} {', '.join(map(str, found[:12]))}" for label, found in faults if found]
         raise InvalidInput(
-            f"{source}: {len(numbers)} channels where {expected} were expected ({'; '.join(words) or 'none found'}). "
-            "Name them hinge1 … from the base. For another antenna give n_channels=; on the command line describe it by "
-            "`feeler robot new --hinges N` and --antenna robot.toml. No channel is left out for you."
+            f"{source}: {len(numbers)} channels where {expected} were expected"
+            f" ({'; '.join(words) or 'none found'}). Name them hinge1 … from the base. For another"
+            " antenna give n_channels=; on the command line describe it by `feeler robot new"
+            " --hinges N` and --antenna robot.toml. No channel is left out for you."
         )
 
 
@@ -207,14 +236,18 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
     named = sorted({name for name in found if name})
     if len(named) > 1 or (named and None in found):
         shown = [name or "no unit" for name in dict.fromkeys(found)]
-        raise InvalidInput(f"{table.source}: mixed units ({', '.join(shown)}). Give every channel the same unit.")
+        raise InvalidInput(
+            f"{table.source}: mixed units ({', '.join(shown)}). Give every channel the same unit."
+        )
     chosen = named[0] if named else unit or table.notes.get("unit")
     if named and unit and unit != chosen:
-        raise InvalidInput(f"{table.source}: its header says {chosen}, unit={unit!r} was given. Which is right?")
+        raise InvalidInput(
+            f"{table.source}: its header says {chosen}, unit={unit!r} was given. Which is right?"
+        )
     if chosen not in UNITS:
         raise InvalidInput(
-            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(UNITS)}. Name the columns "
-            "hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
+            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(UNITS)}. Name"
+            " the columns hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
         )
     return chosen
 
@@ -222,7 +255,9 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
 def _read_source(table: Table) -> str:
     source = (table.notes.get("source") or "robot").split()[0].strip(",;.").lower()
     if source not in SOURCES:
-        raise InvalidInput(f"{table.source}: unknown source {source!r}; valid: {', '.join(SOURCES)}.")
+        raise InvalidInput(
+            f"{table.source}: unknown source {source!r}; valid: {', '.join(SOURCES)}."
+        )
     return source
 
 
@@ -235,17 +270,23 @@ def _read_labels(table: Table) -> dict[str, str | float]:
         try:
             labels[name] = text if name == "feature" else float(text)
         except ValueError:
-            raise InvalidInput(f"{table.source}: note {name!r} must be a number, got {text[:40]!r}.") from None
+            raise InvalidInput(
+                f"{table.source}: note {name!r} must be a number, got {text[:40]!r}."
+            ) from None
     return labels
 
 
 @checked
 def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
-    """Write a recording as CSV with notes, so that :func:`load_recording` gives the same data and labels."""
+    """Write a recording as CSV with notes, so that :func:`load_recording` gives the same data and
+    labels.
+    """
     unit = "rad" if recording.quantity == "angle" else "pF"
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in notes.items() if value != "")
         file.write(header + "\n")
-        np.savetxt(file, np.vstack([recording.time, recording.values]).T, fmt=f"%.{digits}g", delimiter=",")
+        np.savetxt(
+            file, np.vstack([recording.time, recording.values]).T, fmt=f"%.{digits}g", delimiter=","
+        )

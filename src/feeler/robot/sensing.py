@@ -1,4 +1,6 @@
-"""The surrogate's electronics: from true hinge angles to the capacitances that a real device would write down."""
+"""The surrogate's electronics: from true hinge angles to the capacitances that a real device would
+write down.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -30,11 +32,13 @@ class Sensing:
     """Gain during recordings relative to the calibration bench [1]."""
     gap: Gap
 
-    def read(self, angle: np.ndarray, rng: np.random.Generator, *, on_bench: bool = False) -> np.ndarray:
+    def read(
+        self, angle: np.ndarray, rng: np.random.Generator, *, on_bench: bool = False
+    ) -> np.ndarray:
         """Capacitances (hinge, sample) [pF] of true angles (hinge, sample) [rad] at 1 kHz.
 
-        In order: hysteresis (a play operator), cross-talk from neighbours, bent characteristic, gain, wander, noise,
-        quantisation. On the bench the gain is 1 and nothing wanders.
+        In order: hysteresis (a play operator), cross-talk from neighbours, bent characteristic,
+        gain, wander, noise, quantisation. On the bench the gain is 1 and nothing wanders.
         """
         gap = self.gap
         seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
@@ -42,14 +46,17 @@ class Sensing:
         signal = seen * (1 + gap.bend * seen / BEND_ANGLE)
         if not on_bench:
             signal = signal * self.gain[:, None]
-            signal = signal + np.cumsum(gap.drift / np.sqrt(1000) * rng.standard_normal(signal.shape), axis=1)
+            signal = signal + np.cumsum(
+                gap.drift / np.sqrt(1000) * rng.standard_normal(signal.shape), axis=1
+            )
         signal = signal + gap.noise * rng.standard_normal(signal.shape)
         capacitance = self.base[:, None] + self.sensitivity[:, None] * signal
         step = gap.quantum * SENSITIVITY
         return np.round(capacitance / step) * step if step > 0 else capacitance
 
     def bench(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A calibration table (reading,): each hinge bent by itself through known angles, up and down, several times.
+        """A calibration table (reading,): each hinge bent by itself through known angles, up and
+        down, several times.
 
         Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].
         """
@@ -85,7 +92,8 @@ def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
 
 @compiled
 def play(signal: np.ndarray, half_width: float) -> np.ndarray:
-    """Play (backlash) operator on each row: the output moves only when pushed by either end of the gap.
+    """Play (backlash) operator on each row: the output moves only when pushed by either end of the
+    gap.
 
     ``y_t = min(max(y_{t−1}, x_t − r), x_t + r)`` from y_0 = x_0, r = ``half_width``.
     """

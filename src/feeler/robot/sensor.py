@@ -9,7 +9,8 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tensors.table import MAX_BYTES, Table, read_table
 
-MARGIN = 0.02  # [C] share of the calibrated range by which a reading may lie outside and still count as inside
+# [C] share of the calibrated range by which a reading may lie outside and still count as inside
+MARGIN = 0.02
 MIN_READINGS = 3
 MAX_HINGES = 256
 OUTSIDE = ("refuse", "clip", "missing", "extend")
@@ -19,7 +20,9 @@ CAPACITANCE_UNITS = {"pF": 1.0, "fF": 1e-3, "nF": 1e3, "counts": 1.0}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SensorCalibration:
-    """Straight lines angle = slope · capacitance + offset, one per hinge, and how far to trust them."""
+    """Straight lines angle = slope · capacitance + offset, one per hinge, and how far to trust
+    them.
+    """
 
     slope: np.ndarray
     """(hinge,) [rad per unit]."""
@@ -32,7 +35,9 @@ class SensorCalibration:
     residual: np.ndarray
     """(hinge,) root mean square residual [rad]."""
     cross_validated: np.ndarray
-    """(hinge,) root mean square error at angles that the line did not see (leave one angle out) [rad]."""
+    """(hinge,) root mean square error at angles that the line did not see (leave one angle out)
+    [rad].
+    """
     resolution: np.ndarray
     """(hinge,) sd of repeated readings at one angle, as an angle [rad]; NaN without repeats."""
     drift: np.ndarray
@@ -49,7 +54,9 @@ class SensorCalibration:
         """Number of hinges."""
         return self.slope.size
 
-    def apply(self, capacitance: np.ndarray, *, robot: str = "", outside: str = "refuse") -> np.ndarray:
+    def apply(
+        self, capacitance: np.ndarray, *, robot: str = "", outside: str = "refuse"
+    ) -> np.ndarray:
         """Angles (hinge, sample) [rad] of capacitances (hinge, sample).
 
         Parameters
@@ -57,8 +64,8 @@ class SensorCalibration:
         robot
             Name of the robot that was recorded; refused where it differs from the calibrated one.
         outside
-            What to do with readings beyond the calibrated range (by more than 2 % of it): ``refuse``, ``clip`` to the
-            range, ``missing`` (NaN), or ``extend`` the line.
+            What to do with readings beyond the calibrated range (by more than 2 % of it):
+            ``refuse``, ``clip`` to the range, ``missing`` (NaN), or ``extend`` the line.
 
         Raises
         ------
@@ -67,7 +74,9 @@ class SensorCalibration:
         """
         capacitance = np.asarray(capacitance, dtype=float)
         self._check(capacitance, robot, outside)
-        slope, offset, low, high = (v[:, None] for v in (self.slope, self.offset, self.low, self.high))
+        slope, offset, low, high = (
+            v[:, None] for v in (self.slope, self.offset, self.low, self.high)
+        )
         margin = MARGIN * (high - low)
         beyond = (capacitance < low - margin) | (capacitance > high + margin)
         if outside == "refuse" and beyond.any():
@@ -82,32 +91,36 @@ class SensorCalibration:
             raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(OUTSIDE)}.")
         if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
             raise InvalidInput(
-                f"the calibration is for {self.n_hinges} hinges, the readings have shape {capacitance.shape}; "
-                "expected (hinge, sample)."
+                f"the calibration is for {self.n_hinges} hinges, the readings have shape"
+                f" {capacitance.shape}; expected (hinge, sample)."
             )
         if robot and self.robot and robot != self.robot:
             raise InvalidInput(
-                f"the calibration belongs to robot {self.robot!r}, the recording to {robot!r}. Calibrate that robot."
+                f"the calibration belongs to robot {self.robot!r}, the recording to {robot!r}."
+                " Calibrate that robot."
             )
 
     def _describe(self, capacitance: np.ndarray, beyond: np.ndarray) -> str:
         hinge = int(np.argmax(beyond.sum(axis=1)))
         values = capacitance[hinge][beyond[hinge]]
         return (
-            f"{int(beyond.sum())} readings lie outside the calibrated range, most in hinge {hinge + 1}: "
-            f"{values.min():.4g} to {values.max():.4g} {self.unit}, calibrated {self.low[hinge]:.4g} to "
-            f"{self.high[hinge]:.4g}. Calibrate a wider range, or choose outside='clip', 'missing' or 'extend'."
+            f"{int(beyond.sum())} readings lie outside the calibrated range, most in hinge"
+            f" {hinge + 1}: {values.min():.4g} to {values.max():.4g} {self.unit}, calibrated"
+            f" {self.low[hinge]:.4g} to {self.high[hinge]:.4g}. Calibrate a wider range, or choose"
+            " outside='clip', 'missing' or 'extend'."
         )
 
     def report(self) -> str:
         """A table in words, one row per hinge, angles in degrees."""
-        rows = ["hinge   °/unit      R²   residual °   cross-validated °   resolution °   drift °/min"]
+        rows = [
+            "hinge   °/unit      R²   residual °   cross-validated °   resolution °   drift °/min"
+        ]
         per_minute = self.drift * 6e4
         columns = (self.slope, self.residual, self.cross_validated, self.resolution, per_minute)
         for n, (slope, rms, cv, resolution, drift) in enumerate(np.rad2deg(columns).T):
             rows.append(
-                f"{n + 1:5d} {slope:8.3g} {self.r_squared[n]:7.4f} {rms:12.3f} {cv:19.3f} {resolution:14.3f}"
-                f" {drift:13.3g}"
+                f"{n + 1:5d} {slope:8.3g} {self.r_squared[n]:7.4f} {rms:12.3f} {cv:19.3f}"
+                f" {resolution:14.3f} {drift:13.3g}"
             )
         return "\n".join(rows)
 
@@ -139,18 +152,27 @@ def fit_sensors(
     Raises
     ------
     InvalidInput
-        A hinge with fewer than 3 readings or 2 angles, a reading that does not change with the angle, missing hinges.
+        A hinge with fewer than 3 readings or 2 angles, a reading that does not change with the
+        angle, missing hinges.
     """
     hinge, angle, capacitance = (np.asarray(v, dtype=float) for v in (hinge, angle, capacitance))
     time = np.full(hinge.shape, np.nan) if time is None else np.asarray(time, dtype=float)
     if not hinge.shape == angle.shape == capacitance.shape == time.shape or hinge.ndim != 1:
         raise InvalidInput("hinge, angle, capacitance and time must be lists of one length.")
     if not all(np.all(np.isfinite(v)) for v in (hinge, angle, capacitance)):
-        raise InvalidInput("a calibration table must be complete: hinge, angle and capacitance in every row.")
+        raise InvalidInput(
+            "a calibration table must be complete: hinge, angle and capacitance in every row."
+        )
     if any(np.nanmax(np.abs(v), initial=0.0) > MAX_READING for v in (angle, capacitance, time)):
-        raise InvalidInput(f"angles, readings and times beyond ±{MAX_READING:g} are no measurements. Check the table.")
+        raise InvalidInput(
+            f"angles, readings and times beyond ±{MAX_READING:g} are no measurements. Check the"
+            " table."
+        )
     n = _count_hinges(hinge)
-    lines = [_fit_one(k, angle[hinge == k], capacitance[hinge == k], time[hinge == k]) for k in range(1, n + 1)]
+    lines = [
+        _fit_one(k, angle[hinge == k], capacitance[hinge == k], time[hinge == k])
+        for k in range(1, n + 1)
+    ]
     arrays = {key: np.array([line[key] for line in lines]) for key in lines[0]}
     return SensorCalibration(**arrays, robot=robot, unit=unit)
 
@@ -158,21 +180,30 @@ def fit_sensors(
 def _count_hinges(hinge: np.ndarray) -> int:
     numbers = np.unique(hinge)
     if numbers.size > MAX_HINGES:
-        raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got readings of {numbers.size}.")
+        raise InvalidInput(
+            f"a robot has at most {MAX_HINGES} hinges, got readings of {numbers.size}."
+        )
     if numbers.size == 0 or not np.array_equal(numbers, np.arange(1, numbers.size + 1)):
         shown = ", ".join(f"{number:g}" for number in numbers[:12])
-        raise InvalidInput(f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}.")
+        raise InvalidInput(
+            f"hinges must be numbered 1, 2, … without a hole, got {shown or 'none'}."
+        )
     return numbers.size
 
 
-def _fit_one(number: int, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray) -> dict[str, float]:
+def _fit_one(
+    number: int, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray
+) -> dict[str, float]:
     levels = np.unique(np.round(angle, 9))
     if angle.size < MIN_READINGS or levels.size < 2:
         raise InvalidInput(
-            f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs {MIN_READINGS} at 2."
+            f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs"
+            f" {MIN_READINGS} at 2."
         )
     if np.ptp(capacitance) == 0:
-        raise InvalidInput(f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor.")
+        raise InvalidInput(
+            f"hinge {number} reads {capacitance[0]:g} at every angle: a dead or unconnected sensor."
+        )
     slope, offset = np.polyfit(capacitance, angle, 1)
     residual = angle - (slope * capacitance + offset)
     return {
@@ -218,8 +249,9 @@ def _trend(time: np.ndarray, residual: np.ndarray) -> float:
 
 @checked
 def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
-    """Fit from a CSV table with the columns ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``,
-    ``_counts``) and optionally ``time_ms``; a note ``# robot: NAME`` names the robot."""
+    """Fit from a CSV table with the columns ``hinge``, ``angle_deg`` (or ``_rad``),
+    ``capacitance_pF`` (or ``_fF``, ``_counts``) and optionally ``time_ms``; a note ``# robot:
+    NAME`` names the robot."""
     table = read_table(path, max_bytes=MAX_BYTES)
     angle, _ = _take(table, "angle", ANGLE_UNITS)
     capacitance, unit = _take(table, "capacitance", CAPACITANCE_UNITS)
@@ -239,4 +271,7 @@ def _take(table: Table, quantity: str, units: dict[str, float]) -> tuple[np.ndar
         if f"{quantity}_{unit}" in table.columns:
             return factor * table.column(f"{quantity}_{unit}"), unit
     valid = ", ".join(f"{quantity}_{unit}" for unit in units if unit.isascii())
-    raise InvalidInput(f"{table.source}: no {quantity} column; valid: {valid}. It has {', '.join(table.columns[:12])}.")
+    raise InvalidInput(
+        f"{table.source}: no {quantity} column; valid: {valid}. It has"
+        f" {', '.join(table.columns[:12])}."
+    )

@@ -13,13 +13,28 @@ from feeler.robot.sensor import MAX_HINGES, SensorCalibration
 FORMAT = "feeler sensor calibration"
 VERSION = 1
 MAX_FILE = 2**20
-FIELDS = ("slope", "offset", "low", "high", "residual", "cross_validated", "resolution", "drift", "r_squared")
+FIELDS = (
+    "slope",
+    "offset",
+    "low",
+    "high",
+    "residual",
+    "cross_validated",
+    "resolution",
+    "drift",
+    "r_squared",
+)
 
 
 @checked
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
-    content = {"format": FORMAT, "version": VERSION, "robot": calibration.robot, "unit": calibration.unit}
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "robot": calibration.robot,
+        "unit": calibration.unit,
+    }
     for name in FIELDS:
         content[name] = [None if np.isnan(v) else float(v) for v in getattr(calibration, name)]
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -36,9 +51,13 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
     """
     content = _read_json(path)
     if content.get("format") != FORMAT:
-        raise InvalidInput(f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`.")
+        raise InvalidInput(
+            f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`."
+        )
     if content.get("version") != VERSION:
-        raise InvalidInput(f"{path} has version {content.get('version')!r}; this feeler reads version {VERSION}.")
+        raise InvalidInput(
+            f"{path} has version {content.get('version')!r}; this feeler reads version {VERSION}."
+        )
     arrays = {name: _read_numbers(path, name, content.get(name)) for name in FIELDS}
     sizes = {values.size for values in arrays.values()}
     if len(sizes) != 1 or not 1 <= sizes.copy().pop() <= MAX_HINGES:
@@ -55,15 +74,20 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
 def _read_json(path: str | os.PathLike) -> dict:
     try:
         if not Path(path).is_file():
-            raise InvalidInput(f"cannot read {path!s}: no such file. `feeler robot calibrate` makes a calibration.")
+            raise InvalidInput(
+                f"cannot read {path!s}: no such file. `feeler robot calibrate` makes a calibration."
+            )
         if Path(path).stat().st_size > MAX_FILE:
-            raise InvalidInput(f"{path} is no sensor calibration: it has more than {MAX_FILE:,} bytes.")
+            raise InvalidInput(
+                f"{path} is no sensor calibration: it has more than {MAX_FILE:,} bytes."
+            )
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(
-            f"cannot read {path!s} as JSON: {str(error)[:200]}. From a table `feeler robot calibrate` makes the calibration."
+            f"cannot read {path!s} as JSON: {str(error)[:200]}. From a table `feeler robot"
+            " calibrate` makes the calibration."
         ) from error
     if not isinstance(content, dict):
         raise InvalidInput(f"{path} is no sensor calibration of feeler: it holds no object.")
@@ -72,7 +96,9 @@ def _read_json(path: str | os.PathLike) -> dict:
 
 def _read_numbers(path: str | os.PathLike, name: str, values: object) -> np.ndarray:
     numeric = (int, float, type(None))
-    if not isinstance(values, list) or not all(isinstance(v, numeric) and not isinstance(v, bool) for v in values):
+    if not isinstance(values, list) or not all(
+        isinstance(v, numeric) and not isinstance(v, bool) for v in values
+    ):
         raise InvalidInput(f"{path} is damaged: {name} must be a list of numbers.")
     try:
         return np.array([np.nan if v is None else float(v) for v in values])

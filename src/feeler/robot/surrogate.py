@@ -1,6 +1,8 @@
-"""A surrogate robot: an independent model that stands in for hardware whose recordings were never published.
+"""A surrogate robot: an independent model that stands in for hardware whose recordings were never
+published.
 
-Nothing that comes out of it is a measurement of the real robot; every recording carries source="surrogate".
+Nothing that comes out of it is a measurement of the real robot; every recording carries
+source="surrogate".
 """
 
 from collections.abc import Sequence
@@ -30,7 +32,9 @@ class Surrogate:
     """One surrogate robot: its mechanics, its channels and its own calibration."""
 
     antenna: Antenna
-    """With the compliant mount as segment 1 where the gap has play; its sensors are the eight hinges."""
+    """With the compliant mount as segment 1 where the gap has play; its sensors are the eight
+    hinges.
+    """
     sensing: Sensing
     calibration: SensorCalibration
     gap: Gap
@@ -43,25 +47,33 @@ class Surrogate:
         return float(self.antenna.segment_length[0]) if self.gap.play > 0 else 0.0
 
     def touch(self, trials: Sequence[Trial], **how: Any) -> list[Recording]:
-        """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with human precision."""
+        """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with
+        human precision.
+        """
         motions = simulate_pairs(self.carry_out(trials), **how)
         return [self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)]
 
     def carry_out(self, trials: Sequence[Trial]) -> list[tuple[Antenna, Trial]]:
         """The touches as they really happen to this robot, ready to be simulated."""
-        return [(self.antenna, self._shift(draw_trial(trial, self.gap, self.rng))) for trial in trials]
+        return [
+            (self.antenna, self._shift(draw_trial(trial, self.gap, self.rng))) for trial in trials
+        ]
 
     def _shift(self, trial: Trial) -> Trial:
         """The same touch with its location counted from the mount's base instead of hinge 1."""
         free = self.antenna.length - self.mount
-        return replace(trial, location=min((self.mount + trial.location * free) / self.antenna.length, 1.0))
+        return replace(
+            trial, location=min((self.mount + trial.location * free) / self.antenna.length, 1.0)
+        )
 
     def record(self, motion: np.ndarray, trial: Trial | None = None) -> Recording:
         """What the electronics write of true angles (segment, sample) at 1 kHz."""
         sensed = motion[np.asarray(self.antenna.sensors) - 1]
         values = self.sensing.read(sensed, self.rng)
         time = np.arange(values.shape[1]) * INTERVAL
-        jitter = np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45) * INTERVAL
+        jitter = (
+            np.clip(self.gap.jitter * self.rng.standard_normal(time.size), -0.45, 0.45) * INTERVAL
+        )
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True
         labels: dict[str, str | float] = {} if trial is None else {
@@ -78,16 +90,24 @@ class Surrogate:
         )
 
     def read_angles(self, recording: Recording) -> Recording:
-        """The user's way from raw to angles: calibrate, mend, subtract the resting level before contact."""
+        """The user's way from raw to angles: calibrate, mend, subtract the resting level before
+        contact.
+        """
         angles = recording.to_angles(self.calibration, outside="extend")
         return subtract_rest(repair(angles, gaps="bridge"))
 
 
 @checked
 def make_surrogate(
-    rng: np.random.Generator, *, gap: Gap | None = None, nominal: Antenna | None = None, name: str = "surrogate"
+    rng: np.random.Generator,
+    *,
+    gap: Gap | None = None,
+    nominal: Antenna | None = None,
+    name: str = "surrogate",
 ) -> Surrogate:
-    """Draw a surrogate robot around ``nominal`` (default :func:`make_robot`) with differences of size ``gap``."""
+    """Draw a surrogate robot around ``nominal`` (default :func:`make_robot`) with differences of
+    size ``gap``.
+    """
     gap = Gap() if gap is None else gap
     antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
     sensing = draw_sensing(gap, antenna.sensors.size, rng)
@@ -121,15 +141,24 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
 
 @checked
 def subtract_rest(recording: Recording, before: float = RESTING) -> Recording:
-    """Angles relative to their mean over the first ``before`` ms, when nothing touches yet; said in the history."""
+    """Angles relative to their mean over the first ``before`` ms, when nothing touches yet; said in
+    the history.
+    """
     resting = recording.time < before
     if not np.isfinite(recording.values[:, resting]).any(axis=1).all():
-        raise InvalidInput(f"a channel has no value in the first {before:g} ms: there is no resting level to subtract.")
+        raise InvalidInput(
+            f"a channel has no value in the first {before:g} ms: there is no resting level to"
+            " subtract."
+        )
     level = np.nanmean(recording.values[:, resting], axis=1, keepdims=True)
-    return replace(recording, values=recording.values - level).noted(f"mean of the first {before:g} ms subtracted")
+    return replace(recording, values=recording.values - level).noted(
+        f"mean of the first {before:g} ms subtracted"
+    )
 
 
 @checked
 def make_tip_touches(repeats: int = 1) -> list[Trial]:
-    """The paper's six hardware contacts: ball and box at the tip at three speeds, each ``repeats`` times."""
+    """The paper's six hardware contacts: ball and box at the tip at three speeds, each ``repeats``
+    times.
+    """
     return make_touches(locations=LOCATIONS[-1:], speeds=SPEEDS) * repeats

@@ -13,11 +13,20 @@ from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
 from feeler.stimulus import Ball, Box, Feature, Trial
 
 SPEEDS = (0.270, 0.135, 0.027)  # [P] mm/ms = m/s
-LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
+LOCATIONS = (
+    0.5,
+    0.6,
+    0.7,
+    0.8,
+    0.9,
+)  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
 SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
 LEAD = 20.0  # [C] ms before contact, enough to see the resting level
 TAIL = 400.0  # [C] ms kept after contact can last
-SWEEP = (60.0, -40.0)  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
+SWEEP = (
+    60.0,
+    -40.0,
+)  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
 INTERVAL = 1.0  # [P] ms
 ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
 
@@ -34,7 +43,9 @@ def make_touches(
     size: float = SIZE,
     friction: float = 1.0,
 ) -> list[Trial]:
-    """Every feature at every location and speed; by default the paper's ball and box of ``size``, 30 touches."""
+    """Every feature at every location and speed; by default the paper's ball and box of ``size``,
+    30 touches.
+    """
     if features is None:
         features = (Ball(radius=size), Box(half_width=size, half_height=size))
     return [
@@ -52,15 +63,16 @@ def get_label(trial: Trial) -> Label:
 
 
 def choose_duration(trial: Trial, reach: float = 1.0) -> float:
-    """Time [ms] after which a touch has let go and rung for about ``TAIL`` ms; ``reach`` is the antenna's length over the
-    paper's robot's."""
+    """Time [ms] after which a touch has let go and rung for about ``TAIL`` ms; ``reach`` is the
+    antenna's length over the paper's robot's."""
     sweep = reach * max(SWEEP[0] + SWEEP[1] * (trial.location - 0.5), 0.0)
     return float(np.ceil(trial.lead + sweep / trial.speed + TAIL))
 
 
 @checked
 def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
-    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see :func:`choose_duration`.
+    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see
+    :func:`choose_duration`.
 
     ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`choose_duration`) and,
     as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
@@ -79,7 +91,8 @@ def simulate_pairs(
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> list[np.ndarray]:
-    """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations run together.
+    """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations
+    run together.
 
     Raises
     ------
@@ -94,7 +107,9 @@ def simulate_pairs(
     durations = [duration or choose_duration(trial, reach) for _, trial in pairs]
     motions: list[np.ndarray] = [np.empty(0)] * len(pairs)
     for group in _group(durations):
-        clock = Clock(duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=step)
+        clock = Clock(
+            duration=max(durations[i] for i in group), sample_interval=INTERVAL, timestep=step
+        )
         scenes = [make_scene(*pairs[i]) for i in group]
         results = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
         for i, motion in zip(group, expect_motions(results), strict=True):
@@ -115,7 +130,8 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 @checked
 def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]) -> np.ndarray:
-    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that touches align on.
+    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that
+    touches align on.
 
     Angles of the sensed hinges alone count the others as straight.
     """
@@ -124,8 +140,8 @@ def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]
         length = np.add.reduceat(length, antenna.sensors - 1)
     elif np.shape(angle)[-2:-1] != (antenna.n_segments,):
         raise InvalidInput(
-            f"angle needs the {antenna.n_segments} hinges of the antenna, or its {antenna.sensors.size} sensors, as "
-            f"(…, hinge, time), got shape {np.shape(angle)}."
+            f"angle needs the {antenna.n_segments} hinges of the antenna, or its"
+            f" {antenna.sensors.size} sensors, as (…, hinge, time), got shape {np.shape(angle)}."
         )
     heading = np.cumsum(np.nan_to_num(angle), axis=-2)
     return np.einsum("n,...nt->...t", length, np.sin(heading))

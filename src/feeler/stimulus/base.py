@@ -18,14 +18,16 @@ LATE = 1e-9  # ms; how far beyond its end a path may be asked for
 class BaseMotion(Frozen):
     """The base as a function of time.
 
-    Either it moves with constant ``velocity`` and ``turn`` from its place at the origin, and the antenna moves with it
-    from the start; or it follows ``pose`` given at ``time``, with a cubic spline through the samples (twice continuously
-    differentiable, not-a-knot ends), so that forces have no jumps.
+    Either it moves with constant ``velocity`` and ``turn`` from its place at the origin, and the
+    antenna moves with it from the start; or it follows ``pose`` given at ``time``, with a cubic
+    spline through the samples (twice continuously differentiable, not-a-knot ends), so that forces
+    have no jumps.
 
     Raises
     ------
     InvalidInput
-        Numbers that are not finite, times that do not rise from 0, fewer than four samples, or both ways at once.
+        Numbers that are not finite, times that do not rise from 0, fewer than four samples, or both
+        ways at once.
     """
 
     velocity: tuple[float, float] = (0.0, 0.0)
@@ -43,18 +45,29 @@ class BaseMotion(Frozen):
         if self.time is None and self.pose is None:
             return
         if any(self.velocity) or self.turn:
-            raise InvalidInput("a BaseMotion has either a velocity and a turn or a path (time and pose), not both.")
+            raise InvalidInput(
+                "a BaseMotion has either a velocity and a turn or a path (time and pose), not both."
+            )
         try:
-            time, pose = (np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose))
+            time, pose = (
+                np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose)
+            )
         except (TypeError, ValueError) as error:
             raise InvalidInput("BaseMotion.time and pose must be numbers.") from error
         if time.ndim != 1 or len(time) < 4 or pose.shape != (len(time), 3):
             raise InvalidInput(
-                "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at least four samples, got "
-                f"shapes {time.shape} and {pose.shape}."
+                "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at"
+                f" least four samples, got shapes {time.shape} and {pose.shape}."
             )
-        if not (np.isfinite(time).all() and np.isfinite(pose).all() and time[0] == 0 and np.all(np.diff(time) > 0)):
-            raise InvalidInput("BaseMotion.time must rise from 0 ms, and time and pose must be finite.")
+        if not (
+            np.isfinite(time).all()
+            and np.isfinite(pose).all()
+            and time[0] == 0
+            and np.all(np.diff(time) > 0)
+        ):
+            raise InvalidInput(
+                "BaseMotion.time must rise from 0 ms, and time and pose must be finite."
+            )
         object.__setattr__(self, "time", freeze(time))
         object.__setattr__(self, "pose", freeze(pose))
 
@@ -71,8 +84,8 @@ class BaseMotion(Frozen):
             return time[:, None] * [*self.velocity, self.turn]
         if time.max(initial=0.0) > self.time[-1] + LATE:
             raise InvalidInput(
-                f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are asked for. Use a "
-                "shorter duration, or record longer."
+                f"the base's recorded path ends at {self.time[-1]:g} ms, but {time.max():g} ms are"
+                " asked for. Use a shorter duration, or record longer."
             )
         return self._spline(time)
 

@@ -42,15 +42,21 @@ def load_objects(path: str | os.PathLike) -> list[Feature]:
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InvalidInput(f"{source.name} is not valid TOML: {str(error)[:200]}") from error
     entries = content.get("object")
-    if set(content) != {"object"} or not isinstance(entries, list) or not 1 <= len(entries) <= MAX_OBJECTS:
+    if (
+        set(content) != {"object"}
+        or not isinstance(entries, list)
+        or not 1 <= len(entries) <= MAX_OBJECTS
+    ):
         raise InvalidInput(
-            f"{source.name} must hold 1 to {MAX_OBJECTS} tables [[object]] and nothing else; it has "
-            f"{', '.join(map(str, list(content)[:5])) or 'nothing'}."
+            f"{source.name} must hold 1 to {MAX_OBJECTS} tables [[object]] and nothing else; it has"
+            f" {', '.join(map(str, list(content)[:5])) or 'nothing'}."
         )
     objects = [_make(entry, number, source) for number, entry in enumerate(entries, 1)]
     names = [feature.name for feature in objects]
     if double := sorted({name for name in names if names.count(name) > 1}):
-        raise InvalidInput(f"{source.name}: two objects are called {double[0]!r}. Give each its own name.")
+        raise InvalidInput(
+            f"{source.name}: two objects are called {double[0]!r}. Give each its own name."
+        )
     return objects
 
 
@@ -70,8 +76,12 @@ def _make(entry: Any, number: int, source: Path) -> Feature:
 def _read_drawing(shape: str, values: dict[str, Any], folder: Path) -> Feature:
     reader = getattr(SHAPES[shape], "from_file", None)
     if reader is None:
-        raise InvalidInput(f"a {shape} is not read from a drawing; leave out file, or make it an outline.")
+        raise InvalidInput(
+            f"a {shape} is not read from a drawing; leave out file, or make it an outline."
+        )
     known = set(inspect.signature(reader).parameters) - {"path"}
     if unknown := sorted(values.keys() - {"file", *known}):
-        raise InvalidInput(f"a drawing has no {unknown[0]!r}; valid: file, {', '.join(sorted(known))}.")
+        raise InvalidInput(
+            f"a drawing has no {unknown[0]!r}; valid: file, {', '.join(sorted(known))}."
+        )
     return reader(folder / str(values.pop("file")), **values)

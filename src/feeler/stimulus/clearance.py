@@ -6,7 +6,11 @@ from feeler.stimulus.feature import Feature
 
 
 def compute_clearance(
-    points: np.ndarray, radius: np.ndarray, feature: Feature, origin: np.ndarray, forward: np.ndarray
+    points: np.ndarray,
+    radius: np.ndarray,
+    feature: Feature,
+    origin: np.ndarray,
+    forward: np.ndarray,
 ) -> float:
     """Smallest gap [mm] between the antenna's surface and the feature; negative where they overlap.
 
@@ -50,7 +54,9 @@ def _point_segments(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> n
 
 
 def _inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Whether each point (point,) lies inside the polygon: a ray from it crosses an odd number of edges."""
+    """Whether each point (point,) lies inside the polygon: a ray from it crosses an odd number of
+    edges.
+    """
     (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
     x, y = points[:, 0, None], points[:, 1, None]
     rise = np.where(y1 == y0, 1.0, y1 - y0)  # a level edge spans no ray
@@ -62,7 +68,9 @@ def _crossing(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.
     """Whether each segment c–d (segment,) crosses any of the edges a–b (edge,)."""
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+        return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (
+            r[..., 0] - p[..., 0]
+        )
 
     a, b = a[:, None], b[:, None]
     return ((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)).any(axis=0)

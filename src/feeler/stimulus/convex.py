@@ -14,14 +14,18 @@ def measure_area(corners: np.ndarray) -> float:
 
 
 def is_convex(corners: np.ndarray, slack: float = 0.0) -> bool:
-    """Whether a counter-clockwise polygon turns left at every corner, or right by no more than ``slack`` (an area)."""
+    """Whether a counter-clockwise polygon turns left at every corner, or right by no more than
+    ``slack`` (an area).
+    """
     edge = np.roll(corners, -1, axis=0) - corners
     before = np.roll(edge, 1, axis=0)
     return bool(np.all(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0] >= -slack))
 
 
 def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarray:
-    """Points (point, 2) around a convex part grown by ``rounding``: ``n_arc`` to each corner's arc, for drawing."""
+    """Points (point, 2) around a convex part grown by ``rounding``: ``n_arc`` to each corner's arc,
+    for drawing.
+    """
     if rounding == 0:
         return corners
     turn = np.linspace(0.0, 2 * np.pi, n_arc * max(len(corners), 4), endpoint=False)
@@ -33,8 +37,9 @@ def trace_rim(corners: np.ndarray, rounding: float, n_arc: int = 16) -> np.ndarr
 def split_convex(corners: Annotated[np.ndarray, "corner axis"]) -> list[np.ndarray]:
     """Convex polygons (corner, 2) that together fill a simple counter-clockwise polygon.
 
-    A convex polygon is its own single part; any other is cut into triangles by ear clipping and neighbouring parts are
-    merged while they stay convex (Hertel & Mehlhorn 1983: at most four times the fewest parts).
+    A convex polygon is its own single part; any other is cut into triangles by ear clipping and
+    neighbouring parts are merged while they stay convex (Hertel & Mehlhorn 1983: at most four times
+    the fewest parts).
     """
     corners = np.asarray(corners, dtype=float)
     if is_convex(corners):
@@ -50,7 +55,10 @@ def _clip_ears(corners: np.ndarray) -> list[tuple[int, ...]]:
     ring, here = list(range(len(corners))), 0
     triangles: list[tuple[int, ...]] = []
     while len(ring) > 3:
-        around = (*range(here, len(ring)), *range(here))  # go on where the last ear was: its neighbours are often ears
+        around = (
+            *range(here, len(ring)),
+            *range(here),
+        )  # go on where the last ear was: its neighbours are often ears
         ear = next((i for i in around if _is_ear(corners, ring, i)), None)
         if ear is None:  # only corners on straight edges are left: drop the flattest
             ear = int(np.argmin([abs(_turn(*corners[_around(ring, i)])) for i in range(len(ring))]))
@@ -79,7 +87,9 @@ def _is_ear(corners: np.ndarray, ring: list[int], i: int) -> bool:
 
 
 def _merge(corners: np.ndarray, triangles: list[tuple[int, ...]]) -> list[list[int]]:
-    """Take out each inner edge between two parts that are convex together, in one pass over the edges."""
+    """Take out each inner edge between two parts that are convex together, in one pass over the
+    edges.
+    """
     parts = {number: list(triangle) for number, triangle in enumerate(triangles)}
     owner = {edge: number for number, ring in parts.items() for edge in _edges(ring)}
     for a, b in list(owner):

@@ -16,7 +16,15 @@ from feeler.errors import InvalidInput, MissingExtra
 
 MAX_BYTES = 8 * 2**20  # [C]
 MAX_HALVINGS = 16
-UNITS = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "m": 1e3, "q": 0.25}  # mm, as CSS has them
+UNITS = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "in": 25.4,
+    "pt": 25.4 / 72,
+    "pc": 25.4 / 6,
+    "m": 1e3,
+    "q": 0.25,
+}  # mm, as CSS has them
 PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewBox
 
 DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
@@ -24,7 +32,9 @@ DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYL
 
 @dataclass(frozen=True, kw_only=True)
 class Stroke:
-    """A closed path: what it is called, and its corners (corner, 2) for a tolerance, in the drawing's unit."""
+    """A closed path: what it is called, and its corners (corner, 2) for a tolerance, in the
+    drawing's unit.
+    """
 
     name: str
     flatten: Callable[[float], np.ndarray]
@@ -32,7 +42,9 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The closed paths of a file, x to the right and y up, and the length of its unit [mm] where it says one."""
+    """The closed paths of a file, x to the right and y up, and the length of its unit [mm] where it
+    says one.
+    """
 
     curves: list[Stroke]
     unit: float | None
@@ -64,7 +76,8 @@ def read_outline(
         raise
     except Exception as error:  # whatever a parser of foreign text may raise
         raise InvalidInput(
-            f"{path.name} cannot be read as a {path.suffix[1:].upper()} drawing: {str(error)[:200]}."
+            f"{path.name} cannot be read as a {path.suffix[1:].upper()} drawing:"
+            f" {str(error)[:200]}."
         ) from error
     if drawing.centred:
         corners = corners - [0.0, (corners[:, 1].min() + corners[:, 1].max()) / 2]
@@ -82,42 +95,57 @@ def _check_file(path: str | os.PathLike) -> Path:
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
     if path.suffix.lower() not in READERS:
-        raise InvalidInput(f"{path.name!r} is none of {', '.join(READERS)}; save the drawing as one of these.")
+        raise InvalidInput(
+            f"{path.name!r} is none of {', '.join(READERS)}; save the drawing as one of these."
+        )
     if not usable:
         raise InvalidInput(f"{path} must be a file of at most {MAX_BYTES:,} bytes. Check the path.")
     return path
 
 
 def _choose(file: str, curves: list[Stroke], which: int | str | None) -> Stroke:
-    listing = ", ".join(f"{number}: {curve.name or 'no id'}" for number, curve in enumerate(curves[:20]))
+    listing = ", ".join(
+        f"{number}: {curve.name or 'no id'}" for number, curve in enumerate(curves[:20])
+    )
     if not curves:
         raise InvalidInput(
-            f"{file} has no closed path; close the outline in your drawing program (SVG: end it with Z)."
+            f"{file} has no closed path; close the outline in your drawing program (SVG: end it"
+            " with Z)."
         )
     if which is None:
         if len(curves) > 1:
-            raise InvalidInput(f"{file} has {len(curves)} closed paths; choose one by which=number or id: {listing}.")
+            raise InvalidInput(
+                f"{file} has {len(curves)} closed paths; choose one by which=number or id:"
+                f" {listing}."
+            )
         return curves[0]
     named = [
-        curve for number, curve in enumerate(curves) if which in (number, curve.name) and not isinstance(which, bool)
+        curve
+        for number, curve in enumerate(curves)
+        if which in (number, curve.name) and not isinstance(which, bool)
     ]
     if len(named) != 1:
         raise InvalidInput(f"{file} has no one closed path {str(which)[:40]!r}; it has {listing}.")
     return named[0]
 
 
-def _find_unit(file: str, curve: Stroke, unit: float | None, width: float | None, scale: float | None) -> float:
+def _find_unit(
+    file: str, curve: Stroke, unit: float | None, width: float | None, scale: float | None
+) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
         rough = curve.flatten(np.inf)
         extent = float(np.ptp(curve.flatten(1e-3 * np.ptp(rough, axis=0).max())[:, 1]))
         if extent == 0:
-            raise InvalidInput(f"{file} has an outline without extent across the motion, which no width can scale.")
+            raise InvalidInput(
+                f"{file} has an outline without extent across the motion, which no width can scale."
+            )
         return width / extent
     unit = unit if scale is None else scale
     if unit is None:
         raise InvalidInput(
-            f"{file} does not say how long its unit is; give width= [mm] across the motion, or scale= [mm]."
+            f"{file} does not say how long its unit is; give width= [mm] across the motion, or"
+            " scale= [mm]."
         )
     return unit
 
@@ -132,22 +160,31 @@ def _need(module: str) -> ModuleType:
     try:
         return import_module(module)
     except ImportError as error:
-        raise MissingExtra("outlines from SVG and DXF files need: pip install 'feeler[outlines]'") from error
+        raise MissingExtra(
+            "outlines from SVG and DXF files need: pip install 'feeler[outlines]'"
+        ) from error
 
 
 def _read_csv(path: Path) -> Drawing:
     lines = path.read_text(encoding="utf-8-sig").splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
     rows = [
-        re.split(r"[,;\t]\s*|\s+", line.strip()) for line in lines[start:] if line.strip() and line.lstrip()[0] != "#"
+        re.split(r"[,;\t]\s*|\s+", line.strip())
+        for line in lines[start:]
+        if line.strip() and line.lstrip()[0] != "#"
     ]
     if not rows or {len(row) for row in rows} != {2}:
         raise InvalidInput(f"{path.name} must have two columns, x and y [mm], and nothing else.")
     corners = np.array(rows, dtype=float)
     if not np.isfinite(corners).all():
         lost = int(np.flatnonzero(~np.isfinite(corners).all(axis=1))[0])
-        raise InvalidInput(f"{path.name} has a corner that is not finite, number {lost + 1}: {' '.join(rows[lost])}.")
-    return Drawing(curves=[Stroke(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False)
+        raise InvalidInput(
+            f"{path.name} has a corner that is not finite, number {lost + 1}:"
+            f" {' '.join(rows[lost])}."
+        )
+    return Drawing(
+        curves=[Stroke(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False
+    )
 
 
 def _read_svg(path: Path) -> Drawing:
@@ -160,14 +197,18 @@ def _read_svg(path: Path) -> Drawing:
         warnings.simplefilter("ignore")
         for whole in document.paths():
             name = whole.element.get("id") or ""
-            closed = [piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()]
+            closed = [
+                piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
+            ]
             curves += [Stroke(name=name, flatten=_make_svg_flatten(piece)) for piece in closed]
     return Drawing(curves=curves, unit=_find_svg_unit(document.root))
 
 
 def _make_svg_flatten(piece: list) -> Callable[[float], np.ndarray]:
     def flatten(tolerance: float) -> np.ndarray:
-        points = [point for segment in piece for point in _bisect(segment.point, 0.0, 1.0, tolerance)]
+        points = [
+            point for segment in piece for point in _bisect(segment.point, 0.0, 1.0, tolerance)
+        ]
         return np.array([[point.real, -point.imag] for point in points])  # SVG's y axis points down
 
     return flatten
@@ -176,11 +217,15 @@ def _make_svg_flatten(piece: list) -> Callable[[float], np.ndarray]:
 def _bisect(
     curve: Callable[[float], complex], start: float, stop: float, tolerance: float, depth=0
 ) -> Iterator[complex]:
-    """Points of a curve from ``start`` to before ``stop`` whose polygon stays within ``tolerance`` of it."""
+    """Points of a curve from ``start`` to before ``stop`` whose polygon stays within ``tolerance``
+    of it.
+    """
     first, last = curve(start), curve(stop)
     share = np.array([0.25, 0.5, 0.75])
     gap = [abs(curve(start + t * (stop - start)) - (first + t * (last - first))) for t in share]
-    if depth >= MAX_HALVINGS or (max(gap) <= tolerance and (depth > 0 or max(gap) <= 1e-12 * abs(last - first))):
+    if depth >= MAX_HALVINGS or (
+        max(gap) <= tolerance and (depth > 0 or max(gap) <= 1e-12 * abs(last - first))
+    ):
         yield first
     else:
         middle = (start + stop) / 2
@@ -189,7 +234,9 @@ def _bisect(
 
 
 def _find_svg_unit(root: Any) -> float | None:
-    """Page width in mm over its width in the drawing's own units; None where the page has no physical size."""
+    """Page width in mm over its width in the drawing's own units; None where the page has no
+    physical size.
+    """
     found = re.fullmatch(r"\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([a-zA-Z]+)\s*", root.get("width") or "")
     if not found or found[2].lower() not in UNITS:
         return None
@@ -204,14 +251,18 @@ def _read_dxf(path: Path) -> Drawing:
     drawn = document.modelspace().query(" ".join(DXF_CURVES))
     entities = [entity for entity in drawn if smith.is_pure_2d_entity(entity)]
     whole = [entity for entity in entities if smith.is_closed_entity(entity)]
-    named = [(f"{entity.dxftype()} on {entity.dxf.layer}", paths.make_path(entity)) for entity in whole]
+    named = [
+        (f"{entity.dxftype()} on {entity.dxf.layer}", paths.make_path(entity)) for entity in whole
+    ]
     edges = list(smith.edges_from_entities_2d(entity for entity in entities if entity not in whole))
     if edges:
         chains = miner.find_all_simple_chains(miner.Deposit(edges, gap_tol=1e-6))
         loops = [chain for chain in chains if len(chain) > 1 and miner.is_loop(chain, gap_tol=1e-6)]
         named += [("chain of lines", smith.path2d_from_chain(chain)) for chain in loops]
     curves = [Stroke(name=name, flatten=_make_dxf_flatten(outline)) for name, outline in named]
-    factor = ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
+    factor = (
+        ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
+    )
     return Drawing(curves=curves, unit=factor)
 
 
@@ -222,4 +273,8 @@ def _make_dxf_flatten(outline: Any) -> Callable[[float], np.ndarray]:
     return flatten
 
 
-READERS: dict[str, Callable[[Path], Drawing]] = {".svg": _read_svg, ".dxf": _read_dxf, ".csv": _read_csv}
+READERS: dict[str, Callable[[Path], Drawing]] = {
+    ".svg": _read_svg,
+    ".dxf": _read_dxf,
+    ".csv": _read_csv,
+}

@@ -1,8 +1,10 @@
-"""Features: the things an antenna touches. A feature is convex parts and a rounding, in a frame of its own.
+"""Features: the things an antenna touches. A feature is convex parts and a rounding, in a frame of
+its own.
 
-In a feature's frame the first axis points the way the feature moves, the second to its left; the foremost point stands at
-first coordinate 0, so that everything else lies at first coordinates ≤ 0. Engines, placement and drawing read only
-``parts``, ``rounding`` and ``unbounded``. A new shape is one class, registered under its name:
+In a feature's frame the first axis points the way the feature moves, the second to its left; the
+foremost point stands at first coordinate 0, so that everything else lies at first coordinates ≤ 0.
+Engines, placement and drawing read only ``parts``, ``rounding`` and ``unbounded``. A new shape is
+one class, registered under its name:
 
     @SHAPES.register("capsule")
     @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,8 +42,9 @@ MAX_NAME = 200  # characters [C]
 class Feature(Frozen, ABC):
     """Base of all shapes: convex parts, each grown by ``rounding``.
 
-    Stated lengths are those of the core, and ``rounding`` comes on top: it makes the outer surface larger on every side
-    and the corners round. It does not move the foremost point, which stays at 0: the parts are set back by it.
+    Stated lengths are those of the core, and ``rounding`` comes on top: it makes the outer surface
+    larger on every side and the corners round. It does not move the foremost point, which stays at
+    0: the parts are set back by it.
 
     Raises
     ------
@@ -52,7 +55,9 @@ class Feature(Frozen, ABC):
     name: str = ""
     """The label that its touches carry; default: the shape's word."""
 
-    if TYPE_CHECKING:  # each shape states these two, as a constant of its class, a field or a property
+    if (
+        TYPE_CHECKING
+    ):  # each shape states these two, as a constant of its class, a field or a property
 
         @property
         def kind(self) -> str:
@@ -64,12 +69,16 @@ class Feature(Frozen, ABC):
 
     @property
     def symmetric(self) -> bool:
-        """Whether the shape is its own mirror image about the line of motion; of a new shape not, unless it says so."""
+        """Whether the shape is its own mirror image about the line of motion; of a new shape not,
+        unless it says so.
+        """
         return False
 
     @property
     def unbounded(self) -> bool:
-        """Whether the foremost face goes on without end; its parts are then as large as an engine needs."""
+        """Whether the foremost face goes on without end; its parts are then as large as an engine
+        needs.
+        """
         return False
 
     @property
@@ -81,9 +90,12 @@ class Feature(Frozen, ABC):
         for field in fields(self):
             if field.type in (float, "float"):
                 self._store_length(field.name)
-        if not (isinstance(self.name, str) and len(self.name) <= MAX_NAME and self.name.isprintable()):
+        if not (
+            isinstance(self.name, str) and len(self.name) <= MAX_NAME and self.name.isprintable()
+        ):
             raise InvalidInput(
-                f"{type(self).__name__}.name must be a line of at most {MAX_NAME} characters, got {str(self.name)[:40]!r}."
+                f"{type(self).__name__}.name must be a line of at most {MAX_NAME} characters, got"
+                f" {str(self.name)[:40]!r}."
             )
         given = "" if re.fullmatch(f"{self.kind} [0-9a-f]{{6}}", self.name) else self.name
         object.__setattr__(
@@ -92,7 +104,9 @@ class Feature(Frozen, ABC):
 
     def _store_length(self, name: str) -> None:
         value, zero = getattr(self, name), name == "rounding"
-        allowed = f"{type(self).__name__}.{name} must be finite and {'≥' if zero else '>'} 0 mm, got "
+        allowed = (
+            f"{type(self).__name__}.{name} must be finite and {'≥' if zero else '>'} 0 mm, got "
+        )
         try:
             number = float(value)
         except (TypeError, ValueError):
@@ -103,9 +117,11 @@ class Feature(Frozen, ABC):
 
     @abstractmethod
     def make_parts(self) -> Sequence[Any]:
-        """Corners (corner, 2) [mm] of each convex part: one is a point, two are a segment, more a polygon's, in order.
+        """Corners (corner, 2) [mm] of each convex part: one is a point, two are a segment, more a
+        polygon's, in order.
 
-        Only places across the motion and relative ones along it matter: ``parts`` sets them back from the front.
+        Only places across the motion and relative ones along it matter: ``parts`` sets them back
+        from the front.
         """
 
     def make_name(self) -> str:
@@ -114,7 +130,8 @@ class Feature(Frozen, ABC):
 
     @cached_property
     def parts(self) -> tuple[np.ndarray, ...]:
-        """Convex parts (corner, 2) [mm], read-only, counter-clockwise; the foremost point of the grown shape is at 0.
+        """Convex parts (corner, 2) [mm], read-only, counter-clockwise; the foremost point of the
+        grown shape is at 0.
 
         Raises
         ------
@@ -123,14 +140,20 @@ class Feature(Frozen, ABC):
         """
         cores = [_order(np.asarray(core, dtype=float), self.kind) for core in self.make_parts()]
         if not cores:
-            raise InvalidInput(f"make_parts of the shape {self.kind!r} gave no part; give at least one.")
+            raise InvalidInput(
+                f"make_parts of the shape {self.kind!r} gave no part; give at least one."
+            )
         front = max(core[:, 0].max() for core in cores) + self.rounding
         return tuple(freeze(core - [front, 0.0]) for core in cores)
 
     @cached_property
     def stack(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corners (corner, 2) of all parts one after the other, and the number of each part's first (part + 1,)."""
-        return freeze(np.concatenate(self.parts)), freeze(np.cumsum([0, *map(len, self.parts)]), dtype=np.int64)
+        """Corners (corner, 2) of all parts one after the other, and the number of each part's first
+        (part + 1,).
+        """
+        return freeze(np.concatenate(self.parts)), freeze(
+            np.cumsum([0, *map(len, self.parts)]), dtype=np.int64
+        )
 
     @cached_property
     def size(self) -> float:
@@ -147,7 +170,9 @@ class Feature(Frozen, ABC):
     def scale(self, factor: float) -> "Feature":
         """The same shape with every length times ``factor``."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        scaled: dict[str, Any] = {name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)}
+        scaled: dict[str, Any] = {
+            name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)
+        }
         return replace(self, **scaled)
 
     def to_plain(self) -> dict[str, Any]:
@@ -203,11 +228,15 @@ SHAPES: Registry[type[Feature]] = Registry(
 
 
 @checked
-def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **values: Any) -> Feature:
-    """A feature by name: every length that must be given and is not among ``values`` becomes ``size`` [mm].
+def make_feature(
+    kind: str | Mapping[str, Any], size: float | None = None, **values: Any
+) -> Feature:
+    """A feature by name: every length that must be given and is not among ``values`` becomes
+    ``size`` [mm].
 
-    So ``make_feature("ball", 1.5)`` has radius 1.5 mm, and ``make_feature("box", 1.5, half_height=3)`` half-width 1.5 mm.
-    The plain data of ``Feature.to_plain`` may stand for all of it.
+    So ``make_feature("ball", 1.5)`` has radius 1.5 mm, and ``make_feature("box", 1.5,
+    half_height=3)`` half-width 1.5 mm. The plain data of ``Feature.to_plain`` may stand for all of
+    it.
 
     Raises
     ------
@@ -219,10 +248,16 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
     shape = SHAPES[word]
     known = {field.name: field for field in fields(shape)}
     if unknown := values.keys() - known.keys():
-        raise InvalidInput(f"a {word} has no {min(map(str, unknown))!r}; it has {', '.join(known)}.")
-    needed = [name for name, field in known.items() if field.default is MISSING and name not in values]
+        raise InvalidInput(
+            f"a {word} has no {min(map(str, unknown))!r}; it has {', '.join(known)}."
+        )
+    needed = [
+        name for name, field in known.items() if field.default is MISSING and name not in values
+    ]
     if needed and size is None:
-        raise InvalidInput(f"feature {word!r} needs {', '.join(needed)} [mm], or one size for all of them.")
+        raise InvalidInput(
+            f"feature {word!r} needs {', '.join(needed)} [mm], or one size for all of them."
+        )
     if other := [name for name in needed if known[name].type not in (float, "float")]:
         raise InvalidInput(f"feature {word!r} needs its {', '.join(other)}; a size is not enough.")
     return shape(**values, **dict.fromkeys(needed, size))
@@ -230,10 +265,11 @@ def make_feature(kind: str | Mapping[str, Any], size: float | None = None, **val
 
 @checked
 def parse_feature(text: str, size: float | None = None) -> Feature:
-    """A feature from one line: its kind and, after a colon, its fields, as in ``box:half_height=3,rounding=0.2``.
+    """A feature from one line: its kind and, after a colon, its fields, as in
+    ``box:half_height=3,rounding=0.2``.
 
-    What must be given and is not becomes ``size``. A shape that can be read from a drawing takes that method's parameters
-    beside ``file``: ``outline:file=leaf.svg,width=3``.
+    What must be given and is not becomes ``size``. A shape that can be read from a drawing takes
+    that method's parameters beside ``file``: ``outline:file=leaf.svg,width=3``.
 
     Raises
     ------
@@ -243,14 +279,18 @@ def parse_feature(text: str, size: float | None = None) -> Feature:
     kind, _, rest = text.partition(":")
     pairs = [pair.partition("=") for pair in rest.split(",") if pair.strip()]
     if wrong := [name for name, equals, _ in pairs if not equals]:
-        raise InvalidInput(f"{text!r} must be kind:field=value,field=value; {wrong[0]!r} has no value.")
+        raise InvalidInput(
+            f"{text!r} must be kind:field=value,field=value; {wrong[0]!r} has no value."
+        )
     values = {name.strip(): _parse_value(value.strip()) for name, _, value in pairs}
     reader = getattr(SHAPES[kind], "from_file", None)
     if "file" not in values or reader is None:
         return make_feature(kind, size, **values)
     known = inspect.signature(reader).parameters
     if unknown := values.keys() - {"file", *known}:
-        raise InvalidInput(f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(list(known)[1:])}.")
+        raise InvalidInput(
+            f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(list(known)[1:])}."
+        )
     return reader(str(values.pop("file")), **values)
 
 
@@ -265,15 +305,23 @@ def _parse_value(text: str) -> float | int | str:
 
 def digest_numbers(*values: object) -> str:
     """Six hexadecimal digits that differ where the numbers do (but for one pair in 17 million)."""
-    return hashlib.sha256(b"".join(np.asarray(v, dtype=float).tobytes() for v in values)).hexdigest()[:6]
+    return hashlib.sha256(
+        b"".join(np.asarray(v, dtype=float).tobytes() for v in values)
+    ).hexdigest()[:6]
 
 
 def _order(core: np.ndarray, kind: str) -> np.ndarray:
     """A convex part with its corners counter-clockwise."""
     if core.ndim != 2 or core.shape[0] < 1 or core.shape[1] != 2 or not np.isfinite(core).all():
-        raise InvalidInput(f"a part of the shape {kind!r} must be finite corners (corner, 2), got shape {core.shape}.")
+        raise InvalidInput(
+            f"a part of the shape {kind!r} must be finite corners (corner, 2), got shape"
+            f" {core.shape}."
+        )
     if len(core) > 2 and measure_area(core) < 0:
         core = core[::-1]
     if len(core) > 2 and not is_convex(core, slack=1e-9 * np.ptp(core, axis=0).max() ** 2):
-        raise InvalidInput(f"a part of the shape {kind!r} is not convex; split it with feeler.stimulus.split_convex.")
+        raise InvalidInput(
+            f"a part of the shape {kind!r} is not convex; split it with"
+            " feeler.stimulus.split_convex."
+        )
     return core

@@ -8,7 +8,10 @@ from feeler.stimulus.trial import Trial, make_grid
 
 SPEEDS = {"fast": 0.6, "medium": 0.3, "slow": 0.06}  # m/s [P]
 LOCATIONS = (0.5, 0.6, 0.7, 0.8, 0.9)  # fractions of length; the first [D], the others [C]
-HALF_SIZES = {"small": 1.5, "large": 3.0}  # mm; ball of the video 1.53 [D], large about twice small [A], values [C]
+HALF_SIZES = {
+    "small": 1.5,
+    "large": 3.0,
+}  # mm; ball of the video 1.53 [D], large about twice small [A], values [C]
 
 
 def make_features() -> list[Feature]:
@@ -26,5 +29,9 @@ def trials(
     locations: Sequence[float] = LOCATIONS,
     features: Sequence[Feature] | None = None,
 ) -> list[Trial]:
-    """Six features at five locations and three speeds (fast, medium, slow): 90 trials (Results, Fig. 2D)."""
-    return make_grid(list(features or make_features()), list(locations), list(speeds or SPEEDS.values()))
+    """Six features at five locations and three speeds (fast, medium, slow): 90 trials (Results,
+    Fig. 2D).
+    """
+    return make_grid(
+        list(features or make_features()), list(locations), list(speeds or SPEEDS.values())
+    )

@@ -1,4 +1,6 @@
-"""Objects: features that stand somewhere in the world, move and turn as they are told, and have a name."""
+"""Objects: features that stand somewhere in the world, move and turn as they are told, and have a
+name.
+"""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -49,14 +51,18 @@ class Object(Frozen):
         if isinstance(self.feature, Mapping):
             object.__setattr__(self, "feature", make_feature(self.feature))
         if not isinstance(self.feature, Feature):
-            raise InvalidInput(f"Object.feature must be a feature such as Ball(radius=1.5), got {self.feature!r}.")
+            raise InvalidInput(
+                f"Object.feature must be a feature such as Ball(radius=1.5), got {self.feature!r}."
+            )
         for name in ("place", "forward", "velocity"):
             object.__setattr__(self, name, check_vector(getattr(self, name), f"Object.{name}"))
         for name in ("turn", "friction"):
             object.__setattr__(self, name, check_number(getattr(self, name), f"Object.{name}"))
         size = np.hypot(*self.forward)
         if abs(size - 1) > 1e-6:
-            raise InvalidInput(f"Object.forward must be a unit vector, got {self.forward} of length {size:g}.")
+            raise InvalidInput(
+                f"Object.forward must be a unit vector, got {self.forward} of length {size:g}."
+            )
         if self.friction < 0:
             raise InvalidInput(f"Object.friction must be ≥ 0, got {self.friction}.")
         if not isinstance(self.name, str):
@@ -84,20 +90,25 @@ def make_object(antenna: Antenna, trial: Trial) -> Object:
 
 @checked
 def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[Object, ...]:
-    """Objects to simulate, trials among them placed; each has a name of its own and starts clear of the antenna at rest.
+    """Objects to simulate, trials among them placed; each has a name of its own and starts clear of
+    the antenna at rest.
 
     Raises
     ------
     InvalidInput
-        Two objects of one name, trials with different base motions, one that starts inside the antenna, or none of these.
+        Two objects of one name, trials with different base motions, one that starts inside the
+        antenna, or none of these.
     """
     objects = list(objects)
     bases = [item.base_motion for item in objects if isinstance(item, Trial)]
     if any(base != bases[0] for base in bases):
         raise InvalidInput(
-            "the trials move the base in different ways; an antenna has one base. Give all the same base."
+            "the trials move the base in different ways; an antenna has one base. Give all the same"
+            " base."
         )
-    made = tuple(make_object(antenna, item) if isinstance(item, Trial) else item for item in objects)
+    made = tuple(
+        make_object(antenna, item) if isinstance(item, Trial) else item for item in objects
+    )
     check_names(made)
     pose = np.zeros(3) if not bases or bases[0] is None else bases[0].compute_pose(np.zeros(1))[0]
     check_clear(antenna, made, pose=pose)
@@ -109,7 +120,8 @@ def check_names(objects: Sequence[Object]) -> None:
     twice = [name for name, count in Counter(item.name for item in objects).items() if count > 1]
     if twice:
         raise InvalidInput(
-            f"two objects are called {twice[0]!r}; give each its own name=, as forces are told apart by it."
+            f"two objects are called {twice[0]!r}; give each its own name=, as forces are told"
+            " apart by it."
         )
 
 
@@ -120,7 +132,8 @@ def check_clear(
     angle: np.ndarray | None = None,
     pose: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
 ) -> None:
-    """Refuse objects that overlap the antenna with hinge angles (segment,) [rad], by default at rest.
+    """Refuse objects that overlap the antenna with hinge angles (segment,) [rad], by default at
+    rest.
 
     ``pose`` is where the base stands: x, y [mm] and heading [rad].
     """
@@ -130,6 +143,6 @@ def check_clear(
         gap = compute_clearance(points, antenna.radius, item.feature, *where)
         if gap <= 0:
             raise InvalidInput(
-                f"the object {item.name!r} starts inside the antenna, or touching it (clearance {gap:.3g} mm). "
-                "Move its place away from the antenna."
+                f"the object {item.name!r} starts inside the antenna, or touching it (clearance"
+                f" {gap:.3g} mm). Move its place away from the antenna."
             )

@@ -21,12 +21,14 @@ class Outline(Feature):
     Raises
     ------
     InvalidInput
-        Corners that are no pairs of finite numbers, fewer than 3 or more than 1000, repeated, on one line, or in an order
-        in which edges cross.
+        Corners that are no pairs of finite numbers, fewer than 3 or more than 1000, repeated, on
+        one line, or in an order in which edges cross.
     """
 
     vertices: np.ndarray
-    """Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept counter-clockwise, foremost at 0."""
+    """Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept
+    counter-clockwise, foremost at 0.
+    """
     rounding: float = 0.0
     """Distance [mm] by which the polygon is grown, ≥ 0."""
     kind: ClassVar[str] = "outline"
@@ -53,13 +55,15 @@ class Outline(Feature):
     ) -> "Outline":
         """The closed path in an SVG, DXF or CSV file.
 
-        The drawing moves to the right of its page: its x axis becomes the first, up becomes left. SVG and DXF drawings are
-        centred across the motion; the two columns of a CSV file are taken as they are, as x and y in mm.
+        The drawing moves to the right of its page: its x axis becomes the first, up becomes left.
+        SVG and DXF drawings are centred across the motion; the two columns of a CSV file are taken
+        as they are, as x and y in mm.
 
         Parameters
         ----------
         width
-            Extent across the motion that the outline shall have [mm]; needed where the file says no unit.
+            Extent across the motion that the outline shall have [mm]; needed where the file says no
+            unit.
         scale
             In place of ``width``: how long one unit of the drawing is [mm].
         which
@@ -72,7 +76,8 @@ class Outline(Feature):
         Raises
         ------
         InvalidInput
-            No such file, not of its format, no closed path, several, no unit, or a path that is no simple outline.
+            No such file, not of its format, no closed path, several, no unit, or a path that is no
+            simple outline.
         MissingExtra
             SVG and DXF files need ``pip install 'feeler[outlines]'``.
         """
@@ -94,10 +99,13 @@ def _read_corners(vertices: object) -> np.ndarray:
     try:
         corners = np.array(vertices, dtype=float)
     except (TypeError, ValueError) as error:
-        raise InvalidInput(f"Outline.vertices must be pairs of numbers [mm], got {str(vertices)[:80]!r}.") from error
+        raise InvalidInput(
+            f"Outline.vertices must be pairs of numbers [mm], got {str(vertices)[:80]!r}."
+        ) from error
     if corners.ndim != 2 or corners.shape[1] != 2 or not 3 <= corners.shape[0] <= MAX_CORNERS:
         raise InvalidInput(
-            f"Outline.vertices must be 3 to {MAX_CORNERS} points (corner, 2), got shape {corners.shape}."
+            f"Outline.vertices must be 3 to {MAX_CORNERS} points (corner, 2), got shape"
+            f" {corners.shape}."
         )
     if not np.all(np.isfinite(corners)):
         raise InvalidInput("Outline.vertices must be finite.")
@@ -110,15 +118,20 @@ def _check_simple(corners: np.ndarray) -> None:
     n = len(corners)
     extent = np.ptp(corners, axis=0).max()
     if np.any(np.abs(end - start).max(axis=1) <= 1e-9 * extent):
-        raise InvalidInput("Outline.vertices repeats a corner; give each corner once (the last joins the first).")
+        raise InvalidInput(
+            "Outline.vertices repeats a corner; give each corner once (the last joins the first)."
+        )
     for i in range(n):
         others = np.array([j for j in range(i + 2, n) if (j + 1) % n != i], dtype=int)
         if others.size and np.any(_cross(start[i], end[i], start[others], end[others])):
             raise InvalidInput(
-                f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order the corners around the rim."
+                f"Outline is self-intersecting: the edge from corner {i + 1} crosses another. Order"
+                " the corners around the rim."
             )
     if abs(measure_area(corners)) < 1e-9 * extent**2:
-        raise InvalidInput("Outline has no area; give at least three corners that are not on one line.")
+        raise InvalidInput(
+            "Outline has no area; give at least three corners that are not on one line."
+        )
 
 
 def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -126,7 +139,8 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.nda
 
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
         return np.sign(
-            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1])
+            - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
         )
 
     def within(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:

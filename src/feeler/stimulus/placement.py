@@ -13,7 +13,8 @@ from feeler.errors import InvalidInput
 from feeler.stimulus.clearance import compute_clearance
 from feeler.stimulus.trial import Trial
 
-ROOM = 1e-12  # mm [C]; left at the lead, so that rounding never decides whether the step then is in contact yet
+# mm [C]; left at the lead, so that rounding never decides whether the step then is in contact yet
+ROOM = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,13 +35,15 @@ class Placement:
 def place(antenna: Antenna, trial: Trial) -> Placement:
     """Where the trial's feature starts so that contact begins ``trial.lead`` ms after time 0.
 
-    The feature is drawn back along its motion until it just touches the antenna at rest (perpendicular approach of a
-    straight antenna: the foremost point is one collision radius away from the axis), and further by speed · lead.
+    The feature is drawn back along its motion until it just touches the antenna at rest
+    (perpendicular approach of a straight antenna: the foremost point is one collision radius away
+    from the axis), and further by speed · lead.
 
     Raises
     ------
     InvalidInput
-        The feature is bigger than the antenna, misses it, would touch another part of it first, or starts in contact.
+        The feature is bigger than the antenna, misses it, would touch another part of it first, or
+        starts in contact.
     """
     from feeler.stimulus.sweep import find_touching  # numba is slow to load
 
@@ -48,7 +51,10 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     rest = _lay_out(antenna)
     x, y, along = rest.find(trial.location * antenna.length)
     heading = along + (trial.approach if trial.side == "left" else -trial.approach)
-    forward = float(sindg(heading)), float(cosdg(heading)) + 0.0  # no −0, which would turn an engine's frame round
+    forward = (
+        float(sindg(heading)),
+        float(cosdg(heading)) + 0.0,
+    )  # no −0, which would turn an engine's frame round
     shape = trial.shape
     if shape.unbounded:
         back = ((rest.ends - (x, y)) @ forward - rest.end_radius).min()
@@ -99,7 +105,9 @@ class _Rest:
 def _lay_out(antenna: Antenna) -> _Rest:
     points, radius = antenna.shape(), antenna.radius
     straight = not antenna.rest_angle[1:].any() and np.all(radius == radius[0])
-    start, end, radius = (points[:1], points[-1:], radius[:1]) if straight else (points[:-1], points[1:], radius)
+    start, end, radius = (
+        (points[:1], points[-1:], radius[:1]) if straight else (points[:-1], points[1:], radius)
+    )
     return _Rest(
         points=points.tolist(),
         arc=[0.0, *np.cumsum(antenna.segment_length).tolist()],
@@ -114,18 +122,23 @@ def _check_size(antenna: Antenna, trial: Trial) -> None:
     size = trial.feature.size
     if not trial.feature.wide and 2 * size > antenna.length:
         raise InvalidInput(
-            f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g} mm, "
-            f"antenna {antenna.length:g} mm long. Use a half-width up to {antenna.length / 2:g} mm, or Wall()."
+            f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g}"
+            f" mm, antenna {antenna.length:g} mm long. Use a half-width up to"
+            f" {antenna.length / 2:g} mm, or Wall()."
         )
 
 
 def _check_way(trial: Trial, touching: float, back: float, again: float) -> None:
     if np.isnan(touching):
-        raise InvalidInput(f"the feature misses the antenna ({trial.label}, approach {trial.approach:g}°); aim nearer.")
+        raise InvalidInput(
+            f"the feature misses the antenna ({trial.label}, approach {trial.approach:g}°); aim"
+            " nearer."
+        )
     if again <= back:
         raise InvalidInput(
-            f"the feature starts in contact with the antenna, or meets another part of it first ({trial.label}, approach "
-            f"{trial.approach:g}°). Choose an approach nearer to 90°, a shorter lead, or a straighter antenna."
+            "the feature starts in contact with the antenna, or meets another part of it first"
+            f" ({trial.label}, approach {trial.approach:g}°). Choose an approach nearer to 90°, a"
+            " shorter lead, or a straighter antenna."
         )
 
 
@@ -142,8 +155,9 @@ def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
     points = antenna.shape(base_angle=start) + np.array([x0, y0])
     if compute_clearance(points, antenna.radius, trial.shape, origin, forward) <= 0:
         raise InvalidInput(
-            f"the feature starts in contact with the antenna ({trial.label}): the base moves away from it faster than it "
-            "comes near. Choose a faster feature, a shorter lead, or another base motion."
+            f"the feature starts in contact with the antenna ({trial.label}): the base moves away"
+            " from it faster than it comes near. Choose a faster feature, a shorter lead, or"
+            " another base motion."
         )
     heading = placement.heading + float(np.degrees(turn))
     return Placement(origin=origin, heading=heading, forward=forward, velocity=velocity)

@@ -1,4 +1,6 @@
-"""Sampled trials: random touches by the thousand or million, the k-th the same however many are drawn."""
+"""Sampled trials: random touches by the thousand or million, the k-th the same however many are
+drawn.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
@@ -23,13 +25,15 @@ BASE = ("x", "y", "turn")
 
 
 class SampledTrials(Sequence[Trial]):
-    """Random trials as columns; a Trial is made when it is asked for, so that a million take little memory.
+    """Random trials as columns; a Trial is made when it is asked for, so that a million take little
+    memory.
 
     Attributes
     ----------
     columns
-        Values (trial,) by name: ``feature`` (its number among ``features``), ``size``, ``location``, ``speed``,
-        ``approach``, ``friction``, ``lead``, ``right`` and, where the base moves, ``x``, ``y`` and ``turn``.
+        Values (trial,) by name: ``feature`` (its number among ``features``), ``size``,
+        ``location``, ``speed``, ``approach``, ``friction``, ``lead``, ``right`` and, where the base
+        moves, ``x``, ``y`` and ``turn``.
     features
         What touches, at any size.
     antenna
@@ -58,7 +62,9 @@ class SampledTrials(Sequence[Trial]):
         if isinstance(index, slice):
             rows = range(len(self))[index]
             columns = {name: values[index] for name, values in self.columns.items()}
-            chosen = {"first": self.recipe.get("first", 0) + rows.start * self.recipe.get("step", 1)}
+            chosen = {
+                "first": self.recipe.get("first", 0) + rows.start * self.recipe.get("step", 1)
+            }
             chosen["step"] = rows.step * self.recipe.get("step", 1)
             return SampledTrials(columns, self.features, self.antenna, {**self.recipe, **chosen})
         row = {name: values[index].item() for name, values in self.columns.items()}
@@ -71,10 +77,12 @@ class SampledTrials(Sequence[Trial]):
 
     def __repr__(self) -> str:
         spans = [
-            f"{name} {self.columns[name].min():.3g} … {self.columns[name].max():.3g}" for name in ("size", *FIELDS[:2])
+            f"{name} {self.columns[name].min():.3g} … {self.columns[name].max():.3g}"
+            for name in ("size", *FIELDS[:2])
         ]
         return (
-            f"{len(self):,} sampled trials ({', '.join(feature.name for feature in self.features)}): {', '.join(spans)}"
+            f"{len(self):,} sampled trials"
+            f" ({', '.join(feature.name for feature in self.features)}): {', '.join(spans)}"
         )
 
 
@@ -101,10 +109,11 @@ def sample_trials(
 ) -> SampledTrials:
     """Random touches by ranges or distributions; the k-th is the same however many are drawn.
 
-    Each of ``sizes``, ``locations``, ``speeds``, ``approach``, ``friction`` and ``lead`` is a number, a range (low, high),
-    a list of choices, a ``LogRange``, or a frozen distribution of scipy.stats. Every parameter has a random stream of its
-    own, so that another range for one leaves the others as they were. A touch that cannot be placed is drawn again. The
-    defaults are choices [C] around the paper's ninety touches.
+    Each of ``sizes``, ``locations``, ``speeds``, ``approach``, ``friction`` and ``lead`` is a
+    number, a range (low, high), a list of choices, a ``LogRange``, or a frozen distribution of
+    scipy.stats. Every parameter has a random stream of its own, so that another range for one
+    leaves the others as they were. A touch that cannot be placed is drawn again. The defaults are
+    choices [C] around the paper's ninety touches.
 
     Parameters
     ----------
@@ -117,15 +126,16 @@ def sample_trials(
     sides
         ``("left",)`` for one side only.
     base
-        Spreads of the base's constant velocity, ``{"x": (-0.1, 0.1), "y": 0.0, "turn": 0.0}`` [mm/ms, rad/ms]; default: it
-        is clamped.
+        Spreads of the base's constant velocity, ``{"x": (-0.1, 0.1), "y": 0.0, "turn": 0.0}``
+        [mm/ms, rad/ms]; default: it is clamped.
     antenna
         What must be touched; default: the cockroach's.
 
     Raises
     ------
     InvalidInput
-        A value that no trial may have, or ranges in which touches cannot be placed; the message says why.
+        A value that no trial may have, or ranges in which touches cannot be placed; the message
+        says why.
     """
     n, antenna = check_count(n), antenna or cockroach()
     known = _make_features(features)
@@ -136,7 +146,9 @@ def sample_trials(
     spreads |= {"size": sizes} if sizes is not None else {}
     if base is not None:
         if not {*base} <= {*BASE}:
-            raise InvalidInput(f"base has spreads of {', '.join(BASE)}, got {', '.join(map(str, base))}.")
+            raise InvalidInput(
+                f"base has spreads of {', '.join(BASE)}, got {', '.join(map(str, base))}."
+            )
         spreads |= {name: base.get(name, 0.0) for name in BASE}
     columns = _draw(n, spreads, len(known), [*sides], seed)
     _check_ends(columns, known)
@@ -157,12 +169,19 @@ def _make_features(features: Sequence[Any]) -> tuple[Feature, ...]:
         raise InvalidInput(f"features must be a list of kinds or features, got {features!r}.")
     made = tuple(f if isinstance(f, Feature) else make_feature(f, 1.0) for f in features)
     if endless := [f.name for f in made if not np.isfinite(f.size)]:
-        raise InvalidInput(f"{endless[0]} has no size to be drawn; list bounded shapes, or make its trials one by one.")
+        raise InvalidInput(
+            f"{endless[0]} has no size to be drawn; list bounded shapes, or make its trials one by"
+            " one."
+        )
     return made
 
 
-def _draw(n: int, spreads: dict[str, Spread], n_features: int, sides: list[str], seed: int, again: int = 0) -> dict:
-    columns = {name: spread_out(s, name, draw_shares(seed, name, n, again)) for name, s in spreads.items()}
+def _draw(
+    n: int, spreads: dict[str, Spread], n_features: int, sides: list[str], seed: int, again: int = 0
+) -> dict:
+    columns = {
+        name: spread_out(s, name, draw_shares(seed, name, n, again)) for name, s in spreads.items()
+    }
     columns.setdefault("size", np.full(n, np.nan))
     columns["feature"] = (draw_shares(seed, "feature", n, again) * n_features).astype(np.int32)
     side = (draw_shares(seed, "side", n, again) * len(sides)).astype(int)
@@ -198,12 +217,14 @@ def _redraw(trials: SampledTrials, antenna: Antenna, draw: Any) -> None:
         for name, values in fresh.items():
             trials.columns[name][left] = values[left]
     raise InvalidInput(
-        f"{left.size:,} of {len(trials):,} touches cannot be placed in these ranges. The last reason: {reason} Narrow the ranges."
+        f"{left.size:,} of {len(trials):,} touches cannot be placed in these ranges. The last"
+        f" reason: {reason} Narrow the ranges."
     )
 
 
 def _fits_surely(trials: SampledTrials, antenna: Antenna) -> np.ndarray:
-    """Touches (trial,) known to fit without looking: a convex thing no wider than a straight, clamped antenna of one radius.
+    """Touches (trial,) known to fit without looking: a convex thing no wider than a straight,
+    clamped antenna of one radius.
 
     Drawn back from it along a line, one convex body leaves another and does not meet it again.
     """

@@ -1,9 +1,10 @@
 """Where a feature that moves along a straight line touches an antenna: in closed form.
 
-A convex part overlaps a capsule where its frame's origin lies in the capsule's segment minus the part (Minkowski), grown by
-both radii. The rim of that convex set is covered by capsules: the segment moved by each corner, and each edge of the part
-moved by both ends of the segment. A line crosses each of these in one interval, and the whole in their union's span.
-Distances are counted back along the motion, from where the frame's origin is on the target.
+A convex part overlaps a capsule where its frame's origin lies in the capsule's segment minus the
+part (Minkowski), grown by both radii. The rim of that convex set is covered by capsules: the
+segment moved by each corner, and each edge of the part moved by both ends of the segment. A line
+crosses each of these in one interval, and the whole in their union's span. Distances are counted
+back along the motion, from where the frame's origin is on the target.
 """
 
 import numpy as np
@@ -12,22 +13,30 @@ from feeler.compiled import compiled
 
 
 @compiled
-def find_touching(start, end, radius, corners, first, rounding, target_x, target_y, forward_x, forward_y):
+def find_touching(
+    start, end, radius, corners, first, rounding, target_x, target_y, forward_x, forward_y
+):
     """Distance back at which the feature just touches, and at which it touches again further back.
 
-    Segments ``start``, ``end`` (segment, 2) with ``radius`` (segment,) [mm]; parts ``corners[first[k]:first[k + 1]]``. It
-    touches where the overlap that holds distance 0 ends, or else the first overlap that it would meet beyond. NaN: never.
+    Segments ``start``, ``end`` (segment, 2) with ``radius`` (segment,) [mm]; parts
+    ``corners[first[k]:first[k + 1]]``. It touches where the overlap that holds distance 0 ends, or
+    else the first overlap that it would meet beyond. NaN: never.
     """
     n_parts = first.shape[0] - 1
     low, high = np.empty(start.shape[0] * n_parts), np.empty(start.shape[0] * n_parts)
     for i in range(start.shape[0]):
         x, y = start[i, 0] - target_x, start[i, 1] - target_y
-        ua, wa = -x * forward_x - y * forward_y, y * forward_x - x * forward_y  # back along the motion, and to its left
+        ua, wa = (
+            -x * forward_x - y * forward_y,
+            y * forward_x - x * forward_y,
+        )  # back along the motion, and to its left
         x, y = end[i, 0] - target_x, end[i, 1] - target_y
         ub, wb = -x * forward_x - y * forward_y, y * forward_x - x * forward_y
         for k in range(n_parts):
             part = corners[first[k] : first[k + 1]]
-            low[n_parts * i + k], high[n_parts * i + k] = _cross_part(ua, wa, ub, wb, radius[i] + rounding, part)
+            low[n_parts * i + k], high[n_parts * i + k] = _cross_part(
+                ua, wa, ub, wb, radius[i] + rounding, part
+            )
     touching = np.nan
     for k in range(low.shape[0]):
         if low[k] <= 0.0 and not high[k] <= touching:

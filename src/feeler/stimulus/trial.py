@@ -23,9 +23,10 @@ LEAD = 5.0  # [C] ms before contact
 class Trial(Frozen):
     """One touch, as data.
 
-    The feature starts clear of the antenna, its foremost point meets the antenna's surface at ``location`` exactly
-    ``lead`` ms after time 0, and it moves on at constant velocity. Where the base moves, the antenna is taken to be carried
-    unbent until then. Plain data, as ``to_plain`` gives it, makes the same trial: ``Trial(**plain)``.
+    The feature starts clear of the antenna, its foremost point meets the antenna's surface at
+    ``location`` exactly ``lead`` ms after time 0, and it moves on at constant velocity. Where the
+    base moves, the antenna is taken to be carried unbent until then. Plain data, as ``to_plain``
+    gives it, makes the same trial: ``Trial(**plain)``.
 
     Raises
     ------
@@ -42,9 +43,13 @@ class Trial(Frozen):
     lead: float = LEAD
     """Time before contact [ms], > 0."""
     approach: float = 90.0
-    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees], in (0, 180)."""
+    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees],
+    in (0, 180).
+    """
     side: str = "left"
-    """The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is its mirror image."""
+    """The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is
+    its mirror image.
+    """
     friction: float = FRICTION
     """Coefficient of sliding friction, ≥ 0."""
     base: BaseMotion | None = None
@@ -56,9 +61,13 @@ class Trial(Frozen):
         if isinstance(self.feature, Mapping):
             object.__setattr__(self, "feature", make_feature(self.feature))
         if not isinstance(self.feature, Feature):
-            raise InvalidInput(f"Trial.feature must be a {', '.join(SHAPES)}, got {str(self.feature)[:80]!r}.")
+            raise InvalidInput(
+                f"Trial.feature must be a {', '.join(SHAPES)}, got {str(self.feature)[:80]!r}."
+            )
         if not isinstance(self.side, str) or self.side not in SIDES:
-            raise InvalidInput(f"Trial.side must be one of {', '.join(SIDES)}, got {str(self.side)[:40]!r}.")
+            raise InvalidInput(
+                f"Trial.side must be one of {', '.join(SIDES)}, got {str(self.side)[:40]!r}."
+            )
         self._check("location", 0.0, 1.0, "a fraction of the length in (0, 1]", upper_open=False)
         self._check("speed", 0.0, np.inf, "> 0 m/s")
         self._check("lead", 0.0, np.inf, "> 0 ms")
@@ -69,12 +78,16 @@ class Trial(Frozen):
             raise InvalidInput(f"Trial.name must be text, got {str(self.name)[:40]!r}.")
         object.__setattr__(self, "name", self.name or self.feature.name)
 
-    def _check(self, name: str, low: float, high: float, allowed: str, *, lower_open=True, upper_open=True) -> None:
+    def _check(
+        self, name: str, low: float, high: float, allowed: str, *, lower_open=True, upper_open=True
+    ) -> None:
         value = getattr(self, name)
         try:
             number = float(value)
         except (TypeError, ValueError):
-            raise InvalidInput(f"Trial.{name} must be a number {allowed}, got {str(value)[:40]!r}.") from None
+            raise InvalidInput(
+                f"Trial.{name} must be a number {allowed}, got {str(value)[:40]!r}."
+            ) from None
         above = number > low if lower_open else number >= low
         below = number < high if upper_open else number <= high
         if not (np.isfinite(number) and above and below):
@@ -94,7 +107,10 @@ class Trial(Frozen):
     @property
     def label(self) -> str:
         """One readable line for messages and titles."""
-        return f"{self.feature.name} {self.feature.size:g} mm at {self.location:g} L, {self.speed:g} m/s"
+        return (
+            f"{self.feature.name} {self.feature.size:g} mm at {self.location:g} L,"
+            f" {self.speed:g} m/s"
+        )
 
     def _repr_html_(self) -> str:
         """The feature on its way to a stretch of an antenna that points up."""
@@ -102,17 +118,25 @@ class Trial(Frozen):
         turn = np.radians(self.approach) * (1.0 if self.side == "left" else -1.0)
         forward = np.array([np.sin(turn), np.cos(turn)])
         frame = np.stack([forward, [-forward[1], forward[0]]])
-        rims = [trace_rim(part, self.feature.rounding).clip(-reach, reach) for part in self.shape.parts]
+        rims = [
+            trace_rim(part, self.feature.rounding).clip(-reach, reach) for part in self.shape.parts
+        ]
         way = np.array([[0.0, 0.0], 0.3 * reach * forward]) - 0.4 * reach * forward
         antenna = np.array([[0.0, -reach], [0.0, reach]])
         return make_picture(
-            self.label, [(antenna, 0.45), (way, 0.0)], [rim @ frame - 0.4 * reach * forward for rim in rims]
+            self.label,
+            [(antenna, 0.45), (way, 0.0)],
+            [rim @ frame - 0.4 * reach * forward for rim in rims],
         )
 
 
 @checked
-def make_grid(features: list[Feature], locations: list[float], speeds: list[float], **fields: Any) -> list[Trial]:
-    """Every feature at every location and speed, speeds slowest to change; other Trial fields shared."""
+def make_grid(
+    features: list[Feature], locations: list[float], speeds: list[float], **fields: Any
+) -> list[Trial]:
+    """Every feature at every location and speed, speeds slowest to change; other Trial fields
+    shared.
+    """
     return [
         Trial(feature=feature, location=location, speed=speed, **fields)
         for speed in speeds

@@ -10,42 +10,58 @@ from feeler.frozen import freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
 REACH = 1e3  # mm; half extent of the box that stands for a face without end
-DEPTH = 10.0  # mm [C]; body of a textured wall below its lowest place; far more than contact sinks in
+DEPTH = (
+    10.0  # mm [C]; body of a textured wall below its lowest place; far more than contact sinks in
+)
 MAX_PLACES = 1000  # [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Wall(Feature):
-    """A wide-field feature: a straight face without end, or a textured one of the heights in ``profile``.
+    """A wide-field feature: a straight face without end, or a textured one of the heights in
+    ``profile``.
 
-    Seen in its own frame, the textured face stands at first coordinate *height* − (greatest height) and second coordinate
-    *place*, straight lines between the places; it ends with the profile. Parts: one for each stretch between two valleys.
+    Seen in its own frame, the textured face stands at first coordinate *height* − (greatest height)
+    and second coordinate *place*, straight lines between the places; it ends with the profile.
+    Parts: one for each stretch between two valleys.
 
     Raises
     ------
     InvalidInput
-        A profile that is no function (places that do not rise), is not finite, or cannot be repeated.
+        A profile that is no function (places that do not rise), is not finite, or cannot be
+        repeated.
     """
 
     profile: tuple[tuple[float, float], ...] | None = None
-    """Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three or more values: places and
-    heights; default: flat and without end. Place 0 is where the wall's axis runs."""
+    """Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three or
+    more values: places and heights; default: flat and without end. Place 0 is where the wall's axis
+    runs."""
     repeat: int = 1
-    """How many times the profile is laid end to end, centred; more than 1 needs equal heights at its ends."""
+    """How many times the profile is laid end to end, centred; more than 1 needs equal heights at
+    its ends.
+    """
     rounding: float = 0.0
     """Distance [mm] by which the textured face is grown, ≥ 0."""
     kind: ClassVar[str] = "wall"
     wide: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if isinstance(self.repeat, bool) or not isinstance(self.repeat, int | np.integer) or self.repeat < 1:
-            raise InvalidInput(f"Wall.repeat must be a whole number ≥ 1, got {str(self.repeat)[:40]!r}.")
+        if (
+            isinstance(self.repeat, bool)
+            or not isinstance(self.repeat, int | np.integer)
+            or self.repeat < 1
+        ):
+            raise InvalidInput(
+                f"Wall.repeat must be a whole number ≥ 1, got {str(self.repeat)[:40]!r}."
+            )
         object.__setattr__(self, "repeat", int(self.repeat))
         if self.profile is not None:
             object.__setattr__(self, "profile", freeze(_read_profile(self.profile, self.repeat)))
         super().__post_init__()
         if self.profile is None and (self.repeat > 1 or self.rounding > 0):
-            raise InvalidInput("Wall.repeat and Wall.rounding need a profile; a flat face without end has neither.")
+            raise InvalidInput(
+                "Wall.repeat and Wall.rounding need a profile; a flat face without end has neither."
+            )
 
     @property
     def unbounded(self) -> bool:
@@ -64,7 +80,9 @@ class Wall(Feature):
         return f"wall {digest_numbers(self.profile, self.repeat, self.rounding)}"
 
     def make_parts(self) -> list:
-        """A box so large that its other faces are never met, or the stretches of the profile with the body below."""
+        """A box so large that its other faces are never met, or the stretches of the profile with
+        the body below.
+        """
         if self.profile is None:
             return [[(0.0, -REACH), (0.0, REACH), (-2 * REACH, REACH), (-2 * REACH, -REACH)]]
         place, height = self._lay_out()
@@ -82,7 +100,9 @@ class Wall(Feature):
         place, height = np.asarray(self.profile).T
         shift = np.ptp(place) * (np.arange(self.repeat) - (self.repeat - 1) / 2)
         places = (shift[:, None] + place[1:]).ravel()
-        return np.append(shift[0] + place[0], places), np.append(height[0], np.tile(height[1:], self.repeat))
+        return np.append(shift[0] + place[0], places), np.append(
+            height[0], np.tile(height[1:], self.repeat)
+        )
 
 
 def _read_profile(profile: object, repeat: int) -> np.ndarray:
@@ -90,25 +110,28 @@ def _read_profile(profile: object, repeat: int) -> np.ndarray:
         pairs = np.array(profile, dtype=float)
     except (TypeError, ValueError) as error:
         raise InvalidInput(
-            f"Wall.profile must be pairs of numbers (place, height) [mm], got {str(profile)[:80]!r}."
+            "Wall.profile must be pairs of numbers (place, height) [mm], got"
+            f" {str(profile)[:80]!r}."
         ) from error
     if pairs.ndim == 2 and pairs.shape[0] == 2 and pairs.shape[1] > 2:
         pairs = pairs.T
     if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < 2 or len(pairs) * repeat > MAX_PLACES:
         raise InvalidInput(
-            f"Wall.profile must be 2 to {MAX_PLACES} pairs (place, height), repetitions counted, or two such arrays; "
-            f"got shape {pairs.shape}, repeated {repeat} times."
+            f"Wall.profile must be 2 to {MAX_PLACES} pairs (place, height), repetitions counted, or"
+            f" two such arrays; got shape {pairs.shape}, repeated {repeat} times."
         )
     if not np.isfinite(pairs).all():
         raise InvalidInput("Wall.profile must be finite.")
     if (falling := np.flatnonzero(np.diff(pairs[:, 0]) <= 0)).size:
         where = falling[0]
         raise InvalidInput(
-            f"Wall.profile is no function: its places must rise, but place {where + 2} ({pairs[where + 1, 0]:g} mm) does not "
-            f"lie beyond place {where + 1} ({pairs[where, 0]:g} mm). For an overhang use an Outline."
+            f"Wall.profile is no function: its places must rise, but place {where + 2}"
+            f" ({pairs[where + 1, 0]:g} mm) does not lie beyond place {where + 1}"
+            f" ({pairs[where, 0]:g} mm). For an overhang use an Outline."
         )
     if repeat > 1 and pairs[0, 1] != pairs[-1, 1]:
         raise InvalidInput(
-            f"Wall.profile is repeated, so it must end as high as it begins; got {pairs[0, 1]:g} and {pairs[-1, 1]:g} mm."
+            f"Wall.profile is repeated, so it must end as high as it begins; got {pairs[0, 1]:g}"
+            f" and {pairs[-1, 1]:g} mm."
         )
     return pairs + 0.0  # no −0: equal walls have equal names

@@ -1,4 +1,6 @@
-"""The studio: an antenna in your browser. A local server, a notebook widget and exported pages share one front end."""
+"""The studio: an antenna in your browser. A local server, a notebook widget and exported pages
+share one front end.
+"""
 
 from feeler.studio.board import Boards
 from feeler.studio.exporting import write_player
@@ -7,4 +9,13 @@ from feeler.studio.session import Session
 from feeler.studio.widget import show_studio
 from feeler.studio.wish import AntennaWish, ObjectWish, TouchWish
 
-__all__ = ["AntennaWish", "Boards", "ObjectWish", "Session", "Studio", "TouchWish", "show_studio", "write_player"]
+__all__ = [
+    "AntennaWish",
+    "Boards",
+    "ObjectWish",
+    "Session",
+    "Studio",
+    "TouchWish",
+    "show_studio",
+    "write_player",
+]

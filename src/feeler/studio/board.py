@@ -29,10 +29,15 @@ Say = Callable[..., None]
 
 
 class Boards:
-    """Which serial ports a page may ask for: those that the system lists, and the one that was named at the start."""
+    """Which serial ports a page may ask for: those that the system lists, and the one that was
+    named at the start.
+    """
 
     def __init__(
-        self, port: str | None = None, baudrate: int = BAUDRATE, calibration: SensorCalibration | None = None
+        self,
+        port: str | None = None,
+        baudrate: int = BAUDRATE,
+        calibration: SensorCalibration | None = None,
     ) -> None:
         self.port, self.baudrate, self.calibration = port, baudrate, calibration
 
@@ -43,14 +48,16 @@ class Boards:
             from serial.tools.list_ports import comports
         except ImportError:
             return named
-        return named | {item.device: item.description for item in comports() if item.device not in named}
+        return named | {
+            item.device: item.description for item in comports() if item.device not in named
+        }
 
     def open(self, port: object) -> Iterator[bytes]:
         """Lines from a port; a page can name no other file of this machine."""
         if not isinstance(port, str) or port not in self.find():
             raise InvalidInput(
-                f"no board at {str(port)[:60]!r}; found: {', '.join(self.find()) or 'none'}. Plug it in and look again, "
-                "or name its port: feeler studio --board PORT."
+                f"no board at {str(port)[:60]!r}; found: {', '.join(self.find()) or 'none'}. Plug"
+                " it in and look again, or name its port: feeler studio --board PORT."
             )
         return open_serial(port, self.baudrate)
 
@@ -82,7 +89,8 @@ def listen(
     n_channels = find_sensed(antenna).size
     if calibration is not None and calibration.n_hinges != n_channels:
         raise InvalidInput(
-            f"the calibration is for {calibration.n_hinges} hinges, the board has {n_channels} channels."
+            f"the calibration is for {calibration.n_hinges} hinges, the board has {n_channels}"
+            " channels."
         )
     listener = Listener(antenna, calibration, interval := _find_interval(known, n_channels))
     listener.learn(find(antenna))
@@ -110,7 +118,9 @@ def listen(
     raise InvalidInput("the board fell silent: nothing came for 2 s. Listen again when it sends.")
 
 
-def _read(lines: Iterable[bytes], n_channels: int) -> Iterator[tuple[float | None, np.ndarray] | None]:
+def _read(
+    lines: Iterable[bytes], n_channels: int
+) -> Iterator[tuple[float | None, np.ndarray] | None]:
     """Samples, and None for each line that is none; too many of those in a row are refused."""
     bad, link = 0, Link(n_channels)
     for line in lines:
@@ -120,14 +130,19 @@ def _read(lines: Iterable[bytes], n_channels: int) -> Iterator[tuple[float | Non
         bad = 0 if samples is not None else bad + 1
         if bad >= PATIENCE:
             raise InvalidInput(
-                f"{PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is {n_channels} numbers, the time "
-                "in ms before them, or a line as feeler's sketch sends it."
+                f"{PATIENCE} lines in a row are no samples, such as {line[:60]!r}: a sample is"
+                f" {n_channels} numbers, the time in ms before them, or a line as feeler's sketch"
+                " sends it."
             )
         yield from [None] if samples is None else samples
 
 
-def _parse(line: bytes, n_channels: int, link: Link) -> list[tuple[float | None, np.ndarray]] | None:
-    """The samples that a line adds, those lost before it among them as NaN; None where it is damaged."""
+def _parse(
+    line: bytes, n_channels: int, link: Link
+) -> list[tuple[float | None, np.ndarray]] | None:
+    """The samples that a line adds, those lost before it among them as NaN; None where it is
+    damaged.
+    """
     broken = link.broken
     try:
         samples = take_line(line, n_channels, link)
@@ -143,10 +158,14 @@ def _strip_frame(line: bytes) -> bytes:
 
 
 def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
-    """The antenna, or the robot, that has a sensor for each number of a line, or for each but the first, a time that rises."""
+    """The antenna, or the robot, that has a sensor for each number of a line, or for each but the
+    first, a time that rises.
+    """
     rows = [split_sample(_strip_frame(line)) for line in known if not line.startswith(b"#")]
     if not rows:
-        raise InvalidInput("the board is silent: nothing came for 2 s. Is it sending, and at this baud rate?")
+        raise InvalidInput(
+            "the board is silent: nothing came for 2 s. Is it sending, and at this baud rate?"
+        )
     width = Counter(map(len, rows)).most_common(1)[0][0]
     timed = _is_time([row[0] for row in rows if len(row) == width])
     robot = make_preset("robot")
@@ -154,9 +173,10 @@ def _find_antenna(known: list[bytes], antenna: Antenna) -> Antenna:
         if find_sensed(one).size == width - timed:
             return one
     raise InvalidInput(
-        f"the board sends {width} numbers a line{', the first of them a time' if timed else ''}; the antenna {antenna.name!r} "
-        f"has {find_sensed(antenna).size} sensors (and the robot {find_sensed(robot).size}). Set the number of sensors, or "
-        "open the antenna's own file first."
+        f"the board sends {width} numbers a line{', the first of them a time' if timed else ''};"
+        f" the antenna {antenna.name!r} has {find_sensed(antenna).size} sensors (and the robot"
+        f" {find_sensed(robot).size}). Set the number of sensors, or open the antenna's own file"
+        " first."
     )
 
 

@@ -31,14 +31,17 @@ def _make_fixed() -> dict[str, Any]:
         "speeds": SPEEDS,
         "locations": LOCATIONS,
         "sizes": HALF_SIZES,
-        "presets": {name: describe_original(make_preset(name)) for name in PRESETS if name != "cockroach"},
+        "presets": {
+            name: describe_original(make_preset(name)) for name in PRESETS if name != "cockroach"
+        },
         "tags": SOURCE_TAGS,
         "facts": {
             name: {"value": fact.value, "unit": fact.unit, "tag": fact.tag, "note": fact.note}
             for name, fact in FACTS.items()
         },
         "robot facts": {
-            name: {"unit": fact.unit, "tag": fact.tag, "note": fact.note} for name, fact in ROBOT_FACTS.items()
+            name: {"unit": fact.unit, "tag": fact.tag, "note": fact.note}
+            for name, fact in ROBOT_FACTS.items()
         },
     }
 
@@ -48,7 +51,9 @@ def describe_original(antenna: Antenna) -> dict[str, Any]:
     return {
         **describe_antenna(antenna),
         "compliance": compute_compliance(antenna.stiffness),
-        "handles": {name: make_handles(getattr(antenna, name)) for name in ("stiffness", "damping")},
+        "handles": {
+            name: make_handles(getattr(antenna, name)) for name in ("stiffness", "damping")
+        },
     }
 
 
@@ -57,4 +62,6 @@ def make_handles(values: np.ndarray) -> list[list[float]]:
     n = len(values)
     at = np.unique(np.round(np.linspace(0, n - 1, min(HANDLES, n))).astype(int))
     share = at / max(n - 1, 1)
-    return [[float(x), float(f"{max(values[i], 1e-12):.4g}")] for x, i in zip(share, at, strict=True)]
+    return [
+        [float(x), float(f"{max(values[i], 1e-12):.4g}")] for x, i in zip(share, at, strict=True)
+    ]

@@ -7,7 +7,9 @@ Work = Callable[[Event], None]
 
 
 class Desk:
-    """One thread per kind of work; new work of a kind stops the older, and begins when it has ended."""
+    """One thread per kind of work; new work of a kind stops the older, and begins when it has
+    ended.
+    """
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -20,7 +22,9 @@ class Desk:
             before = self._now.get(kind)
             if before is not None:
                 before[0].set()
-            thread = Thread(target=_run, args=(work, stop, before), daemon=True, name=f"feeler studio {kind}")
+            thread = Thread(
+                target=_run, args=(work, stop, before), daemon=True, name=f"feeler studio {kind}"
+            )
             self._now[kind] = (stop, thread)
             thread.start()
 
@@ -37,7 +41,9 @@ class Desk:
             for stop, _ in running:
                 stop.set()
         for _, thread in running:
-            if thread is not current_thread():  # who finds that its page is gone clears the desk from within
+            if (
+                thread is not current_thread()
+            ):  # who finds that its page is gone clears the desk from within
                 thread.join(wait)
 
     @property

@@ -1,4 +1,6 @@
-"""One front end for three hosts: its modules as they are, as one module, and as one page with what was recorded."""
+"""One front end for three hosts: its modules as they are, as one module, and as one page with what
+was recorded.
+"""
 
 import base64
 import json
@@ -17,7 +19,10 @@ ENTRY = "studio.js"
 LEVELS = 4000  # an array is kept in whole numbers of its greatest magnitude over this
 _IMPORT = re.compile(r'^import\s[^;]*?from\s+"\./([\w-]+\.js)";\n', re.M)
 _EXPORT = re.compile(r"^export (?=(async function|function|const|class|let)\b)", re.M)
-CSP = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:"
+CSP = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+    " blob:; media-src blob:"
+)
 SHELL = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{csp}">
@@ -36,7 +41,8 @@ def read_page(name: str) -> Traversable:
 
 @lru_cache(maxsize=1)
 def bundle() -> str:
-    """All modules as one: each stands before those that import it, ``import`` lines and ``export`` words taken out.
+    """All modules as one: each stands before those that import it, ``import`` lines and ``export``
+    words taken out.
 
     So no module may rename what it imports, and no two may use one name at their top level.
     """
@@ -64,14 +70,19 @@ def write_module() -> str:
 
 
 def write_player(records: Sequence[tuple[Mapping[str, Any], Mapping[str, np.ndarray]]]) -> str:
-    """A page of HTML that plays records, headers and arrays in the order in which a page hears them."""
-    data = json.dumps([squeeze(header, arrays) for header, arrays in records], allow_nan=False).replace("<", "\\u003c")
+    """A page of HTML that plays records, headers and arrays in the order in which a page hears
+    them.
+    """
+    data = json.dumps(
+        [squeeze(header, arrays) for header, arrays in records], allow_nan=False
+    ).replace("<", "\\u003c")
     script = bundle().replace("</", "<\\/")
     return SHELL.format(csp=CSP, css=read_style(), data=data, script=script)
 
 
 def squeeze(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """A record as JSON: arrays in whole numbers, changes along the first axis, deflated; NaN is kept apart.
+    """A record as JSON: arrays in whole numbers, changes along the first axis, deflated; NaN is
+    kept apart.
 
     Off by at most half a level: the greatest magnitude of the array over 8,000, some 1e-5 rad.
     """
@@ -82,11 +93,20 @@ def squeeze(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict
 def _squeeze(values: np.ndarray) -> dict[str, Any]:
     known = np.isfinite(values)
     largest = float(np.abs(values[known]).max(initial=0.0)) or 1.0
-    levels = np.where(known, np.round(np.where(known, values, 0.0) / largest * LEVELS), -LEVELS - 1).astype("<i2")
+    levels = np.where(
+        known, np.round(np.where(known, values, 0.0) / largest * LEVELS), -LEVELS - 1
+    ).astype("<i2")
     table = levels.reshape(len(levels), -1) if levels.size else levels.reshape(0, 0)
-    change = np.diff(table, axis=0, prepend=np.zeros_like(table[:1]))  # wraps around like the page's own sums
+    change = np.diff(
+        table, axis=0, prepend=np.zeros_like(table[:1])
+    )  # wraps around like the page's own sums
     raw = (
         change.astype("<i2").view(np.uint8).reshape(-1, 2).T.tobytes() if change.size else b""
     )  # low bytes, high bytes
     text = base64.b64encode(zlib.compress(raw, 9)).decode()
-    return {"shape": list(values.shape), "unit": largest / LEVELS, "none": -LEVELS - 1, "data": text}
+    return {
+        "shape": list(values.shape),
+        "unit": largest / LEVELS,
+        "none": -LEVELS - 1,
+        "data": text,
+    }

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from feeler.physics.lanes import Simulations
-from feeler.studio.touching import INTERVAL, Readings, describe_scene, find_sensed, hash_tensor, make_simulation
+from feeler.studio.touching import (
+    INTERVAL,
+    Readings,
+    describe_scene,
+    find_sensed,
+    hash_tensor,
+    make_simulation,
+)
 from feeler.studio.wish import TouchWish, read_number
 
 if TYPE_CHECKING:
@@ -32,13 +39,18 @@ class Hand:
         self._aims: dict[int, tuple[float, float, float]] = {}
 
     def aim(self, message: dict[str, Any]) -> None:
-        """Take where an object (its number, or −1 for the base) should go: x, y [mm] and, for the base, turn [rad]."""
+        """Take where an object (its number, or −1 for the base) should go: x, y [mm] and, for the
+        base, turn [rad].
+        """
         what = message.get("what")
         if what == "end":
             self._ended.set()
             return
         number = int(read_number(what, "aim.what", -1, 100))
-        place = [read_number(message.get(name, 0.0), f"aim.{name}", -1e4, 1e4) for name in ("x", "y", "turn")]
+        place = [
+            read_number(message.get(name, 0.0), f"aim.{name}", -1e4, 1e4)
+            for name in ("x", "y", "turn")
+        ]
         with self._lock:
             self._aims[number] = (place[0], place[1], place[2])
 
@@ -46,9 +58,12 @@ class Hand:
         """End the run."""
         self._ended.set()
 
-    def run(self, wish: TouchWish, pace: float, say: Say, stop: Event, race: "Race | None" = None) -> None:
-        """Simulate until the hand lets go; ``pace`` is simulated time per real time. In a ``race`` only the base can be taken,
-        time runs from its first motion on, and who is sure has come to the end."""
+    def run(
+        self, wish: TouchWish, pace: float, say: Say, stop: Event, race: "Race | None" = None
+    ) -> None:
+        """Simulate until the hand lets go; ``pace`` is simulated time per real time. In a ``race``
+        only the base can be taken, time runs from its first motion on, and who is sure has come to
+        the end."""
         with self._lock:
             self._aims = {}
         self._ended.clear()
@@ -90,7 +105,12 @@ class Hand:
             self._ended.wait(max(0.0, FRAME - (time.monotonic() - began)))
         if not stop.is_set():
             tensor = np.array(sensed).T
-            end = {"part": "end", "hash": hash_tensor(tensor), "preview": wish.preview, "commands": commands}
+            end = {
+                "part": "end",
+                "hash": hash_tensor(tensor),
+                "preview": wish.preview,
+                "commands": commands,
+            }
             say(end if race is None else end | {"race": race.judge()})
 
     def _steer(self, simulation: Simulations, sample: int, glide: float) -> list[Command]:
@@ -105,8 +125,12 @@ class Hand:
             way = (np.array([x, y]) - here[:2]) / glide
             fast = float(np.hypot(*way))
             way *= min(1.0, MAX_SPEED / fast) if fast > 1e-4 else 0.0
-            spin = float(np.clip((turn - here[2]) / glide, -MAX_TURN, MAX_TURN)) if what < 0 else 0.0
-            found.append((sample, what, float(way[0]), float(way[1]), spin if abs(spin) > 1e-5 else 0.0))
+            spin = (
+                float(np.clip((turn - here[2]) / glide, -MAX_TURN, MAX_TURN)) if what < 0 else 0.0
+            )
+            found.append(
+                (sample, what, float(way[0]), float(way[1]), spin if abs(spin) > 1e-5 else 0.0)
+            )
         return found
 
 

@@ -1,4 +1,6 @@
-"""Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that plays by itself."""
+"""Whatever is shown can leave: as antenna file, Python script, picture, movie or a page that plays
+by itself.
+"""
 
 import io
 import tempfile
@@ -19,7 +21,14 @@ from feeler.studio import study
 from feeler.studio.exporting import write_player
 from feeler.studio.hand import LONGEST, read_commands, replay
 from feeler.studio.script import write_script
-from feeler.studio.touching import INTERVAL, count_samples, describe_scene, find_sensed, hash_tensor, simulate_pieces
+from feeler.studio.touching import (
+    INTERVAL,
+    count_samples,
+    describe_scene,
+    find_sensed,
+    hash_tensor,
+    simulate_pieces,
+)
 from feeler.studio.wish import TouchWish, read_number
 
 
@@ -44,13 +53,18 @@ def make_file(message: dict[str, Any]) -> Leaving:
         "svg": ("image/svg+xml", partial(_draw, wish, commands, samples, "svg")),
         "png": ("image/png", partial(_draw, wish, commands, samples, "png")),
         "mp4": ("video/mp4", partial(_film, wish, commands)),
-        "html": ("text/html", lambda: _write_html(wish, message.get("other"), commands, samples).encode()),
+        "html": (
+            "text/html",
+            lambda: _write_html(wish, message.get("other"), commands, samples).encode(),
+        ),
     }
     if not isinstance(what, str) or what not in makers:
         raise InvalidInput(f"what must be one of {', '.join(makers)}, got {str(what)[:40]!r}.")
     mime, make = makers[what]
     stem = "antenna" if what == "toml" else "touch"
-    return Leaving(name=f"feeler-{stem}.{'py' if what == 'script' else what}", mime=mime, content=make())
+    return Leaving(
+        name=f"feeler-{stem}.{'py' if what == 'script' else what}", mime=mime, content=make()
+    )
 
 
 def read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:
@@ -87,7 +101,8 @@ def _film(wish: TouchWish, commands: list | None) -> bytes:
 
     if commands is not None or wish.objects:
         raise InvalidInput(
-            "a movie shows one object that meets the antenna; take the other objects away, or save the page."
+            "a movie shows one object that meets the antenna; take the other objects away, or save"
+            " the page."
         )
     antenna, trial = wish.antenna.make(), wish.make_trial()
     tensors = touch(antenna, trial, duration=wish.duration, all_hinges=True)
@@ -106,23 +121,48 @@ def _write_html(wish: TouchWish, other: Any, commands: list | None, samples: int
     return write_player(records)
 
 
-def record_touch(slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by_hand: bool = False) -> list:
+def record_touch(
+    slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by_hand: bool = False
+) -> list:
     """Headers and arrays of a recorded touch, in the order in which a page hears them."""
     antenna = wish.antenna.make()
     about = {"slot": slot, "id": 0, "hand": by_hand}
     tensor = readings["angle"][:, find_sensed(antenna)].T
-    begin = {"part": "begin", "total": len(readings["angle"]), "wish": wish.to_plain(), **describe_scene(wish)}
+    begin = {
+        "part": "begin",
+        "total": len(readings["angle"]),
+        "wish": wish.to_plain(),
+        **describe_scene(wish),
+    }
     begin["antenna"] = _shorten(begin["antenna"])
     records: list[tuple[dict[str, Any], dict[str, np.ndarray]]] = [
         ({"type": "touch", **about, **begin}, {}),
         ({"type": "touch", **about, "part": "piece", "first": 0}, readings),
-        ({"type": "touch", **about, "part": "end", "hash": hash_tensor(tensor), "preview": False}, {}),
+        (
+            {
+                "type": "touch",
+                **about,
+                "part": "end",
+                "hash": hash_tensor(tensor),
+                "preview": False,
+            },
+            {},
+        ),
     ]
     known = study.find_study(antenna, wish.speed)
     if known is not None and not by_hand and tensor.shape[1] >= known.encoder.n_lags:
         posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], Event())
-        learned = {"type": "study", "slot": slot, "id": 0, "part": "end", "labels": known.labels, "speed": known.speed,
-                   "peak": known.peak, "averages": {name: known.average(name) for name in study.INDEX_NAMES}}  # fmt: skip
+        learned = {
+            "type": "study",
+            "slot": slot,
+            "id": 0,
+            "part": "end",
+            "labels": known.labels,
+            "speed": known.speed,
+            # fmt: skip
+            "peak": known.peak,
+            "averages": {name: known.average(name) for name in study.INDEX_NAMES},
+        }
         matrices = {f"similarity {name}": matrix for name, matrix in known.similarity.items()}
         records.append((learned, {"bases": known.encoder.components_, **matrices}))
         reading = {"type": "reading", "slot": slot, "id": 0, "noticed": noticed}
@@ -133,4 +173,6 @@ def record_touch(slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by
 def _shorten(antenna: dict[str, Any]) -> dict[str, Any]:
     """What is drawn of an antenna, six digits of it."""
     shown = {name: value for name, value in antenna.items() if name not in ("stiffness", "damping")}
-    return shown | {name: [float(f"{number:.6g}") for number in shown[name]] for name in ("segments", "rest")}
+    return shown | {
+        name: [float(f"{number:.6g}") for number in shown[name]] for name in ("segments", "rest")
+    }

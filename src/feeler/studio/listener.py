@@ -9,12 +9,16 @@ from feeler.studio.study import Study
 from feeler.studio.touching import find_sensed
 from feeler.tensors.posture import spread_angles
 
-PAUSE = 2000  # [C] samples; a longer gap is a pause, and a clock that steps back is one that began anew
+PAUSE = (
+    2000  # [C] samples; a longer gap is a pause, and a clock that steps back is one that began anew
+)
 REST = 100  # [C] samples at rest after which the next touch may begin
 
 
 class Judge:
-    """A study's decoder on a stream without end: when a touch is over and the antenna rests, it waits for the next."""
+    """A study's decoder on a stream without end: when a touch is over and the antenna rests, it
+    waits for the next.
+    """
 
     def __init__(self, study: Study, interval: float) -> None:
         self.study, self._stream = study, study.decoder.start()
@@ -29,7 +33,9 @@ class Judge:
         self._rest, self._touched = 0, False
 
     def update(self, angle: np.ndarray, time: float) -> tuple[np.ndarray, bool]:
-        """Posterior (class,) after a sample (sensor,) [rad], and whether contact is noticed with it."""
+        """Posterior (class,) after a sample (sensor,) [rad], and whether contact is noticed with
+        it.
+        """
         self._seen += 1
         noticed = False
         if self._seen % self._every == 0:
@@ -46,7 +52,8 @@ class Judge:
 
 
 class Listener:
-    """Turns samples into angles of all hinges and, once there is a study, into the decoder's posterior.
+    """Turns samples into angles of all hinges and, once there is a study, into the decoder's
+    posterior.
 
     Parameters
     ----------
@@ -56,7 +63,9 @@ class Listener:
         Usual time between samples [ms].
     """
 
-    def __init__(self, antenna: Antenna, calibration: SensorCalibration | None, interval: float) -> None:
+    def __init__(
+        self, antenna: Antenna, calibration: SensorCalibration | None, interval: float
+    ) -> None:
         self._antenna, self._calibration, self._interval = antenna, calibration, interval
         self._sensed = find_sensed(antenna)
         self._last, self._time = np.zeros(self._sensed.size), float("nan")
@@ -71,7 +80,8 @@ class Listener:
             self._judge = Judge(study, self._interval)
 
     def take(self, time: float | None, values: np.ndarray) -> None:
-        """One sample and its time [ms]; what is missing is shown as it was last, counted, and no evidence.
+        """One sample and its time [ms]; what is missing is shown as it was last, counted, and no
+        evidence.
 
         Raises
         ------
@@ -88,7 +98,9 @@ class Listener:
             self._beliefs += self._beliefs[-1:] * gap
         elif self._judge is not None:
             self._judge.restart()
-        self.missing += bool(np.isnan(angle).all())  # a sample that its board numbered, and that never came
+        self.missing += bool(
+            np.isnan(angle).all()
+        )  # a sample that its board numbered, and that never came
         self._time, self._last = time, np.where(np.isnan(angle), self._last, angle)
         self._rows.append(self._last)
         if self._judge is not None:
@@ -99,7 +111,10 @@ class Listener:
     def give(self) -> tuple[int, dict[str, np.ndarray]]:
         """Number of the first sample and arrays (sample, …) of all that came since the last call."""
         first, angle = self.count, np.array(self._rows).reshape(-1, self._last.size)
-        arrays = {"angle": spread_angles(angle, self._antenna, self._sensed), "base": np.zeros((len(angle), 3))}
+        arrays = {
+            "angle": spread_angles(angle, self._antenna, self._sensed),
+            "base": np.zeros((len(angle), 3)),
+        }
         if self._beliefs:
             unknown = np.zeros((len(angle) - len(self._beliefs), self._beliefs[0].size))
             arrays["posterior"] = np.concatenate([unknown, self._beliefs])
@@ -113,7 +128,8 @@ class Listener:
             return np.where(np.isfinite(angle), angle, np.nan)
         if (np.abs(values) > np.pi).any():
             raise InvalidInput(
-                f"{values[np.nanargmax(np.abs(values))]:.4g} is no angle of a hinge in rad. Open the sensors' calibration "
-                "first (.json, made by feeler robot calibrate), or start with --calibration."
+                f"{values[np.nanargmax(np.abs(values))]:.4g} is no angle of a hinge in rad. Open"
+                " the sensors' calibration first (.json, made by feeler robot calibrate), or start"
+                " with --calibration."
             )
         return values

@@ -1,7 +1,9 @@
-"""Messages between page and server: the page sends JSON, the server answers a JSON header and float32 numbers.
+"""Messages between page and server: the page sends JSON, the server answers a JSON header and
+float32 numbers.
 
-A packed message is four bytes (length of the header, little-endian), the header as JSON padded with blanks to a multiple of
-four, and after it the arrays one after the other; ``arrays`` in the header lists their names and shapes.
+A packed message is four bytes (length of the header, little-endian), the header as JSON padded with
+blanks to a multiple of four, and after it the arrays one after the other; ``arrays`` in the header
+lists their names and shapes.
 """
 
 import json
@@ -22,7 +24,9 @@ def pack(header: Mapping[str, Any], **arrays: np.ndarray) -> bytes:
     plan = [[name, list(values.shape)] for name, values in numbers.items()]
     text = json.dumps({**header, "arrays": plan}, ensure_ascii=True, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
-    return b"".join([struct.pack("<I", len(text)), text, *(values.tobytes() for values in numbers.values())])
+    return b"".join(
+        [struct.pack("<I", len(text)), text, *(values.tobytes() for values in numbers.values())]
+    )
 
 
 def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:

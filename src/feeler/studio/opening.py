@@ -1,4 +1,6 @@
-"""Files dropped on the page: an antenna file, a recording of one's own, or the calibration of its sensors."""
+"""Files dropped on the page: an antenna file, a recording of one's own, or the calibration of its
+sensors.
+"""
 
 import re
 import tempfile
@@ -27,23 +29,39 @@ MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is
 
 
 def open_text(
-    message: dict[str, Any], calibration: SensorCalibration | None, find: Callable[[Antenna], Study | None]
+    message: dict[str, Any],
+    calibration: SensorCalibration | None,
+    find: Callable[[Antenna], Study | None],
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What a dropped antenna or recording holds: header and arrays of the answer."""
     name, text = read_file(message)
     if name.lower().endswith(".toml"):
         antenna = parse_antenna(text, name).antenna
         wish = AntennaWish(toml=text, name=antenna.name)
-        return {"what": "antenna", "antenna": wish.to_plain(), "original": describe_original(antenna)}, {}
+        return {
+            "what": "antenna",
+            "antenna": wish.to_plain(),
+            "original": describe_original(antenna),
+        }, {}
     if name.lower().endswith(".csv"):
-        return open_recording(name, text, AntennaWish.read(message.get("antenna", {})).make(), calibration, find)
-    raise InvalidInput(f"{name[-40:]!r} is neither an antenna (.toml), a recording (.csv) nor a calibration (.json).")
+        return open_recording(
+            name, text, AntennaWish.read(message.get("antenna", {})).make(), calibration, find
+        )
+    raise InvalidInput(
+        f"{name[-40:]!r} is neither an antenna (.toml), a recording (.csv) nor a calibration"
+        " (.json)."
+    )
 
 
 def read_file(message: dict[str, Any]) -> tuple[str, str]:
     """Name and text of a file in a message."""
     name, text = message.get("name"), message.get("text")
-    if not isinstance(name, str) or not isinstance(text, str) or len(name) > 200 or len(text) > MAX_TEXT:
+    if (
+        not isinstance(name, str)
+        or not isinstance(text, str)
+        or len(name) > 200
+        or len(text) > MAX_TEXT
+    ):
         raise InvalidInput(f"a file needs a name and a text of at most {MAX_TEXT:,} characters.")
     return name, text
 
@@ -70,15 +88,19 @@ def open_recording(
     if recording.quantity != "angle":
         if calibration is None:
             raise InvalidInput(
-                f"{name} holds capacitance. Open the sensors' calibration first (.json, made by feeler robot calibrate)."
+                f"{name} holds capacitance. Open the sensors' calibration first (.json, made by"
+                " feeler robot calibrate)."
             )
         recording = recording.to_angles(calibration, outside="extend")
     robot = make_preset("robot")
-    fitting = next((a for a in (antenna, robot) if find_sensed(a).size == recording.n_sensors), None)
+    fitting = next(
+        (a for a in (antenna, robot) if find_sensed(a).size == recording.n_sensors), None
+    )
     if fitting is None:
         raise InvalidInput(
-            f"{name} has {recording.n_sensors} channels, but the antenna {antenna.name!r} has {find_sensed(antenna).size} "
-            f"sensors (and the robot {find_sensed(robot).size}). Set the number of sensors, or open the antenna's own file first."
+            f"{name} has {recording.n_sensors} channels, but the antenna {antenna.name!r} has"
+            f" {find_sensed(antenna).size} sensors (and the robot {find_sensed(robot).size}). Set"
+            " the number of sensors, or open the antenna's own file first."
         )
     recording = repair(recording, gaps="bridge")
     angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
@@ -87,7 +109,10 @@ def open_recording(
     header = {"what": "recording", "name": name, "antenna": describe_antenna(fitting), "rims": [], "preview": False,
               "interval": interval * every, "source": recording.source, "total": len(shown),
               "robot": fitting is not antenna}  # fmt: skip
-    arrays = {"angle": spread_angles(shown, fitting, find_sensed(fitting)), "base": np.zeros((len(shown), 3))}
+    arrays = {
+        "angle": spread_angles(shown, fitting, find_sensed(fitting)),
+        "base": np.zeros((len(shown), 3)),
+    }
     if (known := find(fitting)) is not None:
         judge = Judge(known, interval)
         beliefs, noticed = zip(*map(judge.update, angle, recording.time), strict=True)

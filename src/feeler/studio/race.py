@@ -1,7 +1,9 @@
-"""A race: a person and a policy move the same antenna at the same touch, and one observer says what each of them can know.
+"""A race: a person and a policy move the same antenna at the same touch, and one observer says what
+each of them can know.
 
-The observer knows two dozen touches, the shown one among them: the paper's six objects at other places and distances. It feels
-the shown one with the same noise under either motion; who is sure of its shape first, and right, wins.
+The observer knows two dozen touches, the shown one among them: the paper's six objects at other
+places and distances. It feels the shown one with the same noise under either motion; who is sure of
+its shape first, and right, wins.
 """
 
 from collections.abc import Sequence
@@ -22,7 +24,10 @@ from feeler.studio.wish import TouchWish
 SHAPES = ("ball", "box", "triangle")
 RIVAL = "slow-after-contact:1.2,0.12"  # [C]
 KNOWN, NOISE = 24, 0.03  # [C] touches, and rad per sample and sensor
-SURE, LIMIT = 0.9, 150.0  # [C] probability at which a verdict is given, and ms that the policy has for it
+SURE, LIMIT = (
+    0.9,
+    150.0,
+)  # [C] probability at which a verdict is given, and ms that the policy has for it
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +51,11 @@ class RaceTask(TouchTask):
         """The drawn place with the objects in turn, so that each is as likely, or the shown touch."""
         if index == self.place:
             return self.shown
-        return replace(self.trials[index], feature=self.features[index % len(self.features)], side=self.shown.side)
+        return replace(
+            self.trials[index],
+            feature=self.features[index % len(self.features)],
+            side=self.shown.side,
+        )
 
     def get_target(self, index: int) -> float:
         """Number of the shape."""
@@ -64,7 +73,10 @@ class Race:
 
     def __init__(self, wish: TouchWish) -> None:
         if wish.kind not in SHAPES or wish.objects:
-            raise InvalidInput("a race is about one ball, box or triangle; choose one, and take further objects away.")
+            raise InvalidInput(
+                "a race is about one ball, box or triangle; choose one, and take further objects"
+                " away."
+            )
         shown = wish.make_trial()
         self.task = task = RaceTask(
             wish.antenna.make(), noise=NOISE, duration=LIMIT, pool=KNOWN, approach=wish.approach, friction=wish.friction,
@@ -78,7 +90,9 @@ class Race:
         )
         self.rival = observer.run(parse_policy(RIVAL), 1, touches=[task.place])
         self._noise = observer.make_noise()
-        self._lanes = Simulations([start.scene for start in observer.starts], timestep=task.timestep)
+        self._lanes = Simulations(
+            [start.scene for start in observer.starts], timestep=task.timestep
+        )
         self._sensors = task.first_antenna.sensors - 1
         self._evidence = np.zeros(KNOWN)
         self.belief = [self._believe()]
@@ -117,8 +131,15 @@ class Race:
     def describe(self) -> dict[str, Any]:
         """The policy's run, for a page to draw."""
         rival = self.rival
-        return {"name": RIVAL.partition(":")[0].replace("-", " "), "time": rival.time.tolist(),
-                "belief": rival.belief[:, 0].tolist(), "shapes": SHAPES, "target": self.target, "sure": SURE}  # fmt: skip
+        return {
+            "name": RIVAL.partition(":")[0].replace("-", " "),
+            "time": rival.time.tolist(),
+            # fmt: skip
+            "belief": rival.belief[:, 0].tolist(),
+            "shapes": SHAPES,
+            "target": self.target,
+            "sure": SURE,
+        }
 
     def judge(self) -> dict[str, Any]:
         """Both verdicts, and who won: ``you``, ``policy``, ``both`` or ``nobody``."""
@@ -131,7 +152,9 @@ class Race:
         return {**both, "won": "both" if len(first) == 2 else first[0] if first else "nobody"}
 
     def _judge(self, belief: np.ndarray, interval: float) -> dict[str, Any]:
-        """When [ms] an observer was sure, of what, and whether rightly; no shape where it never was."""
+        """When [ms] an observer was sure, of what, and whether rightly; no shape where it never
+        was.
+        """
         (when,), (answer,) = decide(belief[None], SURE)
         sure = bool(belief[when].max() >= SURE)
         return {

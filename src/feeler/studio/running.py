@@ -19,7 +19,14 @@ def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: 
     """Calibrate, then run past one turn of ``turn`` degrees; the map is kept for the next run."""
     course = make_turn(turn, FACES)
     corners = course.line.tolist()
-    say({"part": "begin", "antenna": describe_antenna(antenna), "wall": corners, "heading": FOLLOWING.base_angle})
+    say(
+        {
+            "part": "begin",
+            "antenna": describe_antenna(antenna),
+            "wall": corners,
+            "heading": FOLLOWING.base_angle,
+        }
+    )
     rows: list[tuple[np.ndarray, np.ndarray]] = []
     sent = 0
 
@@ -36,12 +43,20 @@ def run_along_wall(antenna: Antenna, turn: float, speed: float, say: Say, stop: 
     run = follow(antenna, course, speed=speed, distance_map=known, watch=watch)
     if rows:
         say({"part": "piece", "first": sent}, **_take(rows))
-    end: dict[str, Any] = {"error": run.error, "collided": run.collided, "target": run.target, "nearest": run.nearest}
+    end: dict[str, Any] = {
+        "error": run.error,
+        "collided": run.collided,
+        "target": run.target,
+        "nearest": run.nearest,
+    }
     say({"part": "end", **end}, distance=run.distance, estimate=run.estimate)
 
 
 def _take(rows: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
-    taken = {"body": np.array([body for body, _ in rows]), "angle": np.array([angle for _, angle in rows])}
+    taken = {
+        "body": np.array([body for body, _ in rows]),
+        "angle": np.array([angle for _, angle in rows]),
+    }
     rows.clear()
     return taken
 

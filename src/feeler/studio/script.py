@@ -22,7 +22,10 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
     """The text of a script; with ``commands`` that of a run by hand of so many samples."""
     from importlib.metadata import version
 
-    lines = [HEAD.format(title=wish.make_trial().label, version=version("feeler")), *_write_antenna(wish.antenna)]
+    lines = [
+        HEAD.format(title=wish.make_trial().label, version=version("feeler")),
+        *_write_antenna(wish.antenna),
+    ]
     lines += ["trial = feeler.Trial(", *_write_trial(wish), ")"]
     if commands is not None:
         lines += _write_hand(wish, commands, n_samples)
@@ -64,11 +67,15 @@ def _write_antenna(wish: AntennaWish) -> list[str]:
             changes.append(f"{name}={name}")
     if wish.matched and wish.stiffness is not None:
         lines.append(
-            "stiffness *= float(np.sum(1 / stiffness)) / float(np.sum(1 / antenna.stiffness))  # same compliance"
+            "stiffness *= float(np.sum(1 / stiffness)) / float(np.sum(1 / antenna.stiffness))  #"
+            " same compliance"
         )
     if wish.length is not None:
         lines.append(f"factor = {wish.length!r} / antenna.length")
-        changes += ["segment_length=factor * antenna.segment_length", "segment_mass=factor * antenna.segment_mass"]
+        changes += [
+            "segment_length=factor * antenna.segment_length",
+            "segment_mass=factor * antenna.segment_mass",
+        ]
     if wish.sensors is not None:
         lines.append("from feeler.antenna.antenna import make_even_sensors\n")
         changes.append(f"sensors=make_even_sensors(antenna.n_segments, {wish.sensors})")
@@ -81,7 +88,10 @@ def _write_antenna(wish: AntennaWish) -> list[str]:
 
 def _write_trial(wish: TouchWish) -> list[str]:
     names = ("location", "speed", "approach", "side", "friction", "lead")
-    return [f"    feature={_write_shape(wish.kind, wish.size)},", *(f"    {n}={getattr(wish, n)!r}," for n in names)]
+    return [
+        f"    feature={_write_shape(wish.kind, wish.size)},",
+        *(f"    {n}={getattr(wish, n)!r}," for n in names),
+    ]
 
 
 def _write_shape(kind: str, size: float) -> str:
@@ -103,11 +113,27 @@ def _write_objects(objects: tuple[ObjectWish, ...]) -> list[str]:
 
 
 def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> list[str]:
-    lines = [*_write_objects(wish.objects), "# what the hand did: sample, object (-1: the base), velocity x, y, turn",
-             "commands = [", *(f"    {tuple(command)!r}," for command in commands), "]"]  # fmt: skip
-    return [*lines, f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})", "rows = [simulation.angle]",
-            f"for k in range(1, {n_samples}):", "    while commands and commands[0][0] <= k:",
-            "        _, what, vx, vy, turn = commands.pop(0)", "        if what < 0:",
-            "            simulation.move_base((vx, vy), turn)", "        else:",
-            "            simulation.move_object(what, (vx, vy), turn)", f"    simulation.step({INTERVAL})  # ms",
-            "    rows.append(simulation.angle)", "angle = np.array(rows)[:, antenna.sensors - 1].T"]  # fmt: skip
+    lines = [
+        *_write_objects(wish.objects),
+        "# what the hand did: sample, object (-1: the base), velocity x, y, turn",
+        # fmt: skip
+        "commands = [",
+        *(f"    {tuple(command)!r}," for command in commands),
+        "]",
+    ]
+    return [
+        *lines,
+        f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
+        "rows = [simulation.angle]",
+        f"for k in range(1, {n_samples}):",
+        "    while commands and commands[0][0] <= k:",
+        "        _, what, vx, vy, turn = commands.pop(0)",
+        "        if what < 0:",
+        "            simulation.move_base((vx, vy), turn)",
+        "        else:",
+        "            simulation.move_object(what, (vx, vy), turn)",
+        f"    simulation.step({INTERVAL})  # ms",
+        # fmt: skip
+        "    rows.append(simulation.angle)",
+        "angle = np.array(rows)[:, antenna.sensors - 1].T",
+    ]

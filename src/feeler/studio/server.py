@@ -1,4 +1,6 @@
-"""The local server: static files and one WebSocket, on 127.0.0.1, for whoever knows the token in the address."""
+"""The local server: static files and one WebSocket, on 127.0.0.1, for whoever knows the token in
+the address.
+"""
 
 import asyncio
 import contextlib
@@ -30,8 +32,10 @@ FILES = {
     "studio.css": ("studio.css", "text/css; charset=utf-8"),
 }  # fmt: skip
 HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
@@ -75,7 +79,9 @@ class Studio:
         self._error: InvalidInput | None = None
         self._asked, self.port = port, 0
         self._stop = asyncio.Event()
-        self._thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),), daemon=True)
+        self._thread = threading.Thread(
+            target=self._loop.run_until_complete, args=(self._serve(),), daemon=True
+        )
         self._thread.start()
         self._ready.wait()
         if self._error is not None:
@@ -133,7 +139,9 @@ class Studio:
         self._ready.set()
 
     def _answer(self, connection: Any, request: Any) -> Any:
-        """A static file, or None where a WebSocket may be opened; 403 for other sites, 404 for all else."""
+        """A static file, or None where a WebSocket may be opened; 403 for other sites, 404 for all
+        else.
+        """
         own = {f"{name}:{self.port}" for name in (HOST, "localhost")}
         origin = request.headers.get("Origin")
         if request.headers.get("Host") not in own or (
@@ -141,14 +149,20 @@ class Studio:
         ):
             return _respond(connection, HTTPStatus.FORBIDDEN, b"not from here\n")
         path = request.path.partition("?")[0]
-        if not secrets.compare_digest(path[: len(self.token) + 2].encode(), f"/{self.token}/".encode()):
-            return _respond(connection, HTTPStatus.NOT_FOUND, b"open the address that feeler studio printed\n")
+        if not secrets.compare_digest(
+            path[: len(self.token) + 2].encode(), f"/{self.token}/".encode()
+        ):
+            return _respond(
+                connection, HTTPStatus.NOT_FOUND, b"open the address that feeler studio printed\n"
+            )
         name = path[len(self.token) + 2 :]
         if name == "live":
             full = len(self._sessions) >= MAX_PAGES
             if origin is None or full:
                 return _respond(
-                    connection, HTTPStatus.FORBIDDEN, b"too many pages are open\n" if full else b"no origin\n"
+                    connection,
+                    HTTPStatus.FORBIDDEN,
+                    b"too many pages are open\n" if full else b"no origin\n",
                 )
             return None
         if name not in FILES:
@@ -171,7 +185,9 @@ class Studio:
 
 
 def _warm_up(antenna: AntennaWish) -> None:
-    """Load, or compile once, what the first page needs; what is wrong with the antenna its page will hear."""
+    """Load, or compile once, what the first page needs; what is wrong with the antenna its page
+    will hear.
+    """
     with contextlib.suppress(FeelerError):
         for _ in simulate_pieces(TouchWish(antenna=antenna, duration=8.0), threading.Event()):
             pass
@@ -179,7 +195,9 @@ def _warm_up(antenna: AntennaWish) -> None:
 
 
 def _make_put(connection: Any, loop: asyncio.AbstractEventLoop) -> Callable[[bytes], None]:
-    """Send from any thread and wait until it is on its way: who computes faster than the page reads has to wait."""
+    """Send from any thread and wait until it is on its way: who computes faster than the page reads
+    has to wait.
+    """
     from websockets.exceptions import ConnectionClosed
 
     def put(data: bytes) -> None:
@@ -191,15 +209,23 @@ def _make_put(connection: Any, loop: asyncio.AbstractEventLoop) -> Callable[[byt
     return put
 
 
-def _respond(connection: Any, status: HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> Any:
+def _respond(
+    connection: Any, status: HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8"
+) -> Any:
     from websockets.datastructures import Headers
     from websockets.http11 import Response
 
-    headers = Headers({**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"})
+    headers = Headers(
+        {**HEADERS, "Content-Type": kind, "Content-Length": str(len(body)), "Connection": "close"}
+    )
     return Response(status.value, status.phrase, headers, body)
 
 
 def _explain(port: int, error: Exception) -> InvalidInput:
     if getattr(error, "errno", None) == errno.EADDRINUSE:
-        return InvalidInput(f"port {port} is taken, perhaps by another studio; give --port 0 to take any free one.")
-    return InvalidInput(f"cannot listen on port {port} of {HOST}: {error}. Give --port 0 to take any free one.")
+        return InvalidInput(
+            f"port {port} is taken, perhaps by another studio; give --port 0 to take any free one."
+        )
+    return InvalidInput(
+        f"cannot listen on port {port} of {HOST}: {error}. Give --port 0 to take any free one."
+    )

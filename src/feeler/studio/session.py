@@ -1,4 +1,6 @@
-"""A session: what one open page is shown. Messages in, messages out; the newest wish ends the work on the older."""
+"""A session: what one open page is shown. Messages in, messages out; the newest wish ends the work
+on the older.
+"""
 
 import logging
 from collections.abc import Callable
@@ -36,9 +38,13 @@ Task = Callable[[dict[str, Any], Event], None]
 
 
 class Session:
-    """One page's work. ``put`` takes packed messages from any thread and raises ConnectionError when nobody listens."""
+    """One page's work. ``put`` takes packed messages from any thread and raises ConnectionError
+    when nobody listens.
+    """
 
-    def __init__(self, put: Put, antenna: AntennaWish | None = None, boards: Boards | None = None) -> None:
+    def __init__(
+        self, put: Put, antenna: AntennaWish | None = None, boards: Boards | None = None
+    ) -> None:
         self._put, self._desk, self._hand = put, Desk(), Hand()
         self._boards = boards or Boards()
         self._calibration = self._boards.calibration
@@ -72,7 +78,8 @@ class Session:
             task = self._tasks.get(message["type"])
             if task is None and message["type"] not in ("aim", "stop"):
                 raise InvalidInput(
-                    f"unknown message {message['type'][:40]!r}; valid: {', '.join(self._tasks)}, aim, stop."
+                    f"unknown message {message['type'][:40]!r}; valid: {', '.join(self._tasks)},"
+                    " aim, stop."
                 )
             if message["type"] == "aim":
                 self._hand.aim(message)
@@ -83,7 +90,9 @@ class Session:
                 return
             about = {"of": message["type"], "slot": _read_slot(message), "id": _read_id(message)}
         except InvalidInput as error:
-            self._desk.give("answer", partial(self._answer, {"type": "error", "message": str(error)}))
+            self._desk.give(
+                "answer", partial(self._answer, {"type": "error", "message": str(error)})
+            )
             return
         if message["type"] == "hand":
             self._hand.end()
@@ -93,7 +102,9 @@ class Session:
         if not stop.is_set():
             self._say(header)
 
-    def _work(self, task: Task, about: dict[str, Any], message: dict[str, Any], stop: Event) -> None:
+    def _work(
+        self, task: Task, about: dict[str, Any], message: dict[str, Any], stop: Event
+    ) -> None:
         try:
             task(message, stop)
         except (study.Stopped, ConnectionError):
@@ -102,7 +113,13 @@ class Session:
             self._say({"type": "error", **about, "message": str(error)})
         except Exception as error:  # a mistake of ours must not end the page
             logging.getLogger("feeler").warning("studio: %s failed", message["type"], exc_info=True)
-            self._say({"type": "error", **about, "message": f"feeler made a mistake: {type(error).__name__}: {error}"})
+            self._say(
+                {
+                    "type": "error",
+                    **about,
+                    "message": f"feeler made a mistake: {type(error).__name__}: {error}",
+                }
+            )
 
     def _say(self, header: dict[str, Any], **arrays: np.ndarray) -> None:
         try:
@@ -132,13 +149,24 @@ class Session:
         self._say({**about, **end} | ({} if wish.preview else {"mode": describe_mode(antenna)}))
         self._read(about, antenna, wish, tensor, stop)
 
-    def _read(self, about: dict[str, Any], antenna: Antenna, wish: TouchWish, tensor: np.ndarray, stop: Event) -> None:
+    def _read(
+        self,
+        about: dict[str, Any],
+        antenna: Antenna,
+        wish: TouchWish,
+        tensor: np.ndarray,
+        stop: Event,
+    ) -> None:
         """Code and verdict, where the antenna has been studied at this speed."""
         known = study.find_study(antenna, wish.speed, self._unsure)
         if known is None or tensor.shape[1] < known.encoder.n_lags:
             return
         posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], stop)
-        self._say({**about, "type": "reading", "noticed": noticed}, code=known.encode(tensor), posterior=posterior)
+        self._say(
+            {**about, "type": "reading", "noticed": noticed},
+            code=known.encode(tensor),
+            posterior=posterior,
+        )
 
     def _study(self, message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaWish.read(message.get("antenna")).make()
@@ -151,14 +179,30 @@ class Session:
 
         made = study.make_study(antenna, speed, tell, stop, self._unsure)
         averages = {name: made.average(name) for name in study.INDEX_NAMES}
-        header = {"part": "end", "labels": made.labels, "averages": averages, "peak": made.peak, "speed": speed}
+        header = {
+            "part": "end",
+            "labels": made.labels,
+            "averages": averages,
+            "peak": made.peak,
+            "speed": speed,
+        }
         similarity = {f"similarity {name}": matrix for name, matrix in made.similarity.items()}
-        self._say({**about, **header}, bases=made.encoder.components_, tensors=made.tensors[:, ::2, ::4], **similarity)
+        self._say(
+            {**about, **header},
+            bases=made.encoder.components_,
+            tensors=made.tensors[:, ::2, ::4],
+            **similarity,
+        )
 
     def _take_in_hand(self, message: dict[str, Any], stop: Event) -> None:
         wish = TouchWish.read(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
-        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message), "hand": True}
+        about = {
+            "type": "touch",
+            "slot": _read_slot(message),
+            "id": _read_id(message),
+            "hand": True,
+        }
         race = None
         if message.get("race") is True:
             from feeler.studio.race import Race  # loads what nobody else here needs
@@ -181,7 +225,12 @@ class Session:
 
     def _open(self, message: dict[str, Any], stop: Event) -> None:
         name, text = read_file(message)
-        about = {"type": "opened", "slot": _read_slot(message), "id": _read_id(message), "name": name}
+        about = {
+            "type": "opened",
+            "slot": _read_slot(message),
+            "id": _read_id(message),
+            "name": name,
+        }
         if name.lower().endswith(".json"):
             self._calibration = open_calibration(name, text)
             self._say({**about, "what": "calibration", "hinges": self._calibration.n_hinges})
@@ -190,15 +239,28 @@ class Session:
         self._say({**about, **header}, **arrays)
 
     def _list_ports(self, message: dict[str, Any], stop: Event) -> None:
-        self._say({"type": "ports", "ports": self._boards.find(), "calibrated": self._calibration is not None})
+        self._say(
+            {
+                "type": "ports",
+                "ports": self._boards.find(),
+                "calibrated": self._calibration is not None,
+            }
+        )
 
     def _listen(self, message: dict[str, Any], stop: Event) -> None:
         if not message.get("port"):
             return  # who listened has stopped
         antenna = AntennaWish.read(message.get("antenna")).make()
-        about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message), "live": True}
+        about = {
+            "type": "touch",
+            "slot": _read_slot(message),
+            "id": _read_id(message),
+            "live": True,
+        }
         lines = self._boards.open(message["port"])
-        listen(lines, antenna, self._calibration, self._find(message), partial(self._tell, about), stop)
+        listen(
+            lines, antenna, self._calibration, self._find(message), partial(self._tell, about), stop
+        )
 
     def _find(self, message: dict[str, Any]) -> Callable[[Antenna], Study | None]:
         """The study of an antenna at the speed of a message, once it was made."""

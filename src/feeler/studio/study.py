@@ -1,4 +1,6 @@
-"""A study of one antenna at one speed: the paper's thirty touches, how far they spread, bases, and a decoder."""
+"""A study of one antenna at one speed: the paper's thirty touches, how far they spread, bases, and
+a decoder.
+"""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -23,11 +25,21 @@ from feeler.tensors.scaling import rectify, scale_common
 
 DURATION, INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
-ENCODER = {"n_components": 3, "n_lags": 40, "sparseness": 0.8, "n_restarts": 1, "warn": False, "random_state": 0}
-ROUNDS, ITERATIONS = 8, 3  # [C] bases are learned in short stretches, so that learning can be stopped
-LOUDNESS = (
-    0.2  # the decoder reads angles scaled so that the set's peak is this; its floor of 0.004 then is 2 % of it [C]
-)
+ENCODER = {
+    "n_components": 3,
+    "n_lags": 40,
+    "sparseness": 0.8,
+    "n_restarts": 1,
+    "warn": False,
+    "random_state": 0,
+}
+ROUNDS, ITERATIONS = (
+    8,
+    3,
+)  # [C] bases are learned in short stretches, so that learning can be stopped
+# the decoder reads angles scaled so that the set's peak is this; its floor of 0.004 then is 2 % of
+# it [C]
+LOUDNESS = 0.2
 CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
 ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
 SHIFT, UNSURE = (
@@ -59,7 +71,9 @@ class Study:
     encoder: ConvolutiveNMF
     decoder: StreamDecoder
     peak: float
-    """Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all classes alike."""
+    """Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all
+    classes alike.
+    """
 
     @property
     def loudness(self) -> float:
@@ -68,14 +82,18 @@ class Study:
 
     def average(self, index: str) -> float:
         """Mean over the tensors of the index with their closest match."""
-        return float(find_closest(self.similarity[index], greatest=INDICES[index].is_similarity).value.mean())
+        return float(
+            find_closest(self.similarity[index], greatest=INDICES[index].is_similarity).value.mean()
+        )
 
     def encode(self, angle: np.ndarray) -> np.ndarray:
         """Activations (component, time) of a touch (sensor, time) on the bases of the set."""
         return self.encoder.transform(rectify(angle)[None], code="ridge")[0]
 
     def decode(self, angle: np.ndarray, stop: Event) -> tuple[np.ndarray, int]:
-        """Posterior (time, class) after each sample of a touch, and the sample at which contact was noticed, or −1."""
+        """Posterior (time, class) after each sample of a touch, and the sample at which contact was
+        noticed, or −1.
+        """
         stream, posterior, noticed = self.decoder.start(), [], -1
         order = [self.decoder.classes_.index(label) for label in self.labels]
         for k, sample in enumerate(self.loudness * np.asarray(angle, dtype=float).T):
@@ -98,11 +116,15 @@ def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Study 
         return _kept.get((antenna, speed, unsure))
 
 
-def make_study(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float = UNSURE) -> Study:
-    """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it is.
+def make_study(
+    antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float = UNSURE
+) -> Study:
+    """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it
+    is.
 
-    The decoder knows the touches at their places and at this speed; how sure it may be it learns on other touches, whose
-    places differ by up to 2 % of the length and whose speeds by up to the share ``unsure``.
+    The decoder knows the touches at their places and at this speed; how sure it may be it learns on
+    other touches, whose places differ by up to 2 % of the length and whose speeds by up to the
+    share ``unsure``.
 
     Raises
     ------
@@ -131,8 +153,16 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
     _check(stop)
     tell("teaching the decoder", 0.65)
     peak = float(np.abs(angle).max())
-    options = {"window": angle.shape[2], "onset": LOUDNESS * ONSET, "max_lag": 4, "lag_step": 2, "interval": INTERVAL}
-    decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(list(LOUDNESS / peak * angle), labels)
+    options = {
+        "window": angle.shape[2],
+        "onset": LOUDNESS * ONSET,
+        "max_lag": 4,
+        "lag_step": 2,
+        "interval": INTERVAL,
+    }
+    decoder = StreamDecoder(**options, noise=0.0, correlation=CORRELATION).fit(
+        list(LOUDNESS / peak * angle), labels
+    )
     _check(stop)
     decoder.temper(list(LOUDNESS / peak * others), labels)
     encoder = _learn(np.asarray(rectify(angle)), tell, stop)
@@ -150,7 +180,9 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
 
 def _simulate(antenna: Antenna, touches: list[Trial], tell: Tell, stop: Event) -> np.ndarray:
     """Angles (trial, sensor, time) of all touches, in lanes, with looks at ``stop`` in between."""
-    clock = Clock(duration=DURATION, sample_interval=INTERVAL, timestep=choose_timestep(None, DEFAULT_ENGINE))
+    clock = Clock(
+        duration=DURATION, sample_interval=INTERVAL, timestep=choose_timestep(None, DEFAULT_ENGINE)
+    )
     scenes = [make_scene(antenna, touch) for touch in touches]
     angle = np.empty((len(scenes), find_sensed(antenna).size, clock.n_samples))
     for done, group in enumerate(groups := make_groups(scenes, get_engine(DEFAULT_ENGINE))):

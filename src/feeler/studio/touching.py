@@ -19,7 +19,10 @@ from feeler.stimulus.trial import Trial
 from feeler.studio.wish import PREVIEW, TouchWish
 
 INTERVAL = 1.0  # ms between samples
-FIRST, PIECE = 12, 46  # samples; the first is short, so that something is seen at once; each costs 2 ms on its way
+FIRST, PIECE = (
+    12,
+    46,
+)  # samples; the first is short, so that something is seen at once; each costs 2 ms on its way
 REACH = 400.0  # mm; faces without end are drawn as far as this
 
 
@@ -64,7 +67,14 @@ class Readings:
         self.rows = []
         turn = np.arctan2(forward[:, :, 0], forward[:, :, 1])
         place = np.concatenate([place, turn[:, :, None]], axis=2)
-        return {"angle": angle, "place": place, "force": force, "base": base, "contact": contact, "moment": moment}
+        return {
+            "angle": angle,
+            "place": place,
+            "force": force,
+            "base": base,
+            "contact": contact,
+            "moment": moment,
+        }
 
 
 def make_simulation(wish: TouchWish) -> Simulations:
@@ -114,7 +124,9 @@ def describe_antenna(antenna: Antenna) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def describe_mode(antenna: Antenna) -> dict[str, float | None]:
-    """Damped frequency [kHz] and damping ratio of the first mode; no frequency where it does not swing."""
+    """Damped frequency [kHz] and damping ratio of the first mode; no frequency where it does not
+    swing.
+    """
     modes = compute_modes(antenna, 1)
     ratio = float(modes.damping_ratio[0])
     swings = ratio < 1 and modes.frequency[0] > 0
@@ -126,13 +138,17 @@ def describe_mode(antenna: Antenna) -> dict[str, float | None]:
 
 def describe_scene(wish: TouchWish) -> dict[str, Any]:
     """What a page needs to draw a touch: the antenna, and each object's outlines."""
-    features = [item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()]
+    features = [
+        item.shape if isinstance(item, Trial) else item.feature for item in wish.make_objects()
+    ]
     rims = [draw_feature(feature) for feature in features]
     return {"antenna": describe_antenna(wish.antenna.make()), "rims": rims, "preview": wish.preview}
 
 
 def draw_feature(feature: Feature) -> list[list[list[float]]]:
-    """Outlines (point, 2) [mm] of a feature's parts in its own frame: first axis forwards, second to the left."""
+    """Outlines (point, 2) [mm] of a feature's parts in its own frame: first axis forwards, second
+    to the left.
+    """
     rims = (trace_rim(part, feature.rounding) for part in feature.parts)
     return [np.clip(rim, -REACH, REACH).round(4).tolist() for rim in rims]
 

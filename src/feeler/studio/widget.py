@@ -40,7 +40,9 @@ def make_widget(wish: AntennaWish) -> Any:
     try:
         import anywidget
     except ImportError as error:
-        raise MissingExtra("the studio in a notebook needs anywidget: pip install 'feeler[notebook]'.") from error
+        raise MissingExtra(
+            "the studio in a notebook needs anywidget: pip install 'feeler[notebook]'."
+        ) from error
 
     class StudioWidget(anywidget.AnyWidget):
         _esm = write_module()

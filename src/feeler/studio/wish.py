@@ -1,4 +1,6 @@
-"""Wishes: what a page asks to be shown, as validated data. Whatever is shown follows from a wish alone."""
+"""Wishes: what a page asks to be shown, as validated data. Whatever is shown follows from a wish
+alone.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -21,7 +23,8 @@ KINDS = ("ball", "box", "triangle", "wall")
 MAX_DURATION = 2000.0  # [C] ms
 MAX_OBJECTS = 8  # [C]
 MAX_HANDLES = 64  # [C]
-PREVIEW = 0.1  # ms; the coarsest timestep that the contact allows, for what is shown while something is dragged
+# ms; the coarsest timestep that the contact allows, for what is shown while something is dragged
+PREVIEW = 0.1
 FACTOR = 50.0  # [C] an antenna may be stretched and shrunk by this
 Handles = tuple[tuple[float, float], ...]
 W = TypeVar("W", bound="Wish")
@@ -35,7 +38,9 @@ class Wish:
     def read(cls: type[W], content: Any) -> W:
         """From the plain data of a message."""
         if not isinstance(content, Mapping):
-            raise InvalidInput(f"{cls.__name__} must be an object with fields, got {str(content)[:40]!r}.")
+            raise InvalidInput(
+                f"{cls.__name__} must be an object with fields, got {str(content)[:40]!r}."
+            )
         known = [item.name for item in fields(cls)]
         if unknown := [str(key)[:40] for key in content if key not in known]:
             raise InvalidInput(f"{cls.__name__} has no {unknown[0]!r}; valid: {', '.join(known)}.")
@@ -46,11 +51,15 @@ class Wish:
         return asdict(self)
 
     def _number(self, name: str, low: float, high: float) -> None:
-        object.__setattr__(self, name, read_number(getattr(self, name), f"{type(self).__name__}.{name}", low, high))
+        object.__setattr__(
+            self, name, read_number(getattr(self, name), f"{type(self).__name__}.{name}", low, high)
+        )
 
     def _text(self, name: str, most: int) -> None:
         if not isinstance(getattr(self, name), str) or len(getattr(self, name)) > most:
-            raise InvalidInput(f"{type(self).__name__}.{name} must be text of at most {most} characters.")
+            raise InvalidInput(
+                f"{type(self).__name__}.{name} must be text of at most {most} characters."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +71,9 @@ class AntennaWish(Wish):
     toml: str = ""
     """The text of an antenna file, in place of the preset."""
     stiffness: Handles | None = None
-    """Handles (share of the hinges from the base, N·mm/rad); between them straight lines of the logarithm."""
+    """Handles (share of the hinges from the base, N·mm/rad); between them straight lines of the
+    logarithm.
+    """
     damping: Handles | None = None
     """The same for damping [N·mm·ms/rad]."""
     length: float | None = None
@@ -82,8 +93,12 @@ class AntennaWish(Wish):
                 object.__setattr__(self, name, read_handles(getattr(self, name), name))
         if self.length is not None:
             self._number("length", 0.01, 1e5)
-        if self.sensors is not None and not (type(self.sensors) is int and 1 <= self.sensors <= 1000):
-            raise InvalidInput(f"AntennaWish.sensors must be a whole number from 1 to 1000, got {self.sensors!r}.")
+        if self.sensors is not None and not (
+            type(self.sensors) is int and 1 <= self.sensors <= 1000
+        ):
+            raise InvalidInput(
+                f"AntennaWish.sensors must be a whole number from 1 to 1000, got {self.sensors!r}."
+            )
         if not isinstance(self.matched, bool):
             raise InvalidInput("AntennaWish.matched must be true or false.")
 
@@ -109,12 +124,15 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
         if (handles := getattr(wish, name)) is not None:
             changes[name] = sample_handles(handles, original.n_segments)
     if wish.matched and "stiffness" in changes:
-        changes["stiffness"] *= compute_compliance(changes["stiffness"]) / compute_compliance(original.stiffness)
+        changes["stiffness"] *= compute_compliance(changes["stiffness"]) / compute_compliance(
+            original.stiffness
+        )
     if wish.length is not None:
         factor = wish.length / original.length
         if not 1 / FACTOR <= factor <= FACTOR:
             raise InvalidInput(
-                f"length must lie within {original.length / FACTOR:.3g} and {original.length * FACTOR:.3g} mm."
+                f"length must lie within {original.length / FACTOR:.3g} and"
+                f" {original.length * FACTOR:.3g} mm."
             )
         changes["segment_length"] = factor * original.segment_length
         changes["segment_mass"] = factor * original.segment_mass
@@ -126,7 +144,9 @@ def _make_antenna(wish: AntennaWish) -> Antenna:
 
 
 def sample_handles(handles: Sequence[tuple[float, float]], n_segments: int) -> np.ndarray:
-    """One value per segment (segment,): straight lines of the logarithm between handles, level beyond them."""
+    """One value per segment (segment,): straight lines of the logarithm between handles, level
+    beyond them.
+    """
     at, values = [pair[0] for pair in handles], [pair[1] for pair in handles]
     return np.exp(np.interp(np.linspace(0.0, 1.0, n_segments), at, np.log(values)))
 
@@ -205,16 +225,28 @@ class TouchWish(Wish):
             object.__setattr__(self, "antenna", AntennaWish.read(self.antenna))
         check_kind(self.kind)
         self._number("size", 0.01, 1e3)
-        for name, low, high in (("location", 1e-3, 1.0), ("speed", 1e-3, 4.0), ("approach", 1.0, 179.0)):
+        for name, low, high in (
+            ("location", 1e-3, 1.0),
+            ("speed", 1e-3, 4.0),
+            ("approach", 1.0, 179.0),
+        ):
             self._number(name, low, high)
-        for name, low, high in (("friction", 0.0, 100.0), ("lead", 0.1, 500.0), ("duration", 2.0, MAX_DURATION)):
+        for name, low, high in (
+            ("friction", 0.0, 100.0),
+            ("lead", 0.1, 500.0),
+            ("duration", 2.0, MAX_DURATION),
+        ):
             self._number(name, low, high)
         object.__setattr__(self, "duration", float(round(self.duration)))
         if self.side not in ("left", "right"):
-            raise InvalidInput(f"TouchWish.side must be left or right, got {str(self.side)[:40]!r}.")
+            raise InvalidInput(
+                f"TouchWish.side must be left or right, got {str(self.side)[:40]!r}."
+            )
         if not isinstance(self.objects, list | tuple) or len(self.objects) > MAX_OBJECTS:
             raise InvalidInput(f"TouchWish.objects must be a list of at most {MAX_OBJECTS}.")
-        items = (item if isinstance(item, ObjectWish) else ObjectWish.read(item) for item in self.objects)
+        items = (
+            item if isinstance(item, ObjectWish) else ObjectWish.read(item) for item in self.objects
+        )
         object.__setattr__(self, "objects", tuple(items))
         if not isinstance(self.preview, bool):
             raise InvalidInput("TouchWish.preview must be true or false.")
@@ -252,7 +284,9 @@ def check_kind(kind: object) -> None:
 def read_number(value: object, name: str, low: float, high: float) -> float:
     """A finite number within a range."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise InvalidInput(f"{name} must be a number from {low:g} to {high:g}, got {str(value)[:40]}.")
+        raise InvalidInput(
+            f"{name} must be a number from {low:g} to {high:g}, got {str(value)[:40]}."
+        )
     return float(value)
 
 
@@ -263,7 +297,9 @@ def read_handles(value: object, name: str) -> Handles:
     pairs = []
     for item in value:
         if not isinstance(item, list | tuple) or len(item) != 2:
-            raise InvalidInput(f"a handle of {name} is a pair (place, value), got {str(item)[:40]}.")
+            raise InvalidInput(
+                f"a handle of {name} is a pair (place, value), got {str(item)[:40]}."
+            )
         place = read_number(item[0], f"{name}: place", 0.0, 1.0)
         pairs.append((place, read_number(item[1], f"{name}: value", 1e-12, 1e9)))
     if any(b[0] <= a[0] for a, b in pairwise(pairs)):

@@ -1,4 +1,6 @@
-"""The data contract: tactile tensors (trial, sensor, time) with units, labels and their whole configuration."""
+"""The data contract: tactile tensors (trial, sensor, time) with units, labels and their whole
+configuration.
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -9,7 +11,8 @@ if TYPE_CHECKING:
     from feeler.tensors.quantities import QUANTITIES, Quantity
     from feeler.tensors.scaling import rectify, scale_common
 
-_HOMES = {  # imported when first asked for: whoever reads a file in a process of its own needs none of it
+# imported when first asked for: whoever reads a file in a process of its own needs none of it
+_HOMES = {
     "QUANTITIES": "quantities",
     "Quantity": "quantities",
     "find_breaches": "contract",
@@ -19,7 +22,15 @@ _HOMES = {  # imported when first asked for: whoever reads a file in a process o
     "validate": "contract",
 }
 
-__all__ = ["QUANTITIES", "Quantity", "find_breaches", "make_tensors", "rectify", "scale_common", "validate"]
+__all__ = [
+    "QUANTITIES",
+    "Quantity",
+    "find_breaches",
+    "make_tensors",
+    "rectify",
+    "scale_common",
+    "validate",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -15,7 +15,9 @@ VIEWS = "feeler.plotting.dataset"  # named, not imported: who only analyses need
 
 @xr.register_dataset_accessor("feeler")
 class Views:
-    """Pictures, movies and postures of a Dataset of touches; ``feeler.touch`` and ``feeler.load`` bring it along."""
+    """Pictures, movies and postures of a Dataset of touches; ``feeler.touch`` and ``feeler.load``
+    bring it along.
+    """
 
     def __init__(self, tensors: xr.Dataset) -> None:
         self._tensors = tensors
@@ -33,11 +35,14 @@ class Views:
             return Antenna(**json.loads(self._tensors.attrs["configuration"])["antenna"])
         except (KeyError, TypeError, ValueError) as error:
             raise InvalidInput(
-                "this Dataset does not say what one antenna it was made with; hand it in: ds.feeler.posture(antenna)."
+                "this Dataset does not say what one antenna it was made with; hand it in:"
+                " ds.feeler.posture(antenna)."
             ) from error
 
     def posture(self, antenna: Antenna | None = None) -> xr.DataArray:
-        """Base, hinges and tip of every moment; see :func:`feeler.tensors.posture.reconstruct_posture`."""
+        """Base, hinges and tip of every moment; see
+        :func:`feeler.tensors.posture.reconstruct_posture`.
+        """
         from feeler.tensors.posture import reconstruct_posture
 
         return reconstruct_posture(self._tensors, self.antenna if antenna is None else antenna)
@@ -46,7 +51,13 @@ class Views:
         """One trial as an image, sensors from base to tip against time; gives the matplotlib Axes."""
         return resolve_name(f"{VIEWS}:plot_trial")(self._tensors, trial, variable, ax)
 
-    def movie(self, path: str | Path, trial: int = 0, antenna: Antenna | None = None, **how: Any) -> Path:
-        """One trial's moving antenna beside its growing tensor, as MP4 (extra ``movie``); ``slower`` and ``fps`` as elsewhere."""
+    def movie(
+        self, path: str | Path, trial: int = 0, antenna: Antenna | None = None, **how: Any
+    ) -> Path:
+        """One trial's moving antenna beside its growing tensor, as MP4 (extra ``movie``);
+        ``slower`` and ``fps`` as elsewhere.
+        """
         antenna = self.antenna if antenna is None else antenna
-        return resolve_name(f"{VIEWS}:write_trial_movie")(self._tensors, antenna, Path(path), trial, **how)
+        return resolve_name(f"{VIEWS}:write_trial_movie")(
+            self._tensors, antenna, Path(path), trial, **how
+        )

@@ -1,4 +1,6 @@
-"""ROS 2 recordings (MCAP): one topic of numbers as a table; opened in the guard's process, needs the extra ``ros``."""
+"""ROS 2 recordings (MCAP): one topic of numbers as a table; opened in the guard's process, needs
+the extra ``ros``.
+"""
 
 import os
 import re
@@ -19,9 +21,15 @@ NOTES = "feeler"  # the metadata record of a bag that says what a CSV's notes sa
 
 
 def find_bag(path: str | os.PathLike) -> tuple[str, str, str] | None:
-    """File or folder, topic and unit of ``run.mcap``, ``run.mcap:TOPIC`` or ``run.mcap:TOPIC:UNIT``; None for another file."""
+    """File or folder, topic and unit of ``run.mcap``, ``run.mcap:TOPIC`` or
+    ``run.mcap:TOPIC:UNIT``; None for another file.
+    """
     text = os.fspath(path)
-    match = None if os.path.exists(text) else re.fullmatch(r"(.+?\.mcap|[^:]+):([^:]*)(?::(\w*))?", text)
+    match = (
+        None
+        if os.path.exists(text)
+        else re.fullmatch(r"(.+?\.mcap|[^:]+):([^:]*)(?::(\w*))?", text)
+    )
     file, topic, unit = match.groups(default="") if match else (text, "", "")
     if os.path.isdir(file):
         return (file, topic, unit) if any(Path(file).glob("*.mcap")) else None
@@ -33,17 +41,20 @@ def find_bag(path: str | os.PathLike) -> tuple[str, str, str] | None:
 
 
 def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
-    """Time [ms] since the first message and a column per number, of the one topic of numbers or of the one that is named.
+    """Time [ms] since the first message and a column per number, of the one topic of numbers or of
+    the one that is named.
 
-    Topics of ``std_msgs`` arrays (one sample a message; the label of their dimension may be the unit) and of
-    ``sensor_msgs/msg/JointState`` (positions, in rad). A metadata record ``feeler`` holds what a CSV's notes hold.
+    Topics of ``std_msgs`` arrays (one sample a message; the label of their dimension may be the
+    unit) and of ``sensor_msgs/msg/JointState`` (positions, in rad). A metadata record ``feeler``
+    holds what a CSV's notes hold.
 
     Raises
     ------
     MissingExtra
         mcap or mcap-ros2-support is not installed.
     InvalidInput
-        No such topic (those that exist are named), several to choose from, messages of changing length, or a damaged file.
+        No such topic (those that exist are named), several to choose from, messages of changing
+        length, or a damaged file.
     """
     if find_spec("mcap_ros2") is None:
         raise MissingExtra("ROS 2 recordings need mcap: pip install 'feeler[ros]'.")
@@ -61,7 +72,9 @@ def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
 
 
 def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What the guard's process does: the numbers (message, channel) of a topic and their times [ns] since the first."""
+    """What the guard's process does: the numbers (message, channel) of a topic and their times [ns]
+    since the first.
+    """
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -75,9 +88,12 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
             summary = reader.get_summary()
             if summary is None or not summary.channels:
-                raise InvalidInput("it has no index: it was not closed, or is empty. `mcap recover` mends it.")
+                raise InvalidInput(
+                    "it has no index: it was not closed, or is empty. `mcap recover` mends it."
+                )
             kinds = {
-                c.topic: s.name if (s := summary.schemas.get(c.schema_id)) else "" for c in summary.channels.values()
+                c.topic: s.name if (s := summary.schemas.get(c.schema_id)) else ""
+                for c in summary.channels.values()
             }
             about["topic"] = chosen = _choose(kinds, topic)
             for record in reader.iter_metadata():
@@ -85,9 +101,13 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
             for item in reader.iter_decoded_messages(topics=[chosen]):
                 message = item.decoded_message
                 found, names, about["unit"] = _take(message, kinds[chosen], names)
-                if len(found) != len(rows[0] if rows else found) or not 0 < len(found) < MAX_COLUMNS:
+                if (
+                    len(found) != len(rows[0] if rows else found)
+                    or not 0 < len(found) < MAX_COLUMNS
+                ):
                     raise InvalidInput(
-                        f"message {len(rows)} of {chosen} holds {len(found)} numbers, others not as many."
+                        f"message {len(rows)} of {chosen} holds {len(found)} numbers, others not as"
+                        " many."
                     )
                 rows.append(found)
                 stamp = message.header.stamp if kinds[chosen] == JOINTS else None
@@ -114,7 +134,8 @@ def _choose(kinds: dict[str, str], topic: str) -> str:
     shown = ", ".join(f"{name} ({kind})" for name, kind in sorted(kinds.items())[:20])
     asked = f"no topic {topic!r} of numbers" if topic else f"{len(numeric)} topics of numbers"
     raise InvalidInput(
-        f"it has {asked}; it holds {shown}. Read are JointState and arrays of std_msgs; name one: run.mcap:TOPIC."
+        f"it has {asked}; it holds {shown}. Read are JointState and arrays of std_msgs; name one:"
+        " run.mcap:TOPIC."
     )
 
 
@@ -123,9 +144,13 @@ def _take(message: Any, kind: str, names: list[str]) -> tuple[Any, list[str], st
     if kind != JOINTS:
         dims = message.layout.dim
         if len(dims) > 1:
-            raise InvalidInput(f"its arrays have {len(dims)} dimensions; a message is one sample of all sensors.")
+            raise InvalidInput(
+                f"its arrays have {len(dims)} dimensions; a message is one sample of all sensors."
+            )
         return message.data, [], dims[0].label if dims else ""
     found = list(message.name)
     if names and found != names:
-        raise InvalidInput(f"its joints change from {', '.join(names[:12])} to {', '.join(found[:12])}.")
+        raise InvalidInput(
+            f"its joints change from {', '.join(names[:12])} to {', '.join(found[:12])}."
+        )
     return message.position, found, "rad"

@@ -9,7 +9,9 @@ MAX_DIFFERENCES = 5
 def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
     """Up to five places where two configurations differ, as ``name: stored → asked``."""
     if isinstance(stored, dict) and isinstance(asked, dict):
-        pairs = [(_join(name, key), stored.get(key), asked.get(key)) for key in sorted({*stored, *asked})]
+        pairs = [
+            (_join(name, key), stored.get(key), asked.get(key)) for key in sorted({*stored, *asked})
+        ]
     elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
         pairs = [(f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))]
     else:

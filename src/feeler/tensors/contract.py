@@ -28,7 +28,10 @@ def validate(dataset: xr.Dataset) -> xr.Dataset:
 def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
     """The Dataset, or one InvalidInput with all its breaches."""
     if breaches:
-        raise InvalidInput("not a valid set of tactile tensors:\n" + "\n".join(f"  - {breach}" for breach in breaches))
+        raise InvalidInput(
+            "not a valid set of tactile tensors:\n"
+            + "\n".join(f"  - {breach}" for breach in breaches)
+        )
     return dataset
 
 
@@ -36,11 +39,14 @@ def refuse(breaches: list[str], dataset: xr.Dataset) -> xr.Dataset:
 def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = True) -> list[str]:
     """What is wrong with a Dataset, in words; empty where nothing is.
 
-    With ``whole=False`` what is missing is no breach, as in a file of a single variable; with ``numbers=False`` the numbers
-    of variables, which a store reads when they are used, are left unread: labels, dims, types and units are looked at.
+    With ``whole=False`` what is missing is no breach, as in a file of a single variable; with
+    ``numbers=False`` the numbers of variables, which a store reads when they are used, are left
+    unread: labels, dims, types and units are looked at.
     """
     if whole and "angle" not in dataset:
-        return [f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"]
+        return [
+            f"variable 'angle' {DIMS} is missing; found {list(dataset.data_vars) or 'no variables'}"
+        ]
     breaches = _find_missing(dataset) if whole else []
     known = [name for name in map(str, dataset.variables) if name in QUANTITIES]
     for name in known:
@@ -50,7 +56,9 @@ def find_breaches(dataset: xr.Dataset, *, whole: bool = True, numbers: bool = Tr
         elif "axis" in dims and dataset.sizes["axis"] != 2:
             breaches.append(f"'{name}' must have 2 axes, got {dataset.sizes['axis']}")
     unread = set() if numbers else set(map(str, dataset.data_vars))
-    return breaches or [words for name in known for words in _find_value_breaches(dataset, name, name in unread)]
+    return breaches or [
+        words for name in known for words in _find_value_breaches(dataset, name, name in unread)
+    ]
 
 
 def _find_missing(dataset: xr.Dataset) -> list[str]:
@@ -83,5 +91,9 @@ def _is_number(item: xr.DataArray) -> bool:
 def _is_finite(item: xr.DataArray) -> bool:
     """Whether every value is finite, looked at block by block."""
     rows = max(1, BLOCK * item.shape[0] // max(item.nbytes, 1)) if item.ndim else 1
-    blocks = (item[start : start + rows] for start in range(0, item.shape[0], rows)) if item.ndim else (item,)
+    blocks = (
+        (item[start : start + rows] for start in range(0, item.shape[0], rows))
+        if item.ndim
+        else (item,)
+    )
     return all(bool(np.isfinite(block.values).all()) for block in blocks)

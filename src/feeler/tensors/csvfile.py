@@ -1,4 +1,6 @@
-"""One tensor as CSV: notes above, then time and one column per sensor; every number to its last digit."""
+"""One tensor as CSV: notes above, then time and one column per sensor; every number to its last
+digit.
+"""
 
 import csv
 import io
@@ -22,16 +24,22 @@ MAX_CELLS = 4_000_000  # [C] a tensor of 56 sensors and a minute
 COLUMN_UNITS = {"rad": "rad", "1/mm": "per_mm"}
 
 
-def save_csv(dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0) -> None:
+def save_csv(
+    dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "angle", trial: int = 0
+) -> None:
     """Write one variable (trial, sensor, time) of one trial.
 
-    Line 1 says what the file is; the notes below it are the trial's labels, one ``# name: value`` each, and one line of
-    JSON that restores the Dataset; then a header row ``time_ms, sensor1_rad, …`` and one row per sample.
+    Line 1 says what the file is; the notes below it are the trial's labels, one ``# name: value``
+    each, and one line of JSON that restores the Dataset; then a header row ``time_ms, sensor1_rad,
+    …`` and one row per sample.
     """
     if variable not in dataset or dataset[variable].dims != ("trial", "sensor", "time"):
-        valid = [str(name) for name, item in dataset.items() if item.dims == ("trial", "sensor", "time")]
+        valid = [
+            str(name) for name, item in dataset.items() if item.dims == ("trial", "sensor", "time")
+        ]
         raise InvalidInput(
-            f"no tensor {variable!r} of dims (trial, sensor, time); valid: {', '.join(valid) or 'none'}."
+            f"no tensor {variable!r} of dims (trial, sensor, time); valid:"
+            f" {', '.join(valid) or 'none'}."
         )
     if not 0 <= trial < dataset.sizes["trial"]:
         raise InvalidInput(f"trial must lie in 0 … {dataset.sizes['trial'] - 1}, got {trial}.")
@@ -62,40 +70,59 @@ def save_csv(dataset: xr.Dataset, path: str | os.PathLike, *, variable: str = "a
 
 def exact_numbers(dataset: xr.Dataset) -> dict[str, list]:
     """Every number of a Dataset's variables in JSON's types, flat; see :func:`restore_numbers`."""
-    numbers = {str(name): item for name, item in dataset.variables.items() if item.dtype.kind not in "UOT"}
+    numbers = {
+        str(name): item for name, item in dataset.variables.items() if item.dtype.kind not in "UOT"
+    }
     return {name: make_plain(item.values.ravel()) for name, item in numbers.items()}
 
 
 def load_csv(path: str | os.PathLike, limits: Limits | None = None) -> xr.Dataset:
-    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by feeler.robot instead."""
+    """The Dataset of one trial in a file that :func:`save_csv` wrote; a recording is read by
+    feeler.robot instead.
+    """
     limits = find_limits(limits)
     return parse_csv(read_bytes(path, MAX_TEXT), Path(path).name, limits)
 
 
 def parse_csv(raw: bytes, source: str, limits: Limits) -> xr.Dataset:
     """As :func:`load_csv`, from bytes."""
-    if raw.count(b",") + raw.count(b"\n") > MAX_CELLS:  # before anything is split: each piece costs ten times its bytes
-        raise InvalidInput(f"{source} has more than {MAX_CELLS:,} cells. Keep large sets as NetCDF.")
+    if (
+        raw.count(b",") + raw.count(b"\n") > MAX_CELLS
+    ):  # before anything is split: each piece costs ten times its bytes
+        raise InvalidInput(
+            f"{source} has more than {MAX_CELLS:,} cells. Keep large sets as NetCDF."
+        )
     try:
         lines = raw.decode("utf-8-sig").replace("\r\n", "\n").split("\n")
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{source} is not UTF-8 text (byte {error.start}).") from error
     if lines[0].strip() != MAGIC:
         raise InvalidInput(
-            f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with load_recording."
+            f"{source} is no tensor of feeler (line 1 is not {MAGIC!r}). Read recordings with"
+            " load_recording."
         )
     notes = [line for line in lines if line.startswith(DESCRIPTION)]
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    rows = [
+        (number, line)
+        for number, line in enumerate(lines, 1)
+        if line.strip() and not line.startswith("#")
+    ]
     if len(notes) != 1 or len(rows) < 2:
-        raise InvalidInput(f"{source} is damaged: it needs one line {DESCRIPTION.strip()!r}, a header and samples.")
-    content = parse_json(notes[0][len(DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}")
+        raise InvalidInput(
+            f"{source} is damaged: it needs one line {DESCRIPTION.strip()!r}, a header and samples."
+        )
+    content = parse_json(
+        notes[0][len(DESCRIPTION) :].encode("utf-8", "replace"), f"the description in {source}"
+    )
     values = _numbers(rows, source, limits)
     try:
         return _assemble(content, values, source)
     except InvalidInput:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InvalidInput(f"{source} is damaged: its description does not fit ({str(error)[:100]}).") from error
+        raise InvalidInput(
+            f"{source} is damaged: its description does not fit ({str(error)[:100]})."
+        ) from error
 
 
 def _numbers(rows: list[tuple[int, str]], source: str, limits: Limits) -> np.ndarray:
@@ -106,7 +133,9 @@ def _numbers(rows: list[tuple[int, str]], source: str, limits: Limits) -> np.nda
     for row, (number, line) in enumerate(rows[1:]):
         cells = line.split(",")
         if len(cells) != width:
-            raise InvalidInput(f"{source} line {number}: {len(cells)} cells where the header has {width}.")
+            raise InvalidInput(
+                f"{source} line {number}: {len(cells)} cells where the header has {width}."
+            )
         try:
             values[row] = [float(cell) for cell in cells]
         except ValueError as error:
@@ -115,13 +144,20 @@ def _numbers(rows: list[tuple[int, str]], source: str, limits: Limits) -> np.nda
 
 
 def restore_numbers(numbers: dict[str, list]) -> dict[str, np.ndarray]:
-    """Arrays from what :func:`exact_numbers` gave; whole numbers stay whole, since above 2^53 no float is exact."""
+    """Arrays from what :func:`exact_numbers` gave; whole numbers stay whole, since above 2^53 no
+    float is exact.
+    """
     whole = {name: all(isinstance(x, int) for x in item) for name, item in numbers.items()}
-    return {name: np.array(item if whole[name] else [float(x) for x in item]) for name, item in numbers.items()}
+    return {
+        name: np.array(item if whole[name] else [float(x) for x in item])
+        for name, item in numbers.items()
+    }
 
 
 def _assemble(content: dict, values: np.ndarray, source: str) -> xr.Dataset:
     rest = restore(content["rest"], restore_numbers(content["numbers"]), source)
-    tensor = xr.Variable(("trial", "sensor", "time"), values[:, 1:].T[None], dict(content["attributes"]))
+    tensor = xr.Variable(
+        ("trial", "sensor", "time"), values[:, 1:].T[None], dict(content["attributes"])
+    )
     time = xr.Variable("time", values[:, 0], dict(content["time"]))
     return rest.assign({str(content["variable"]): tensor}).assign_coords(time=time)

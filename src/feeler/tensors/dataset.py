@@ -34,17 +34,18 @@ def make_tensors(
     time
         (time,) [ms].
     segment, position, segment_length
-        Per sensor: hinge number, arc length over antenna length, and length [mm] of the segment it carries.
+        Per sensor: hinge number, arc length over antenna length, and length [mm] of the segment it
+        carries.
     trials
-        Coordinates, one value per trial: ``feature, size, location, speed, antenna, source, seed`` and any others;
-        ``trial`` are their numbers, by default from 0.
+        Coordinates, one value per trial: ``feature, size, location, speed, antenna, source, seed``
+        and any others; ``trial`` are their numbers, by default from 0.
     attrs
         ``configuration`` and whatever else should travel; mappings are stored as JSON.
     dtype
         Type of the variables, ``float64`` or ``float32``.
     quantities
-        Values by the names of :data:`feeler.tensors.quantities.QUANTITIES`, in their dims and units: ``angle``
-        (trial, sensor, time) [rad], and ``tip``, ``force`` … where there are any.
+        Values by the names of :data:`feeler.tensors.quantities.QUANTITIES`, in their dims and
+        units: ``angle`` (trial, sensor, time) [rad], and ``tip``, ``force`` … where there are any.
 
     Returns
     -------
@@ -53,10 +54,17 @@ def make_tensors(
     """
     missing = [name for name in list_required("trial") if name not in trials]
     if missing:
-        raise InvalidInput(f"trials lacks {', '.join(missing)}; each trial needs {', '.join(list_required('trial'))}.")
+        raise InvalidInput(
+            f"trials lacks {', '.join(missing)}; each trial needs"
+            f" {', '.join(list_required('trial'))}."
+        )
     if quantities.get("angle") is None:
         raise InvalidInput("the tensors need angle= (trial, sensor, time) [rad].")
-    given = {name: np.asarray(values, dtype=dtype) for name, values in quantities.items() if values is not None}
+    given = {
+        name: np.asarray(values, dtype=dtype)
+        for name, values in quantities.items()
+        if values is not None
+    }
     length = np.asarray(segment_length, dtype=float)
     given.setdefault("curvature", derive_curvature(given["angle"], length[:, None]).astype(dtype))
     variables = {name: (QUANTITIES[name].dims, values) for name, values in given.items()}
@@ -84,14 +92,16 @@ def make_motion_tensors(
     dtype: str = "float64",
     **given: np.ndarray,
 ) -> xr.Dataset:
-    """The Dataset of motions of one antenna: every quantity of ``save`` that can be made from a motion.
+    """The Dataset of motions of one antenna: every quantity of ``save`` that can be made from a
+    motion.
 
     Parameters
     ----------
     antenna, motions
         One motion per trial, all sampled at the same times; the antenna's sensors are recorded.
     save
-        Names of quantities; default all that the motions have, but the optional ones. ``angle`` is always there.
+        Names of quantities; default all that the motions have, but the optional ones. ``angle`` is
+        always there.
     given
         Quantities made otherwise, which take the place of those made from the motions.
     """
@@ -100,7 +110,11 @@ def make_motion_tensors(
 
 
 def reduce_motion(
-    antenna: Any, motion: Any, save: Sequence[str] | None = None, dtype: str = "float64", without: Iterable[str] = ()
+    antenna: Any,
+    motion: Any,
+    save: Sequence[str] | None = None,
+    dtype: str = "float64",
+    without: Iterable[str] = (),
 ) -> dict[str, np.ndarray]:
     """What is kept of one motion: values by name, dims as in the contract without ``trial``.
 
@@ -109,20 +123,30 @@ def reduce_motion(
     InvalidInput
         ``save`` names a quantity that the motion does not have.
     """
-    wanted = {name: QUANTITIES[name].make for name in choose_quantities(save) if name not in without}
+    wanted = {
+        name: QUANTITIES[name].make for name in choose_quantities(save) if name not in without
+    }
     values = {name: make(antenna, motion) for name, make in wanted.items()}  # type: ignore[misc]
     absent = [name for name in save or () if name in values and values[name] is None]
     if absent:
-        raise InvalidInput(f"this engine's motions have no {', '.join(absent)}; leave it out of save=.")
-    return {name: np.array(value, dtype=dtype) for name, value in values.items() if value is not None}
+        raise InvalidInput(
+            f"this engine's motions have no {', '.join(absent)}; leave it out of save=."
+        )
+    return {
+        name: np.array(value, dtype=dtype) for name, value in values.items() if value is not None
+    }
 
 
 def stack_readings(
     antenna: Any, time: np.ndarray, readings: Sequence[Mapping[str, np.ndarray]], **fields: Any
 ) -> xr.Dataset:
-    """The Dataset of what :func:`reduce_motion` kept of several motions; ``fields`` go to :func:`make_tensors`."""
+    """The Dataset of what :func:`reduce_motion` kept of several motions; ``fields`` go to
+    :func:`make_tensors`.
+    """
     index = antenna.sensors - 1
-    stacked: dict[str, Any] = {name: np.stack([reading[name] for reading in readings]) for name in readings[0]}
+    stacked: dict[str, Any] = {
+        name: np.stack([reading[name] for reading in readings]) for name in readings[0]
+    }
     kinds = [values.dtype.name for values in stacked.values()]
     return make_tensors(
         time=time,
@@ -136,11 +160,17 @@ def stack_readings(
 
 
 def choose_quantities(save: Sequence[str] | None) -> list[str]:
-    """Names of the quantities to be made from motions; an unknown name in ``save`` is an InvalidInput."""
+    """Names of the quantities to be made from motions; an unknown name in ``save`` is an
+    InvalidInput.
+    """
     if isinstance(save, str):
-        raise InvalidInput(f"save must be a list of names, got the text {save!r}; write save=({save!r},).")
+        raise InvalidInput(
+            f"save must be a list of names, got the text {save!r}; write save=({save!r},)."
+        )
     if save is None:
-        return [name for name, quantity in QUANTITIES.items() if quantity.make and not quantity.optional]
+        return [
+            name for name, quantity in QUANTITIES.items() if quantity.make and not quantity.optional
+        ]
     for name in save:
         if QUANTITIES[name].coordinate:
             raise InvalidInput(f"{name!r} is a coordinate and always saved; save= names variables.")
@@ -160,7 +190,11 @@ def label_units(dataset: xr.Dataset) -> xr.Dataset:
 
 def _plain(attrs: Mapping[str, object]) -> dict[str, object]:
     return {
-        name: json.dumps(value, sort_keys=True) if isinstance(value, Mapping | list | tuple) else value
+        name: (
+            json.dumps(value, sort_keys=True)
+            if isinstance(value, Mapping | list | tuple)
+            else value
+        )
         for name, value in attrs.items()
     }
 

@@ -1,4 +1,6 @@
-"""Writing so that it lasts: a file is complete under its name or absent, and a finished one survives a power cut."""
+"""Writing so that it lasts: a file is complete under its name or absent, and a finished one
+survives a power cut.
+"""
 
 import contextlib
 import errno
@@ -23,9 +25,11 @@ def write_synced(path: Path, data: bytes) -> None:
 
 
 def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
-    """Write ``data`` under another name, wait for the disk, rename, wait again: whole or absent at any moment.
+    """Write ``data`` under another name, wait for the disk, rename, wait again: whole or absent at
+    any moment.
 
-    ``durable=False`` does not wait: whole or absent still if the process is killed, but not if the power fails.
+    ``durable=False`` does not wait: whole or absent still if the process is killed, but not if the
+    power fails.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{TEMPORARY}")
@@ -43,7 +47,8 @@ def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
 
 
 def check_room(path: Path, n_bytes: int, what: str) -> None:
-    """Refuse what will not find room on the disk; numbers of touches shrink by a tenth or more when they are compressed.
+    """Refuse what will not find room on the disk; numbers of touches shrink by a tenth or more when
+    they are compressed.
 
     Raises
     ------
@@ -53,8 +58,9 @@ def check_room(path: Path, n_bytes: int, what: str) -> None:
     free = shutil.disk_usage(path if path.exists() else path.absolute().parent).free
     if LEAST_SHARE * n_bytes > free:
         raise StoreError(
-            f"{what} need about {n_bytes / 2**30:.3g} GiB at {path}, where {free / 2**30:.3g} GiB are free. Free some space, or "
-            'ask for fewer trials, for save=("angle",) or for dtype="float32".'
+            f"{what} need about {n_bytes / 2**30:.3g} GiB at {path}, where {free / 2**30:.3g} GiB"
+            ' are free. Free some space, or ask for fewer trials, for save=("angle",) or for'
+            ' dtype="float32".'
         )
 
 
@@ -62,7 +68,9 @@ def measure_folder(folder: Path) -> int:
     """Bytes of all files in a folder and in those within it."""
     entries = [*os.scandir(folder)]
     files = sum(entry.stat().st_size for entry in entries if entry.is_file(follow_symlinks=False))
-    return files + sum(measure_folder(Path(entry.path)) for entry in entries if entry.is_dir(follow_symlinks=False))
+    return files + sum(
+        measure_folder(Path(entry.path)) for entry in entries if entry.is_dir(follow_symlinks=False)
+    )
 
 
 def sync_folder(folder: Path) -> None:
@@ -102,4 +110,6 @@ def explain(path: Path, state: str = "nothing is lost") -> Iterator[None]:
                 f"no room left for the store {path} ({room / 2**20:.1f} MiB free): {state}. "
                 "Free some space and run the same command again; it goes on where it stopped."
             ) from error
-        raise StoreError(f"cannot write the store {path}: {error.strerror or error}; {state}.") from error
+        raise StoreError(
+            f"cannot write the store {path}: {error.strerror or error}; {state}."
+        ) from error

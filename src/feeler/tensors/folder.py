@@ -1,4 +1,6 @@
-"""The folder of a store: made, swept of what a killed process left, and looked through for what is whole and fits."""
+"""The folder of a store: made, swept of what a killed process left, and looked through for what is
+whole and fits.
+"""
 
 import os
 import warnings
@@ -8,13 +10,23 @@ from feeler.errors import InvalidInput, StoreError
 from feeler.tensors.configuration import find_differences
 from feeler.tensors.disk import TEMPORARY, sync_folder
 from feeler.tensors.reading import list_folder
-from feeler.tensors.records import PROGRESS, Label, Record, check_shards, find_groups, read_record, record_path
+from feeler.tensors.records import (
+    PROGRESS,
+    Label,
+    Record,
+    check_shards,
+    find_groups,
+    read_record,
+    record_path,
+)
 
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 
 
 def find_intact(path: Path, label: Label) -> dict[int, Record]:
-    """Records of groups that can be read; a damaged group is announced and its record removed: it is computed again."""
+    """Records of groups that can be read; a damaged group is announced and its record removed: it
+    is computed again.
+    """
     records = {}
     for group in find_groups(path):
         try:
@@ -35,7 +47,10 @@ def make_folder(path: Path) -> None:
     if path.exists() and not (path / PROGRESS).is_dir():
         foreign = [entry.name for entry in list_folder(path) if not _is_temporary(entry.name)]
         if foreign:
-            raise StoreError(f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new folder.")
+            raise StoreError(
+                f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
+                " folder."
+            )
     (path / PROGRESS).mkdir(parents=True, exist_ok=True)
     sync_folder(path)
     sync_folder(path.absolute().parent)
@@ -60,8 +75,9 @@ def check_configuration(path: Path, stored: Label, asked: Label) -> None:
         differences.insert(0, f"number of trials: {stored.n_trials} → {asked.n_trials}")
     if differences and all(words.startswith(ORIGIN) for words in differences):
         raise StoreError(
-            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old and new trials "
-            "might not fit together. Finish it with the code that began it, or use a new store; feeler.load reads it."
+            f"the store {path} was made by other code (stored → now): {'; '.join(differences)}. Old"
+            " and new trials might not fit together. Finish it with the code that began it, or use"
+            " a new store; feeler.load reads it."
         )
     if differences:
         raise differ(path, differences)
@@ -70,6 +86,6 @@ def check_configuration(path: Path, stored: Label, asked: Label) -> None:
 def differ(path: Path, differences: list[str]) -> StoreError:
     """The error that names what differs."""
     return StoreError(
-        f"the store {path} was made by another configuration (stored → asked): {'; '.join(differences)}. "
-        "Use a new store, or the stored configuration."
+        f"the store {path} was made by another configuration (stored → asked):"
+        f" {'; '.join(differences)}. Use a new store, or the stored configuration."
     )

@@ -1,6 +1,8 @@
-"""Formats: every kind of file that feeler knows, one record each; ``load``, ``save`` and ``info`` go through them.
+"""Formats: every kind of file that feeler knows, one record each; ``load``, ``save`` and ``info``
+go through them.
 
-A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the package.
+A new one is one entry here, or one ``FORMATS.register(name, Format(...))`` from outside the
+package.
 """
 
 import inspect
@@ -34,7 +36,9 @@ class Format:
     detect: Callable[[Path, bytes], bool]
     """Whether the file, or folder, at the path is one; the second argument is how a file begins."""
     load: Callable[..., Any]
-    """``load(path, limits, trusted)`` gives the content; feeler's own readers go through the guard unless trusted."""
+    """``load(path, limits, trusted)`` gives the content; feeler's own readers go through the guard
+    unless trusted.
+    """
     save: Callable[..., None] | None = None
     """``save(dataset, path, **options)``."""
     describe: Callable[[Path], list[str]] | None = None
@@ -62,7 +66,10 @@ _HINTS = {
     b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
     b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",
     b"\x80": "a Python pickle, which can run programs when opened: it is never read",
-    b"\x89MCAP": "a ROS 2 recording (MCAP): feeler robot check and convert read it, feeler convert makes it a CSV",
+    b"\x89MCAP": (
+        "a ROS 2 recording (MCAP): feeler robot check and convert read it, feeler convert makes it"
+        " a CSV"
+    ),
     b"MATLAB 7.3": "MATLAB -v7.3: save it with '-v7', or as NetCDF",
 }
 
@@ -76,8 +83,15 @@ def detect(path: str | os.PathLike) -> str:
             return name
     hint = next((words for magic, words in _HINTS.items() if start.startswith(magic)), "")
     known = ", ".join(form.words for form in FORMATS.values())
-    others = "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate --data"
-    raise InvalidInput(f"{path.name} is {hint}." if hint else f"{path.name} is no file of feeler ({known}). {others}.")
+    others = (
+        "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate"
+        " --data"
+    )
+    raise InvalidInput(
+        f"{path.name} is {hint}."
+        if hint
+        else f"{path.name} is no file of feeler ({known}). {others}."
+    )
 
 
 def _read_start(path: Path) -> bytes:
@@ -90,16 +104,21 @@ def _read_start(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
-        raise InvalidInput(f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}.") from error
+        raise InvalidInput(
+            f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}."
+        ) from error
 
 
 @checked
-def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False) -> xr.Dataset:
+def load(
+    path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool = False
+) -> xr.Dataset:
     """A Dataset from a store, Zarr v3 group, NetCDF-4, NWB, MATLAB or CSV file.
 
-    A store is opened lazily: its labels must keep the data contract now, its numbers are read when they are used
-    (``feeler validate`` holds them against their digests). Every other file is read by its library in a process of its own,
-    with limits on memory and time, and what comes back must keep the data contract in all that the contract knows.
+    A store is opened lazily: its labels must keep the data contract now, its numbers are read when
+    they are used (``feeler validate`` holds them against their digests). Every other file is read
+    by its library in a process of its own, with limits on memory and time, and what comes back must
+    keep the data contract in all that the contract knows.
 
     Parameters
     ----------
@@ -124,15 +143,17 @@ def load(path: str | os.PathLike, limits: Limits | None = None, *, trusted: bool
 
 @checked
 def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> None:
-    """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a registered one.
+    """Write a Dataset; the ending chooses ``.zarr``, ``.nc``, ``.mat``, ``.csv``, ``.nwb`` or a
+    registered one.
 
-    CSV holds one tensor (``variable=``, ``trial=``), NWB asks for ``session_start=`` and ``identifier=``. Every
-    kind carries configuration, units, versions and licence.
+    CSV holds one tensor (``variable=``, ``trial=``), NWB asks for ``session_start=`` and
+    ``identifier=``. Every kind carries configuration, units, versions and licence.
 
     Raises
     ------
     InvalidInput
-        Another ending, options that the kind lacks or does not know, or a Dataset that it cannot hold.
+        Another ending, options that the kind lacks or does not know, or a Dataset that it cannot
+        hold.
     """
     suffix = Path(path).suffix.lower()
     write = find_writer(suffix)
@@ -140,7 +161,9 @@ def save(dataset: xr.Dataset, path: str | os.PathLike, **options: object) -> Non
         inspect.signature(write).bind(dataset, path, **options)
     except TypeError as error:
         wanted = ", ".join(f"{name}=" for name in list_options(suffix)) or "no options"
-        raise InvalidInput(f"cannot write {suffix} with these options ({error}); it takes {wanted}.") from None
+        raise InvalidInput(
+            f"cannot write {suffix} with these options ({error}); it takes {wanted}."
+        ) from None
     write(dataset, path, **options)
 
 

@@ -1,4 +1,6 @@
-"""One group of trials on its way into a store; its shards may be written by any worker that sees the folder."""
+"""One group of trials on its way into a store; its shards may be written by any worker that sees
+the folder.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +19,9 @@ from feeler.tensors.shards import empty, encode_shard, find_key
 
 @dataclass(frozen=True, kw_only=True)
 class StoredGroup:
-    """A group whose shards are on disk; its trials are finished when the store has written its record."""
+    """A group whose shards are on disk; its trials are finished when the store has written its
+    record.
+    """
 
     layout: Layout
     record: Record
@@ -25,7 +29,9 @@ class StoredGroup:
     """What its shards take on disk."""
 
 
-def write_group(path: Path, size: int, indices: Sequence[int], trials: xr.Dataset, made: Sequence[Any]) -> StoredGroup:
+def write_group(
+    path: Path, size: int, indices: Sequence[int], trials: xr.Dataset, made: Sequence[Any]
+) -> StoredGroup:
     """Write the shards of a group that the store does not hold yet.
 
     Raises
@@ -35,13 +41,18 @@ def write_group(path: Path, size: int, indices: Sequence[int], trials: xr.Datase
     """
     if not (path / PROGRESS).is_dir():
         raise StoreError(
-            f"this worker sees no store at {path}. The folder must be shared by all workers, under one name."
+            f"this worker sees no store at {path}. The folder must be shared by all workers, under"
+            " one name."
         )
     layout = make_layout(trials)
-    with explain(path, f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe"):
+    with explain(
+        path, f"trials {min(indices)} to {max(indices)} are not stored; the finished ones are safe"
+    ):
         for name in layout.variables:
             (path / name).mkdir(exist_ok=True)
-        shards = {name: encode_rows(layout, name, size, indices, trials) for name in layout.variables}
+        shards = {
+            name: encode_rows(layout, name, size, indices, trials) for name in layout.variables
+        }
         record = make_record(layout, size, indices, trials, made, shards)
         for name, raw in shards.items():
             write_atomic(path / name / find_key(record.group, layout.variables[name]), raw)
@@ -75,7 +86,9 @@ def encode_rows(
     trials: xr.Dataset,
     held: tuple[Sequence[int], np.ndarray] | None = None,
 ) -> bytes:
-    """The bytes of a group's shard: these trials, and those it holds already (their rows and values)."""
+    """The bytes of a group's shard: these trials, and those it holds already (their rows and
+    values).
+    """
     item = layout.variables[name]
     values = empty(item, size)
     if held is not None:

@@ -21,7 +21,9 @@ LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
 
 
 def describe_file(path: str | os.PathLike, limits: Limits | None = None) -> list[str]:
-    """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration, versions, licence."""
+    """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration,
+    versions, licence.
+    """
     path, form = Path(path), FORMATS[detect(path)]
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
     content = form.glance(path) if form.glance else form.load(path, find_limits(limits), False)
@@ -32,7 +34,9 @@ def _describe_dataset(dataset: xr.Dataset) -> list[str]:
     lines = ["sizes       " + ", ".join(f"{name} {size}" for name, size in dataset.sizes.items())]
     for name, item in dataset.data_vars.items():
         unit = item.attrs.get("units", "no unit")
-        lines.append(f"{name:12}({', '.join(map(str, item.dims))}) [{unit}] {_find_spread(item)}".rstrip())
+        lines.append(
+            f"{name:12}({', '.join(map(str, item.dims))}) [{unit}] {_find_spread(item)}".rstrip()
+        )
     for name, item in dataset.coords.items():
         unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
         lines.append(f"{name:12}{_summarise(item.values)}{unit}")
@@ -49,7 +53,9 @@ def _find_spread(item: xr.DataArray) -> str:
 def _summarise(values: np.ndarray) -> str:
     distinct = np.unique(values)
     if distinct.size <= MAX_VALUES:
-        return ", ".join(f"{value:g}" if values.dtype.kind in "fiu" else str(value) for value in distinct)
+        return ", ".join(
+            f"{value:g}" if values.dtype.kind in "fiu" else str(value) for value in distinct
+        )
     return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
 
 
@@ -57,20 +63,28 @@ def _describe_antenna(file: AntennaFile) -> list[str]:
     antenna = file.antenna
     lines = [
         f"name        {antenna.name}",
-        f"segments    {antenna.n_segments}, {antenna.length:g} mm, {antenna.segment_mass.sum() * 1e3:g} mg",
+        (
+            f"segments    {antenna.n_segments}, {antenna.length:g} mm,"
+            f" {antenna.segment_mass.sum() * 1e3:g} mg"
+        ),
         f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
         f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
         f"sensors     {antenna.sensors.size}",
     ]
     return lines + [
-        f"source      {name}: [{item.tag}] {item.reference} {item.note}" for name, item in file.sources.items()
+        f"source      {name}: [{item.tag}] {item.reference} {item.note}"
+        for name, item in file.sources.items()
     ]
 
 
 def _describe_model(model: Model) -> list[str]:
     arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
     made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
-    return [f"kind {model.kind}, version {model.version}, by {made}", *arrays, f"settings {_short(model.settings)}"]
+    return [
+        f"kind {model.kind}, version {model.version}, by {made}",
+        *arrays,
+        f"settings {_short(model.settings)}",
+    ]
 
 
 DESCRIBE: dict[str, Callable[[Any], list[str]]] = {

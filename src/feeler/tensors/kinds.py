@@ -21,7 +21,9 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def guarded(function: str) -> Callable[[Path, Limits, bool], xr.Dataset]:
-    """A loader that lets the guard call ``function`` (``"module:name"``), which gives what ``plain.describe`` gives."""
+    """A loader that lets the guard call ``function`` (``"module:name"``), which gives what
+    ``plain.describe`` gives.
+    """
 
     def load(path: Path, limits: Limits, trusted: bool) -> xr.Dataset:
         return restore(*open_guarded(function, path, limits, trusted=trusted), path.name)
@@ -48,7 +50,9 @@ STORE = Format(
     find_damage=stored.find_damage,
 )
 ZARR = Format(
-    words="Zarr v3 group", detect=lambda path, start: path.is_dir(), load=guarded("feeler.tensors.readers:read_zarr")
+    words="Zarr v3 group",
+    detect=lambda path, start: path.is_dir(),
+    load=guarded("feeler.tensors.readers:read_zarr"),
 )
 NWB = Format(
     words="NWB file (HDF5)",

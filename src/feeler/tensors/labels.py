@@ -6,8 +6,12 @@ import numpy as np
 import xarray as xr
 
 
-def label_like(values: np.ndarray, given: Any, dims: tuple[str, ...], name: str, **attrs: object) -> Any:
-    """``values`` with these dims and the coordinates of ``given`` along them; plain where ``given`` is plain."""
+def label_like(
+    values: np.ndarray, given: Any, dims: tuple[str, ...], name: str, **attrs: object
+) -> Any:
+    """``values`` with these dims and the coordinates of ``given`` along them; plain where ``given``
+    is plain.
+    """
     if not isinstance(given, xr.DataArray):
         return values
     sizes = dict(zip(dims, values.shape, strict=True))
@@ -20,5 +24,7 @@ def label_like(values: np.ndarray, given: Any, dims: tuple[str, ...], name: str,
 
 
 def label_pairs(matrix: np.ndarray, given: Any, name: str) -> Any:
-    """A matrix over all pairs of trials: dims (trial, other), with the trials' own coordinates along ``trial``."""
+    """A matrix over all pairs of trials: dims (trial, other), with the trials' own coordinates
+    along ``trial``.
+    """
     return label_like(matrix, given, ("trial", "other"), name)

@@ -1,7 +1,8 @@
 """MATLAB files, version 5, by SciPy.
 
-In MATLAB each variable has its Dataset's name; ``angle`` is (trial, sensor, time), vectors are rows, texts are char
-matrices with one row per entry, and ``feeler_description`` is JSON with dims, units, types and all attributes.
+In MATLAB each variable has its Dataset's name; ``angle`` is (trial, sensor, time), vectors are
+rows, texts are char matrices with one row per entry, and ``feeler_description`` is JSON with dims,
+units, types and all attributes.
 """
 
 import io
@@ -25,7 +26,9 @@ def save_mat(dataset: xr.Dataset, path: str | os.PathLike) -> None:
     content: dict[str, object] = {}
     for name, variable in dataset.variables.items():
         if variable.nbytes > MAX_VARIABLE:
-            raise InvalidInput(f"{name} takes {variable.nbytes:,} bytes; a version 5 file holds 2 GiB. Use NetCDF.")
+            raise InvalidInput(
+                f"{name} takes {variable.nbytes:,} bytes; a version 5 file holds 2 GiB. Use NetCDF."
+            )
         text = variable.dtype.kind in "UOT"
         content[str(name)] = variable.values.astype(str).ravel() if text else variable.values
     content[DESCRIPTION] = describe(dataset)

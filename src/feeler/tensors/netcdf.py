@@ -36,7 +36,9 @@ def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
         plain.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
         os.replace(temporary, path)
     except OSError as error:
-        raise InvalidInput(f"cannot write {path}: {_explain(error)}. Check the folder and the room left.") from error
+        raise InvalidInput(
+            f"cannot write {path}: {_explain(error)}. Check the folder and the room left."
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -1,4 +1,6 @@
-"""Neurodata Without Borders: one TimeSeries per variable and trial; needs the extra ``nwb`` to write."""
+"""Neurodata Without Borders: one TimeSeries per variable and trial; needs the extra ``nwb`` to
+write.
+"""
 
 import json
 import os
@@ -15,7 +17,9 @@ from feeler.tensors.csvfile import exact_numbers
 from feeler.tensors.plain import complete, describe
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
-UNIDENTIFIED = "http://purl.obolibrary.org/obo/NCBITaxon_32644"  # NCBI's taxon "unidentified": a model has no species
+UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
+    "http://purl.obolibrary.org/obo/NCBITaxon_32644"
+)
 SEXES = ("M", "F", "U", "O")
 
 
@@ -32,11 +36,12 @@ def save_nwb(
     experimenter: str = "",
     institution: str = "",
 ) -> None:
-    """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials, and the notes.
+    """Write a Dataset as NWB: acquisition ``angle_000000`` … of shape (time, …), a table of trials,
+    and the notes.
 
-    All trials share the session's clock: trial k starts at k · (its length + 1 s), because a Dataset does not hold when it
-    was recorded, and points at its series. nwbinspector finds nothing critical and no violation; what it suggests beside is
-    given by the words below.
+    All trials share the session's clock: trial k starts at k · (its length + 1 s), because a
+    Dataset does not hold when it was recorded, and points at its series. nwbinspector finds nothing
+    critical and no violation; what it suggests beside is given by the words below.
 
     Parameters
     ----------
@@ -45,9 +50,9 @@ def save_nwb(
     identifier
         A name that no other NWB file of yours has.
     subject, species, sex, age
-        Who was recorded: an id, a Latin name such as ``Periplaneta americana``, M, F, U or O, and an age such as ``P90D``.
-        Without them the subject is the antenna's name, of unknown sex and age (``P0D/``) and NCBI's taxon "unidentified": a
-        model is no animal.
+        Who was recorded: an id, a Latin name such as ``Periplaneta americana``, M, F, U or O, and
+        an age such as ``P90D``. Without them the subject is the antenna's name, of unknown sex and
+        age (``P0D/``) and NCBI's taxon "unidentified": a model is no animal.
     experimenter, institution
         As ``Family, Given``, and a name; left out where empty.
 
@@ -60,16 +65,32 @@ def save_nwb(
     """
     require_pynwb()
     dataset = complete(dataset)
-    series = [str(name) for name, item in dataset.variables.items() if {"trial", "time"} <= set(item.dims)]
+    series = [
+        str(name) for name, item in dataset.variables.items() if {"trial", "time"} <= set(item.dims)
+    ]
     if not series or "time" not in dataset.coords:
-        raise InvalidInput("NWB takes variables over (trial, time) with a coordinate time [ms]; there is none.")
-    antennas = np.unique(np.atleast_1d(dataset["antenna"].values)).tolist() if "antenna" in dataset.variables else []
+        raise InvalidInput(
+            "NWB takes variables over (trial, time) with a coordinate time [ms]; there is none."
+        )
+    antennas = (
+        np.unique(np.atleast_1d(dataset["antenna"].values)).tolist()
+        if "antenna" in dataset.variables
+        else []
+    )
     file = make_nwb(
         identifier,
         session_start,
-        words=f"feeler: {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}",
-        about=f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the notes.",
-        subject=make_subject(subject, species, sex, age, device=", ".join(map(str, antennas)).replace("/", "_")),
+        words=(
+            "feeler:"
+            f" {', '.join(map(str, np.unique(dataset.get('source', xr.DataArray('unknown')))))}"
+        ),
+        about=(
+            f"{dataset.sizes['trial']} touches of a tactile sensor; units and set-up are in the"
+            " notes."
+        ),
+        subject=make_subject(
+            subject, species, sex, age, device=", ".join(map(str, antennas)).replace("/", "_")
+        ),
         notes=_describe(dataset, series),
         experimenter=experimenter or None,
         institution=institution or None,
@@ -84,17 +105,27 @@ def require_pynwb() -> None:
         import ndx_pose  # noqa: F401
         import pynwb  # noqa: F401
     except ImportError as error:
-        raise MissingExtra("NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'.") from error
+        raise MissingExtra(
+            "NWB files need pynwb and ndx-pose: pip install 'feeler[nwb]'."
+        ) from error
 
 
 def make_nwb(
-    identifier: str, session_start: datetime, *, words: str, about: str, subject: Any, **more: str | None
+    identifier: str,
+    session_start: datetime,
+    *,
+    words: str,
+    about: str,
+    subject: Any,
+    **more: str | None,
 ) -> Any:
     """An NWB file in memory, with what nwbinspector asks of every one."""
     from pynwb import NWBFile
 
     if session_start.tzinfo is None or not identifier:
-        raise InvalidInput("session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text.")
+        raise InvalidInput(
+            "session_start needs a time zone (datetime(..., tzinfo=UTC)) and identifier a text."
+        )
     return NWBFile(
         session_description=words,
         identifier=identifier,
@@ -121,13 +152,22 @@ def write_nwb(file: Any, path: str | os.PathLike) -> None:
 
 def _describe(dataset: xr.Dataset, series: list[str]) -> str:
     rest = dataset.drop_vars(series)
-    kinds = {name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)} for name in series}
+    kinds = {
+        name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
+        for name in series
+    }
     rest_text = json.loads(describe(rest))
-    return json.dumps({"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str)
+    return json.dumps(
+        {"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str
+    )
 
 
-def make_subject(subject: str, species: str = "", sex: str = "U", age: str = "", device: str = "") -> Any:
-    """Who or what was recorded: an animal where ``subject`` names one, else a model or device, if it has a name."""
+def make_subject(
+    subject: str, species: str = "", sex: str = "U", age: str = "", device: str = ""
+) -> Any:
+    """Who or what was recorded: an animal where ``subject`` names one, else a model or device, if
+    it has a name.
+    """
     from pynwb.file import Subject
 
     if sex not in SEXES:
@@ -137,7 +177,11 @@ def make_subject(subject: str, species: str = "", sex: str = "U", age: str = "",
         species=species or UNIDENTIFIED,
         sex=sex,
         age=age or "P0D/",
-        description="given by the user" if subject else "a model or a device named as the antenna; no animal is stated",
+        description=(
+            "given by the user"
+            if subject
+            else "a model or a device named as the antenna; no animal is stated"
+        ),
     )
 
 
@@ -164,18 +208,26 @@ def _add_series(file: Any, dataset: xr.Dataset, names: list[str]) -> list[list[A
         for index, series in enumerate(held):
             values, title = ordered.values[index], f"{name}_{index:06d}"
             words = f"{name} of trial {index}, {' × '.join(['time', *map(str, ordered.dims[2:])])}"
-            series.append(TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index)))
+            series.append(
+                TimeSeries(name=title, data=values, unit=unit, description=words, **clock(index))
+            )
             file.add_acquisition(series[-1])
     return held
 
 
 def _add_trials(file: Any, dataset: xr.Dataset, held: list[list[Any]]) -> None:
-    labels = {str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)}
+    labels = {
+        str(name): item for name, item in dataset.variables.items() if item.dims == ("trial",)
+    }
     for name, item in labels.items():
-        file.add_trial_column(name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]")
+        file.add_trial_column(
+            name=name, description=f"{name} [{item.attrs.get('units', 'as named')}]"
+        )
     for index in range(dataset.sizes["trial"]):
         values = {name: item.values[index] for name, item in labels.items()}
-        plain = {name: str(value) if isinstance(value, str) else value for name, value in values.items()}
+        plain = {
+            name: str(value) if isinstance(value, str) else value for name, value in values.items()
+        }
         series = held[index]
         start = series[0].starting_time if series[0].rate else float(series[0].timestamps[0])
         stop = start + float(dataset.time[-1] - dataset.time[0]) * 1e-3

@@ -1,4 +1,6 @@
-"""A Dataset as plain arrays and one JSON text: what every format stores, so that each restores the same Dataset."""
+"""A Dataset as plain arrays and one JSON text: what every format stores, so that each restores the
+same Dataset.
+"""
 
 import json
 import math
@@ -14,7 +16,12 @@ from feeler.tensors.reading import NAME
 
 TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
 OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit
-REQUIRED = {"configuration": "{}", "versions": "{}", "units": "g, mm, ms, rad", "licence": "not stated"}
+REQUIRED = {
+    "configuration": "{}",
+    "versions": "{}",
+    "units": "g, mm, ms, rad",
+    "licence": "not stated",
+}
 """Attributes that every file carries, with what stands where the producer said nothing."""
 
 
@@ -24,12 +31,21 @@ def complete(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def describe(dataset: xr.Dataset) -> str:
-    """JSON: dims, type, attributes and role of each variable, texts themselves, and the Dataset's attributes."""
+    """JSON: dims, type, attributes and role of each variable, texts themselves, and the Dataset's
+    attributes.
+    """
     variables = {}
     for name, variable in dataset.variables.items():
         check_variable(name, variable)
-        entry = {"dims": list(variable.dims), "shape": list(variable.shape), "type": variable.dtype.str}
-        entry |= {"attributes": make_plain(dict(variable.attrs)), "coordinate": name in dataset.coords}
+        entry = {
+            "dims": list(variable.dims),
+            "shape": list(variable.shape),
+            "type": variable.dtype.str,
+        }
+        entry |= {
+            "attributes": make_plain(dict(variable.attrs)),
+            "coordinate": name in dataset.coords,
+        }
         if variable.dtype.kind in "UOT":
             entry |= {"type": "str", "texts": [str(text) for text in variable.values.ravel()]}
         variables[name] = entry
@@ -40,13 +56,21 @@ def describe(dataset: xr.Dataset) -> str:
 def check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):
-        raise InvalidInput(f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}.")
-    if variable.dtype.kind not in "biufUOT" or (variable.dtype.kind == "f" and variable.dtype.itemsize not in (4, 8)):
-        raise InvalidInput(f"variable {name!r} has the type {variable.dtype}; files hold numbers and texts.")
+        raise InvalidInput(
+            f"a variable's name is letters, digits and _, from a letter, at most 64; got {name!r}."
+        )
+    if variable.dtype.kind not in "biufUOT" or (
+        variable.dtype.kind == "f" and variable.dtype.itemsize not in (4, 8)
+    ):
+        raise InvalidInput(
+            f"variable {name!r} has the type {variable.dtype}; files hold numbers and texts."
+        )
 
 
 def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> xr.Dataset:
-    """The Dataset that :func:`describe` described, with its numbers from ``arrays`` (any shape of the right size)."""
+    """The Dataset that :func:`describe` described, with its numbers from ``arrays`` (any shape of
+    the right size).
+    """
     try:
         variables: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
@@ -56,31 +80,50 @@ def restore(content: dict[str, Any], arrays: dict[str, np.ndarray], source: str)
             attributes |= {"units": "1"} if attributes.get("units") == OLD_UNIT else {}
             variable = xr.Variable(_read_dims(name, entry["dims"]), values, attributes)
             (coordinates if entry.get("coordinate") else variables)[name] = variable
-        return xr.Dataset(variables, coords=coordinates, attrs=dict(content.get("attributes") or {}))
+        return xr.Dataset(
+            variables, coords=coordinates, attrs=dict(content.get("attributes") or {})
+        )
     except InvalidInput:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise InvalidInput(f"{source} is damaged: its description does not fit ({str(error)[:150]}).") from error
+        raise InvalidInput(
+            f"{source} is damaged: its description does not fit ({str(error)[:150]})."
+        ) from error
 
 
 def _read_dims(name: str, dims: Any) -> tuple[str, ...]:
-    good = isinstance(dims, list | tuple) and all(isinstance(dim, str) for dim in dims) and len(set(dims)) == len(dims)
+    good = (
+        isinstance(dims, list | tuple)
+        and all(isinstance(dim, str) for dim in dims)
+        and len(set(dims)) == len(dims)
+    )
     if not good:
-        raise InvalidInput(f"variable {name!r} has the dims {str(dims)[:80]}; dims are names, each given once.")
+        raise InvalidInput(
+            f"variable {name!r} has the dims {str(dims)[:80]}; dims are names, each given once."
+        )
     return tuple(dims)
 
 
-def _values(name: str, entry: dict[str, Any], arrays: dict[str, np.ndarray], source: str) -> np.ndarray:
+def _values(
+    name: str, entry: dict[str, Any], arrays: dict[str, np.ndarray], source: str
+) -> np.ndarray:
     shape = tuple(entry["shape"])
     if entry["type"] == "str":
         return np.array([str(text) for text in entry["texts"]], dtype=str).reshape(shape)
-    if not (isinstance(entry["type"], str) and TYPE.fullmatch(entry["type"])):  # np.dtype parses all kinds of texts
+    if not (
+        isinstance(entry["type"], str) and TYPE.fullmatch(entry["type"])
+    ):  # np.dtype parses all kinds of texts
         raise InvalidInput(f"{source}: variable {name!r} has the type {str(entry['type'])[:40]!r}.")
     kind = np.dtype(entry["type"])
     if name not in arrays:
         raise InvalidInput(f"{source} is damaged: variable {name!r} is missing.")
     values = arrays[name]
     if values.size != math.prod(shape):
-        raise InvalidInput(f"{source} is damaged: variable {name!r} has {values.size} values for the shape {shape}.")
-    with np.errstate(invalid="ignore"):  # a damaged file may hold a NaN where whole numbers belong; validation says so
+        raise InvalidInput(
+            f"{source} is damaged: variable {name!r} has {values.size} values for the shape"
+            f" {shape}."
+        )
+    with np.errstate(
+        invalid="ignore"
+    ):  # a damaged file may hold a NaN where whole numbers belong; validation says so
         return values.reshape(shape).astype(kind)

@@ -10,10 +10,11 @@ from feeler.errors import InvalidInput
 def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
     """Base, hinges and tip of every recorded moment, from the sensors' angles.
 
-    Between sensors the bending beyond the rest shape, (θ − θ_rest) / ℓ, is interpolated linearly along the arc and held
-    beyond the first and the last; where all hinges are sensors nothing is interpolated. With the default 56 of 140 hinges,
-    no point of the paper's touches is off by more than 0.07 mm (0.16 % of the length) for the exponential profile and
-    0.02 mm for the constant one; the tip's greatest error in a touch is in the median 0.02 and 0.01 mm.
+    Between sensors the bending beyond the rest shape, (θ − θ_rest) / ℓ, is interpolated linearly
+    along the arc and held beyond the first and the last; where all hinges are sensors nothing is
+    interpolated. With the default 56 of 140 hinges, no point of the paper's touches is off by more
+    than 0.07 mm (0.16 % of the length) for the exponential profile and 0.02 mm for the constant
+    one; the tip's greatest error in a touch is in the median 0.02 and 0.01 mm.
 
     Parameters
     ----------
@@ -35,8 +36,8 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
     hinge = tensors["segment"].values - 1
     if hinge.min() < 0 or hinge.max() >= antenna.n_segments:
         raise InvalidInput(
-            f"the sensors sit on segments {hinge.min() + 1} to {hinge.max() + 1}, but {antenna.name!r} has "
-            f"{antenna.n_segments}. Give the antenna that was touched."
+            f"the sensors sit on segments {hinge.min() + 1} to {hinge.max() + 1}, but"
+            f" {antenna.name!r} has {antenna.n_segments}. Give the antenna that was touched."
         )
     angle = tensors["angle"].transpose("trial", "time", "sensor").values
     whole = spread_angles(angle, antenna, hinge)
@@ -50,7 +51,8 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
 
 
 def spread_angles(angle: np.ndarray, antenna: Antenna, hinge: np.ndarray) -> np.ndarray:
-    """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as :func:`reconstruct_posture` says.
+    """Angles of all hinges (…, hinge) [rad] from those of some (…, sensor), as
+    :func:`reconstruct_posture` says.
 
     ``hinge`` (sensor,) holds the places of the sensors among the hinges, counted from 0.
     """

@@ -1,6 +1,8 @@
-"""Quantities: all that a Dataset of touches may hold, each with its unit, its meaning, its dims and how it is made.
+"""Quantities: all that a Dataset of touches may hold, each with its unit, its meaning, its dims and
+how it is made.
 
-A new one is one entry here, or one ``QUANTITIES.register(name, Quantity(...))`` from outside the package.
+A new one is one entry here, or one ``QUANTITIES.register(name, Quantity(...))`` from outside the
+package.
 """
 
 from collections.abc import Callable
@@ -26,7 +28,9 @@ class Quantity:
     dims: tuple[str, ...]
     """Its dims; a quantity of touches begins with ``trial``."""
     make: Callable[[Any, Any], np.ndarray | None] | None = None
-    """``make(antenna, motion)`` gives one trial's values, dims without ``trial``; None where the motion lacks it."""
+    """``make(antenna, motion)`` gives one trial's values, dims without ``trial``; None where the
+    motion lacks it.
+    """
     coordinate: bool = False
     """A label of trials, sensors or samples rather than a measured variable."""
     required: bool = False
@@ -42,7 +46,14 @@ def _take(name: str) -> Callable[[Any, Any], np.ndarray | None]:
 
 
 def _label(unit: str, meaning: str, dim: str = "trial", required: bool = False) -> Quantity:
-    return Quantity(unit=unit, meaning=meaning, dims=(dim,), coordinate=True, required=required, gaps=dim == "trial")
+    return Quantity(
+        unit=unit,
+        meaning=meaning,
+        dims=(dim,),
+        coordinate=True,
+        required=required,
+        gaps=dim == "trial",
+    )
 
 
 QUANTITIES: Registry[Quantity] = Registry("quantity")
@@ -72,10 +83,17 @@ for _name, _quantity in {
         dims=PATH,
         make=lambda antenna, motion: antenna.tip(motion.angle),
     ),
-    "force": Quantity(unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")),
-    "base_force": Quantity(unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")),
+    "force": Quantity(
+        unit="N", meaning="total contact force on the antenna", dims=PATH, make=_take("force")
+    ),
+    "base_force": Quantity(
+        unit="N", meaning="force that holds the base", dims=PATH, make=_take("base_force")
+    ),
     "base_moment": Quantity(
-        unit="N*mm", meaning="moment that holds the base", dims=("trial", "time"), make=_take("base_moment")
+        unit="N*mm",
+        meaning="moment that holds the base",
+        dims=("trial", "time"),
+        make=_take("base_moment"),
     ),
     "contact_place": Quantity(
         unit="1",
@@ -112,9 +130,13 @@ for _name, _quantity in {
         optional=True,
     ),
     "time": _label("ms", "", "time", required=True),
-    "position": _label("1", "arc length of the sensor's hinge over antenna length", "sensor", required=True),
+    "position": _label(
+        "1", "arc length of the sensor's hinge over antenna length", "sensor", required=True
+    ),
     "segment": _label("", "number of the sensor's hinge, 1 at the base", "sensor", required=True),
-    "segment_length": _label("mm", "length of the segment that the sensor's hinge carries", "sensor"),
+    "segment_length": _label(
+        "mm", "length of the segment that the sensor's hinge carries", "sensor"
+    ),
     "feature": _label("", "the object's name", required=True),
     "kind": _label("", "the object's shape: ball, box …"),
     "size": _label("mm", "half-width or radius of the object", required=True),
@@ -138,7 +160,9 @@ for _name, _quantity in {
 
 def list_required(dim: str) -> tuple[str, ...]:
     """Names of the coordinates along ``dim`` that each Dataset must have."""
-    return tuple(name for name, q in QUANTITIES.items() if q.coordinate and q.required and q.dims == (dim,))
+    return tuple(
+        name for name, q in QUANTITIES.items() if q.coordinate and q.required and q.dims == (dim,)
+    )
 
 
 def derive_curvature(angle: Any, segment_length: Any) -> Any:

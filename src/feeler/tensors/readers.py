@@ -1,6 +1,8 @@
-"""What the guard's process does with each kind of file: opened by its library, given as JSON and arrays.
+"""What the guard's process does with each kind of file: opened by its library, given as JSON and
+arrays.
 
-The JSON is what :func:`feeler.tensors.plain.describe` writes. Nothing is imported before its kind of file is read.
+The JSON is what :func:`feeler.tensors.plain.describe` writes. Nothing is imported before its kind
+of file is read.
 """
 
 import json
@@ -12,7 +14,10 @@ from feeler.errors import InvalidInput
 
 MAX_MEMBERS = 10_000
 DESCRIPTION = "feeler_description"
-NO_TENSORS = "this NWB file holds no tensors by feeler. Poses are read by feeler tracks, other series with pynwb."
+NO_TENSORS = (
+    "this NWB file holds no tensors by feeler. Poses are read by feeler tracks, other series with"
+    " pynwb."
+)
 Answer = tuple[dict[str, Any], dict[str, Any]]
 
 
@@ -40,10 +45,15 @@ def _refuse_links(group: Any, seen: set[int]) -> None:
 
     for name in group:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise InvalidInput(f"the entry {name[:60]!r} is a link; only data inside the file are read.")
+            raise InvalidInput(
+                f"the entry {name[:60]!r} is a link; only data inside the file are read."
+            )
         item = group[name]
         if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
-            raise InvalidInput(f"the numbers of {name[:60]!r} lie in another file; only data inside the file are read.")
+            raise InvalidInput(
+                f"the numbers of {name[:60]!r} lie in another file; only data inside the file are"
+                " read."
+            )
         place = h5py.h5o.get_info(item.id).addr
         if len(seen) > MAX_MEMBERS:
             raise InvalidInput(f"it holds more than {MAX_MEMBERS:,} objects.")
@@ -79,13 +89,18 @@ def _read_nwb(file: Any) -> Answer:
         numbers, series = content["numbers"], content["series"]
     except (KeyError, ValueError, TypeError, AttributeError) as error:
         raise InvalidInput(NO_TENSORS) from error
-    arrays = {name: np.array([float(x) if isinstance(x, str) else x for x in item]) for name, item in numbers.items()}
+    arrays = {
+        name: np.array([float(x) if isinstance(x, str) else x for x in item])
+        for name, item in numbers.items()
+    }
     for name, kind in series.items():
         titles = sorted(title for title in file["acquisition"] if title.rpartition("_")[0] == name)
         values = np.stack([file["acquisition"][title]["data"][...] for title in titles])
         order = ["trial", "time", *(dim for dim in kind["dims"] if dim not in ("trial", "time"))]
         arrays[name] = values.transpose([order.index(dim) for dim in kind["dims"]])
-        content["rest"]["variables"][name] = _describe(arrays[name], kind["dims"], kind["attributes"])
+        content["rest"]["variables"][name] = _describe(
+            arrays[name], kind["dims"], kind["attributes"]
+        )
     return content["rest"], arrays
 
 
@@ -96,11 +111,15 @@ def read_zarr(path: str) -> Answer:
     for folder, names, files in os.walk(path):
         for name in (*names, *files):
             if os.path.islink(os.path.join(folder, name)):
-                raise InvalidInput(f"{name} is a symbolic link; inside a group they are refused. Copy the data in.")
-    if any((Path(path) / name).exists() for name in (".zgroup", ".zattrs", ".zmetadata", ".zarray")):
+                raise InvalidInput(
+                    f"{name} is a symbolic link; inside a group they are refused. Copy the data in."
+                )
+    if any(
+        (Path(path) / name).exists() for name in (".zgroup", ".zattrs", ".zmetadata", ".zarray")
+    ):
         raise InvalidInput(
-            "is Zarr v2, which may hold pickles and is not read. Open it with xarray, and write it again: "
-            "dataset.to_zarr(path, zarr_format=3)."
+            "is Zarr v2, which may hold pickles and is not read. Open it with xarray, and write it"
+            " again: dataset.to_zarr(path, zarr_format=3)."
         )
     group = zarr.open_group(path, mode="r", zarr_format=3, use_consolidated=False)
     attributes = group.attrs.asdict()
@@ -111,7 +130,9 @@ def read_zarr(path: str) -> Answer:
         named |= set(str(own.get("coordinates", "")).split())
         text = item.dtype.kind not in "biuf"
         values = item[...] if text else item
-        variables[name] = _describe(values, getattr(item.metadata, "dimension_names", None) or (), own)
+        variables[name] = _describe(
+            values, getattr(item.metadata, "dimension_names", None) or (), own
+        )
         if not text:
             arrays[name] = item
     return _mark(variables, named, attributes), arrays
@@ -131,12 +152,14 @@ def read_mat(path: str) -> Answer:
     names = [name for name, _, kind in whosmat(path) if kind in plain]
     if DESCRIPTION not in names:
         raise InvalidInput(
-            f"it has no {DESCRIPTION}, so what its variables ({', '.join(names[:8]) or 'none'}) mean is unknown. "
-            "Recordings are read from CSV."
+            f"it has no {DESCRIPTION}, so what its variables ({', '.join(names[:8]) or 'none'})"
+            " mean is unknown. Recordings are read from CSV."
         )
     values = loadmat(path, variable_names=names, chars_as_strings=True)
     content = json.loads(str(values.pop(DESCRIPTION)[0]))
-    return content, {name: values[name] for name in names if name in values and values[name].dtype.kind in "biuf"}
+    return content, {
+        name: values[name] for name in names if name in values and values[name].dtype.kind in "biuf"
+    }
 
 
 def read_safetensors(path: str) -> Answer:
@@ -150,10 +173,20 @@ def read_safetensors(path: str) -> Answer:
 def _describe(values: Any, dims: Any, attributes: Any) -> dict[str, Any]:
     """One entry of the JSON; texts stand in it themselves."""
     text = values.dtype.kind not in "biuf"
-    entry = {"dims": list(dims), "shape": list(map(int, values.shape)), "type": "str" if text else values.dtype.str}
-    plain = {name: _plain(value) for name, value in dict(attributes).items() if not name.startswith("_")}
+    entry = {
+        "dims": list(dims),
+        "shape": list(map(int, values.shape)),
+        "type": "str" if text else values.dtype.str,
+    }
+    plain = {
+        name: _plain(value) for name, value in dict(attributes).items() if not name.startswith("_")
+    }
     plain.pop("coordinates", None)
-    return entry | {"attributes": plain} | ({"texts": [str(x) for x in values.ravel()]} if text else {})
+    return (
+        entry
+        | {"attributes": plain}
+        | ({"texts": [str(x) for x in values.ravel()]} if text else {})
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -167,5 +200,7 @@ def _mark(variables: dict[str, Any], named: set[str], attributes: Any) -> dict[s
     """The whole JSON; a coordinate is what is called one, or has the name of its dim."""
     for name, entry in variables.items():
         entry["coordinate"] = name in named or entry["dims"] == [name]
-    plain = {name: _plain(value) for name, value in dict(attributes).items() if name != "coordinates"}
+    plain = {
+        name: _plain(value) for name, value in dict(attributes).items() if name != "coordinates"
+    }
     return {"variables": variables, "attributes": plain}

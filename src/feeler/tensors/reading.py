@@ -1,4 +1,6 @@
-"""The one safe way to read a whole small file: regular, within a limit, and JSON only where it is JSON."""
+"""The one safe way to read a whole small file: regular, within a limit, and JSON only where it is
+JSON.
+"""
 
 import json
 import os
@@ -14,7 +16,9 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 
 
 def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) -> bytes:
-    """The bytes of a regular file of at most ``max_bytes``; pipes, devices and (``follow=False``) links are refused."""
+    """The bytes of a regular file of at most ``max_bytes``; pipes, devices and (``follow=False``)
+    links are refused.
+    """
     flags = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | (0 if follow else os.O_NOFOLLOW)
     try:
         descriptor = os.open(path, flags)
@@ -26,9 +30,13 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
         os.close(descriptor)
         if not stat.S_ISREG(info.st_mode):
             raise InvalidInput(f"{os.fspath(path)} is not a regular file.")
-        raise InvalidInput(f"{os.fspath(path)} has {info.st_size:,} bytes, over the limit of {max_bytes:,}.")
+        raise InvalidInput(
+            f"{os.fspath(path)} has {info.st_size:,} bytes, over the limit of {max_bytes:,}."
+        )
     with os.fdopen(descriptor, "rb") as file:
-        return file.read(info.st_size)  # not max_bytes: Python takes the memory for all that it is asked for
+        return file.read(
+            info.st_size
+        )  # not max_bytes: Python takes the memory for all that it is asked for
 
 
 def parse_json(raw: bytes, what: str) -> dict[str, Any]:
@@ -47,12 +55,17 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
 
 
 def list_folder(folder: Path) -> list[os.DirEntry]:
-    """Entries of a folder, by name; a symbolic link among them is refused, since it may lead anywhere."""
+    """Entries of a folder, by name; a symbolic link among them is refused, since it may lead
+    anywhere.
+    """
     try:
         entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
     except OSError as error:
         raise InvalidInput(f"cannot read the folder {folder}: {error.strerror}.") from error
     for entry in entries:
         if entry.is_symlink():
-            raise InvalidInput(f"{entry.path} is a symbolic link; inside a store they are refused. Copy the data in.")
+            raise InvalidInput(
+                f"{entry.path} is a symbolic link; inside a store they are refused. Copy the"
+                " data in."
+            )
     return entries

@@ -1,4 +1,5 @@
-"""Records: what a store says of itself, and which trials of each group are finished; JSON with its own checksum.
+"""Records: what a store says of itself, and which trials of each group are finished; JSON with its
+own checksum.
 
 They are the truth. Everything else that makes a store a Zarr group is a copy for other readers.
 """
@@ -44,7 +45,11 @@ class Layout:
     def make_shared(self) -> xr.Dataset:
         """What every trial shares."""
         content = json.loads(self.shared)
-        return restore(content["rest"], {name: np.array(values) for name, values in content["numbers"].items()}, LABEL)
+        return restore(
+            content["rest"],
+            {name: np.array(values) for name, values in content["numbers"].items()},
+            LABEL,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,13 +65,16 @@ class Label:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """One group: its finished trials, their labels, and the digests that each of its shards may have."""
+    """One group: its finished trials, their labels, and the digests that each of its shards may
+    have.
+    """
 
     group: int
     trials: list[int]
     labels: dict[str, list[Any]]
     shards: dict[str, list[str]]
-    """While a shard is being replaced, the old and the new one: the trials named here are in both."""
+    """While a shard is being replaced, the old and the new one: the trials named here are in both.
+    """
     made: list[Any] = field(default_factory=list)
     """What each trial was made with."""
 
@@ -76,16 +84,22 @@ def make_layout(dataset: xr.Dataset) -> Layout:
     variables, labels, attributes = {}, {}, {}
     for name, item in dataset.variables.items():
         if not (isinstance(name, str) and NAME.fullmatch(name)):
-            raise InvalidInput(f"a variable's name is letters, digits and _, from a letter; got {name!r}.")
+            raise InvalidInput(
+                f"a variable's name is letters, digits and _, from a letter; got {name!r}."
+            )
         text = item.dtype.kind in "UOT"
         if not text and item.dtype.kind not in "biuf":
-            raise InvalidInput(f"variable {name!r} has the type {item.dtype}; storable are numbers and texts.")
+            raise InvalidInput(
+                f"variable {name!r} has the type {item.dtype}; storable are numbers and texts."
+            )
         if item.dims == ("trial",):
             labels[name] = "str" if text else item.dtype.str
             attributes[name] = make_plain(dict(item.attrs))
         elif "trial" in item.dims:
             if item.dims[0] != "trial" or text:
-                raise InvalidInput(f"variable {name!r} {item.dims} must hold numbers, and trial must come first.")
+                raise InvalidInput(
+                    f"variable {name!r} {item.dims} must hold numbers, and trial must come first."
+                )
             variables[name] = Variable(
                 dims=tuple(map(str, item.dims)),
                 shape=item.shape[1:],
@@ -93,19 +107,33 @@ def make_layout(dataset: xr.Dataset) -> Layout:
                 attributes=make_plain(dict(item.attrs)),
             )
     rest = dataset.drop_vars([*variables, *labels])
-    numbers = {str(n): make_plain(v.values) for n, v in rest.variables.items() if v.dtype.kind in "biuf"}
+    numbers = {
+        str(n): make_plain(v.values) for n, v in rest.variables.items() if v.dtype.kind in "biuf"
+    }
     shared = json.dumps({"rest": json.loads(describe(rest)), "numbers": numbers}, sort_keys=True)
     coordinates = tuple(map(str, dataset.coords))
-    return Layout(variables=variables, labels=labels, shared=shared, coordinates=coordinates, attributes=attributes)
+    return Layout(
+        variables=variables,
+        labels=labels,
+        shared=shared,
+        coordinates=coordinates,
+        attributes=attributes,
+    )
 
 
 def check_same(layout: Layout, other: Layout) -> None:
-    """Raise StoreError where trials do not fit the layout: other variables, shapes, shared values or attributes."""
+    """Raise StoreError where trials do not fit the layout: other variables, shapes, shared values
+    or attributes.
+    """
     if layout == other:
         return
-    found = [f"variable {name!r}" for name in {*layout.variables, *layout.labels} ^ {*other.variables, *other.labels}]
+    found = [
+        f"variable {name!r}"
+        for name in {*layout.variables, *layout.labels} ^ {*other.variables, *other.labels}
+    ]
     found += [
-        f"{name}: {item.dtype}{item.shape} → {other.variables[name].dtype}{other.variables[name].shape}"
+        f"{name}: {item.dtype}{item.shape} →"
+        f" {other.variables[name].dtype}{other.variables[name].shape}"
         for name, item in layout.variables.items()
         if name in other.variables
         and (item.dtype, item.shape) != (other.variables[name].dtype, other.variables[name].shape)
@@ -118,7 +146,9 @@ def check_same(layout: Layout, other: Layout) -> None:
     old, new = layout.make_shared(), other.make_shared()
     found += [f"variable {name!r}" for name in {*old.variables} ^ {*new.variables}]
     found += [
-        f"the values of {name}" for name in old.variables if name in new.variables and not old[name].equals(new[name])
+        f"the values of {name}"
+        for name in old.variables
+        if name in new.variables and not old[name].equals(new[name])
     ]
     found += [
         f"attribute {key}: {str(old.attrs.get(key))[:80]} → {str(new.attrs.get(key))[:80]}"
@@ -126,7 +156,10 @@ def check_same(layout: Layout, other: Layout) -> None:
         if old.attrs.get(key) != new.attrs.get(key)
     ]
     if found:
-        raise StoreError(f"the trials do not fit the store: {'; '.join(sorted(found)[:5])}. Use a new store for them.")
+        raise StoreError(
+            f"the trials do not fit the store: {'; '.join(sorted(found)[:5])}. Use a new store for"
+            " them."
+        )
 
 
 def compute_sum(raw: bytes) -> str:
@@ -137,7 +170,9 @@ def compute_sum(raw: bytes) -> str:
 def seal(content: Any, **fields: Any) -> bytes:
     """A dataclass as JSON that carries its own checksum."""
     plain = make_plain({**asdict(content), **fields})
-    return json.dumps(plain | {"checksum": compute_sum(_text(plain))}, ensure_ascii=False).encode("utf-8", "replace")
+    return json.dumps(plain | {"checksum": compute_sum(_text(plain))}, ensure_ascii=False).encode(
+        "utf-8", "replace"
+    )
 
 
 def _text(plain: dict[str, Any]) -> bytes:
@@ -172,16 +207,21 @@ def read_label(path: Path) -> Label:
     if not (path / PROGRESS / LABEL).exists():
         if (path / PROGRESS / "schema.json").exists():
             raise InvalidInput(
-                f"{path} is a store of format 2, of feeler 0.1; this feeler reads {FORMAT}. Make it again."
+                f"{path} is a store of format 2, of feeler 0.1; this feeler reads {FORMAT}. Make it"
+                " again."
             )
         raise InvalidInput(f"{path} is no store of feeler.")
     content = _unseal(path / PROGRESS / LABEL, MAX_TEXT)
     if content.pop("format", None) != FORMAT:
-        raise InvalidInput(f"{path} is a store of another format; this feeler reads {FORMAT}. Update feeler.")
+        raise InvalidInput(
+            f"{path} is a store of another format; this feeler reads {FORMAT}. Update feeler."
+        )
     try:
         layout = content.pop("layout")
         if layout is not None:
-            variables = {name: Variable(**_tuples(item)) for name, item in layout.pop("variables").items()}
+            variables = {
+                name: Variable(**_tuples(item)) for name, item in layout.pop("variables").items()
+            }
             layout = Layout(variables=variables, **_tuples(layout))
         return Label(layout=layout, **content)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -189,7 +229,9 @@ def read_label(path: Path) -> Label:
 
 
 def _tuples(fields: dict[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+    return {
+        name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()
+    }
 
 
 def find_groups(path: Path) -> list[int]:
@@ -210,10 +252,18 @@ def read_record(path: Path, group: int, label: Label) -> Record:
         record = Record(**_unseal(file, MAX_TEXT))
         layout = label.layout
         rows = {*range(group * label.group, min((group + 1) * label.group, label.n_trials))}
-        good = record.group == group and {*record.trials} <= rows and record.trials == sorted({*record.trials})
+        good = (
+            record.group == group
+            and {*record.trials} <= rows
+            and record.trials == sorted({*record.trials})
+        )
         good = good and layout is not None and record.shards.keys() == layout.variables.keys()
         counts = {name: len(values) for name, values in record.labels.items()}
-        good = good and layout is not None and counts == dict.fromkeys(layout.labels, len(record.trials))
+        good = (
+            good
+            and layout is not None
+            and counts == dict.fromkeys(layout.labels, len(record.trials))
+        )
     except (TypeError, AttributeError) as error:
         raise InvalidInput(f"{file} is damaged: {str(error)[:100]}.") from error
     if not good:
@@ -235,7 +285,8 @@ def check_shards(path: Path, record: Record, label: Label) -> None:
         if not file.is_file() or file.is_symlink() or compute_sum(file.read_bytes()) not in sums:
             first, last = record.trials[0], record.trials[-1]
             raise InvalidInput(
-                f"{file} (trials {first} to {last}) is missing or damaged: its digest is not in their record."
+                f"{file} (trials {first} to {last}) is missing or damaged: its digest is not in"
+                " their record."
             )
 
 
@@ -243,6 +294,10 @@ def merge(old: Record, new: Record) -> Record:
     """Both records' trials, in order."""
     trials = old.trials + new.trials
     order = np.argsort(trials)
-    labels = {name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels}
+    labels = {
+        name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels
+    }
     made = old.made + new.made
-    return replace(new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else [])
+    return replace(
+        new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else []
+    )

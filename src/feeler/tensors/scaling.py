@@ -19,12 +19,16 @@ def rectify(tensors: Tensors) -> Tensors:
 
 @checked
 def scale_common(tensors: xr.DataArray | np.ndarray) -> xr.DataArray | np.ndarray:
-    """The set divided by its greatest magnitude: one factor for all tensors, so that they stay comparable.
+    """The set divided by its greatest magnitude: one factor for all tensors, so that they stay
+    comparable.
 
-    Non-negative input comes out in [0, 1], as SSIM with range 1 needs it. To compare sets (speeds, antennas), scale
-    them together, then split them.
+    Non-negative input comes out in [0, 1], as SSIM with range 1 needs it. To compare sets (speeds,
+    antennas), scale them together, then split them.
     """
     largest = float(np.max(np.abs(tensors)))
     if not (np.isfinite(largest) and largest > 0):
-        raise InvalidInput(f"cannot scale tensors whose greatest magnitude is {largest}; did any contact take place?")
+        raise InvalidInput(
+            f"cannot scale tensors whose greatest magnitude is {largest}; did any contact take"
+            " place?"
+        )
     return tensors / largest

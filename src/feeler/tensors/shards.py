@@ -1,7 +1,8 @@
-"""Shards: the numbers of one group of trials in one file each variable, encoded and decoded by the zarr library.
+"""Shards: the numbers of one group of trials in one file each variable, encoded and decoded by the
+zarr library.
 
-A shard holds inner chunks of a few trials, so that a few can be read without the others; each chunk is compressed and has
-a checksum of its own.
+A shard holds inner chunks of a few trials, so that a few can be read without the others; each chunk
+is compressed and has a checksum of its own.
 """
 
 import warnings
@@ -15,8 +16,11 @@ import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore, MemoryStore, StorePath
 
-INNER = 32  # [C] trials in one chunk: 0.7 MB of 56 sensors and 100 samples; 8 take twice the time to read and write
-LABELS = 65_536  # [C] trials in one chunk of a label, so that the file need not change its shape as a store grows
+# [C] trials in one chunk: 0.7 MB of 56 sensors and 100 samples; 8 take twice the time to read and
+# write
+INNER = 32
+# [C] trials in one chunk of a label, so that the file need not change its shape as a store grows
+LABELS = 65_536
 LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 
 
@@ -31,9 +35,18 @@ class Variable:
     attributes: dict[str, Any] = field(default_factory=dict)
 
 
-def make_array(files: dict[str, Any], name: str, item: Variable, n_trials: int, group: int) -> zarr.Array:
+def make_array(
+    files: dict[str, Any], name: str, item: Variable, n_trials: int, group: int
+) -> zarr.Array:
     """An array (trial, …) in memory, one shard a group; its files come to lie in ``files``."""
-    return _create(files, name, (n_trials, *item.shape), item, (find_inner(group), *item.shape), (group, *item.shape))
+    return _create(
+        files,
+        name,
+        (n_trials, *item.shape),
+        item,
+        (find_inner(group), *item.shape),
+        (group, *item.shape),
+    )
 
 
 def find_inner(group: int) -> int:
@@ -41,15 +54,21 @@ def find_inner(group: int) -> int:
     return max(size for size in range(1, min(INNER, group) + 1) if group % size == 0)
 
 
-def label_trials(files: dict[str, Any], name: str, values: np.ndarray, dims: tuple[str, ...], attrs: dict) -> None:
+def label_trials(
+    files: dict[str, Any], name: str, values: np.ndarray, dims: tuple[str, ...], attrs: dict
+) -> None:
     """A small array in memory, whole: a label of the trials, or what all trials share."""
     text = values.dtype.kind not in "biuf"
-    item = Variable(dims=dims, shape=(), dtype="str" if text else values.dtype.str, attributes=attrs)
+    item = Variable(
+        dims=dims, shape=(), dtype="str" if text else values.dtype.str, attributes=attrs
+    )
     chunk = (LABELS,) if dims == ("trial",) else values.shape
     _create(files, name, values.shape, item, chunk, None)[...] = values
 
 
-def _create(files: dict, name: str, shape: tuple, item: Variable, chunk: tuple, shard: tuple | None) -> zarr.Array:
+def _create(
+    files: dict, name: str, shape: tuple, item: Variable, chunk: tuple, shard: tuple | None
+) -> zarr.Array:
     return zarr.create_array(
         MemoryStore(store_dict=files),
         name=name,
@@ -63,12 +82,20 @@ def _create(files: dict, name: str, shape: tuple, item: Variable, chunk: tuple, 
         dimension_names=item.dims,
         chunk_key_encoding={"name": "default", "separator": "."},
         attributes=item.attributes,
-        config=None if shard is None else {"write_empty_chunks": True},  # so that a shard always is a file
+        config=(
+            None if shard is None else {"write_empty_chunks": True}
+        ),  # so that a shard always is a file
     )
 
 
 def _find_fill(dtype: str) -> Any:
-    return "" if dtype == "str" else np.nan if np.dtype(dtype).kind == "f" else np.zeros((), dtype).item()
+    return (
+        ""
+        if dtype == "str"
+        else np.nan
+        if np.dtype(dtype).kind == "f"
+        else np.zeros((), dtype).item()
+    )
 
 
 def encode_shard(item: Variable, values: np.ndarray, group: int) -> bytes:
@@ -85,7 +112,9 @@ def find_key(group: int, item: Variable) -> str:
 
 
 def open_array(path: Path, name: str, item: Variable, n_trials: int, group: int) -> zarr.Array:
-    """The array (trial, …) of a variable in a store, to be read; its metadata are ours, not those on disk."""
+    """The array (trial, …) of a variable in a store, to be read; its metadata are ours, not those
+    on disk.
+    """
     metadata = make_array({}, name, item, n_trials, group).metadata
     place = StorePath(LocalStore(path, read_only=True), name)
     return zarr.Array(zarr.AsyncArray(metadata=metadata, store_path=place))
@@ -96,8 +125,12 @@ def empty(item: Variable, n_trials: int) -> np.ndarray:
     return np.full((n_trials, *item.shape), _find_fill(item.dtype), dtype=item.dtype)
 
 
-def make_group(files: dict[str, Any], attributes: Mapping[str, Any], *folders: str) -> dict[str, bytes]:
-    """All files in memory as one consolidated Zarr group with empty groups in it; its own file comes last."""
+def make_group(
+    files: dict[str, Any], attributes: Mapping[str, Any], *folders: str
+) -> dict[str, bytes]:
+    """All files in memory as one consolidated Zarr group with empty groups in it; its own file
+    comes last.
+    """
     store = MemoryStore(store_dict=files)
     root = zarr.open_group(store, mode="a", zarr_format=3)
     root.attrs.update(attributes)
@@ -106,4 +139,6 @@ def make_group(files: dict[str, Any], attributes: Mapping[str, Any], *folders: s
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # consolidated metadata are not in the standard yet
         zarr.consolidate_metadata(store, zarr_format=3)
-    return {name: files[name].to_bytes() for name in sorted(files, key=lambda name: name == "zarr.json")}
+    return {
+        name: files[name].to_bytes() for name in sorted(files, key=lambda name: name == "zarr.json")
+    }

@@ -1,9 +1,10 @@
 """The store: finished trials on disk as they come, safe against whatever ends the process.
 
-Trials are kept in groups: one shard for each variable and one record. A trial is finished when the record
-``progress/000012.json`` of its group names it. The record is renamed into place only after the disk has the group's
-shards, and it holds their digests: killed at any moment, a store holds each finished trial whole, and every other one is
-computed again. For other readers a store is one consolidated Zarr v3 group.
+Trials are kept in groups: one shard for each variable and one record. A trial is finished when the
+record ``progress/000012.json`` of its group names it. The record is renamed into place only after
+the disk has the group's shards, and it holds their digests: killed at any moment, a store holds
+each finished trial whole, and every other one is computed again. For other readers a store is one
+consolidated Zarr v3 group.
 """
 
 import os
@@ -41,8 +42,13 @@ from feeler.tensors.shards import label_trials, make_array, make_group, open_arr
 from feeler.tensors.stored import read_store, to_array
 
 MAX_TRIALS = 100_000_000  # [C]
-SMALL, GREAT = 8, 256  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
-GROWTH = 1.25  # [C] labels are copied for other readers whenever there are so many times more of them
+SMALL, GREAT = (
+    8,
+    256,
+)  # [C] trials in a group: the lanes of the engine; a million touches in 4,000 shards
+GROWTH = (
+    1.25  # [C] labels are copied for other readers whenever there are so many times more of them
+)
 
 
 def open_store(
@@ -60,32 +66,40 @@ def open_store(
     path
         Folder, made if absent; by habit it ends in ``.zarr``.
     configuration
-        Everything that the numbers of all trials depend on; numbers, texts, lists, dictionaries and arrays.
+        Everything that the numbers of all trials depend on; numbers, texts, lists, dictionaries and
+        arrays.
     n_trials
         How many trials the full set has; a store of fewer grows.
     made
-        What else each trial depends on, one entry a trial; kept with it, and compared when the store is opened again.
+        What else each trial depends on, one entry a trial; kept with it, and compared when the
+        store is opened again.
     group_size
-        Trials in one shard and record, 1 to 4096; default 8 in small sets to 256 in those of 10,240 and more.
+        Trials in one shard and record, 1 to 4096; default 8 in small sets to 256 in those of 10,240
+        and more.
 
     Returns
     -------
     Store
-        A context manager; ``finished`` holds the numbers of the trials that need not be computed again.
+        A context manager; ``finished`` holds the numbers of the trials that need not be computed
+        again.
 
     Raises
     ------
     StoreError
-        Another process writes it, another configuration made it (the message names what differs), the disk is full, or
-        the folder holds something else.
+        Another process writes it, another configuration made it (the message names what differs),
+        the disk is full, or the folder holds something else.
     """
     for name, value, most in (("n_trials", n_trials, MAX_TRIALS), ("group_size", group_size, 4096)):
         if value is not None and (
-            isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= most
+            isinstance(value, bool)
+            or not isinstance(value, int | np.integer)
+            or not 1 <= value <= most
         ):
             raise InvalidInput(f"{name} must be a whole number from 1 to {most:,}, got {value!r}.")
     if made and len(made) != n_trials:
-        raise InvalidInput(f"made must hold one entry for each of the {n_trials} trials, got {len(made)}.")
+        raise InvalidInput(
+            f"made must hold one entry for each of the {n_trials} trials, got {len(made)}."
+        )
     size = group_size or int(np.clip(2 ** int(np.log2(max(n_trials // 40, 1))), SMALL, GREAT))
     label = Label(n_trials=int(n_trials), group=int(size), configuration=make_plain(configuration))
     return Store(Path(path), label, made)
@@ -141,25 +155,32 @@ class Store:
         return trial // self.label.group in self._records
 
     def append(self, indices: int | Iterable[int], trials: xr.Dataset) -> None:
-        """Store trials, a Dataset in the order of ``indices`` (from 0); when this returns they survive a power cut.
+        """Store trials, a Dataset in the order of ``indices`` (from 0); when this returns they
+        survive a power cut.
 
         Raises
         ------
         StoreError
-            A trial is already stored or does not fit the others, or the disk is full (finished trials are safe).
+            A trial is already stored or does not fit the others, or the disk is full (finished
+            trials are safe).
         """
         wanted = [int(indices)] if np.ndim(indices) == 0 else [int(index) for index in indices]  # type: ignore[arg-type, union-attr]
         outside = [index for index in wanted if not 0 <= index < self.label.n_trials]
         if outside or trials.sizes.get("trial") != len(wanted) or len({*wanted}) < len(wanted):
             raise InvalidInput(
-                f"append takes one trial for each of its indices within 0 to {self.label.n_trials - 1}, "
-                f"got the indices {str(wanted)[:60]} and the sizes {dict(trials.sizes)}."
+                "append takes one trial for each of its indices within 0 to"
+                f" {self.label.n_trials - 1}, got the indices {str(wanted)[:60]} and the sizes"
+                f" {dict(trials.sizes)}."
             )
         if stored := self.finished.intersection(wanted):
             raise StoreError(
-                f"trial {min(stored)} is already stored in {self.path}; compute only those not in `finished`."
+                f"trial {min(stored)} is already stored in {self.path}; compute only those not in"
+                " `finished`."
             )
-        state = f"trials {min(wanted)} to {max(wanted)} are not stored; the {len(self.finished)} finished ones are safe"
+        state = (
+            f"trials {min(wanted)} to {max(wanted)} are not stored; the {len(self.finished)}"
+            " finished ones are safe"
+        )
         size = self.label.group
         if self.label.layout is not None:
             check_same(self.label.layout, make_layout(trials))
@@ -202,16 +223,22 @@ class Store:
         self._copy()
 
     def _extend(self, old: Record, indices: list[int], trials: xr.Dataset, made: list[Any]) -> None:
-        """Add trials to a group that has some: until all is done each shard may be the old or the new one."""
+        """Add trials to a group that has some: until all is done each shard may be the old or the
+        new one.
+        """
         layout, size, group = self.label.layout, self.label.group, old.group
         assert layout is not None
         rows = [trial % size for trial in old.trials]
         shards = {}
         for name, item in layout.variables.items():
-            kept = np.asarray(open_array(self.path, name, item, (group + 1) * size, size)[group * size :])
+            kept = np.asarray(
+                open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
+            )
             shards[name] = encode_rows(layout, name, size, indices, trials, (rows, kept[rows]))
         new = merge(old, make_record(layout, size, indices, trials, made, shards))
-        both = {name: old.shards[name] + new.shards[name] for name in shards}  # the old trials are in both
+        both = {
+            name: old.shards[name] + new.shards[name] for name in shards
+        }  # the old trials are in both
         write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
         for name, raw in shards.items():
             write_atomic(find_shard(self.path, name, new, self.label), raw)
@@ -219,7 +246,9 @@ class Store:
         self._enter(new)
 
     def _copy(self) -> None:
-        """Write what makes the store a Zarr group for other readers; it need not survive a power cut."""
+        """Write what makes the store a Zarr group for other readers; it need not survive a power
+        cut.
+        """
         files: dict[str, Any] = {}
         layout, n = self.label.layout, self.label.n_trials
         assert layout is not None
@@ -227,13 +256,28 @@ class Store:
         for name, item in layout.variables.items():
             make_array(files, name, item, n, self.label.group)
         for key, variable in shared.variables.items():
-            label_trials(files, str(key), variable.values, tuple(map(str, variable.dims)), dict(variable.attrs))
+            label_trials(
+                files,
+                str(key),
+                variable.values,
+                tuple(map(str, variable.dims)),
+                dict(variable.attrs),
+            )
         labels = self._collect_labels()
         for name, values in labels.items():
             label_trials(files, name, values, ("trial",), layout.attributes.get(name, {}))
-        widths = {name: values.dtype.itemsize // 4 for name, values in labels.items() if values.dtype.kind == "U"}
+        widths = {
+            name: values.dtype.itemsize // 4
+            for name, values in labels.items()
+            if values.dtype.kind == "U"
+        }
         attributes = {
-            "feeler_store": {"format": FORMAT, "n_trials": n, "n_finished": len(self.finished), "widths": widths},
+            "feeler_store": {
+                "format": FORMAT,
+                "n_trials": n,
+                "n_finished": len(self.finished),
+                "widths": widths,
+            },
             **shared.attrs,
         }
         attributes["coordinates"] = " ".join(sorted(layout.coordinates))
@@ -251,10 +295,14 @@ class Store:
         found = {"finished": np.zeros(n, bool)}
         found["finished"][trials] = True
         for name, kind in self.label.layout.labels.items():  # type: ignore[union-attr]
-            values = to_array([value for record in self._records.values() for value in record.labels[name]], kind)
+            values = to_array(
+                [value for record in self._records.values() for value in record.labels[name]], kind
+            )
             blank = "" if kind == "str" else np.nan if values.dtype.kind == "f" else 0
             found[name] = np.full(
-                n, blank, dtype=values.dtype if values.size else np.dtype("U1" if kind == "str" else kind)
+                n,
+                blank,
+                dtype=values.dtype if values.size else np.dtype("U1" if kind == "str" else kind),
             )
             found[name][trials] = values
         return found
@@ -285,11 +333,15 @@ class Store:
                 raise
 
 
-def save_store(dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None) -> None:
+def save_store(
+    dataset: xr.Dataset, path: str | os.PathLike, *, group_size: int | None = None
+) -> None:
     """Write a Dataset as a store, group by group; the folder must be new or empty."""
     n_trials = dataset.sizes.get("trial", 0)
     if n_trials < 1:
-        raise InvalidInput(f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}.")
+        raise InvalidInput(
+            f"a store holds trials; the Dataset has the sizes {dict(dataset.sizes)}."
+        )
     configuration = {"configuration": dataset.attrs.get("configuration", "")}
     with open_store(path, configuration, n_trials, group_size=group_size) as store:
         if store.finished:

@@ -29,14 +29,18 @@ class _Later(BackendArray):
     dtype: np.dtype
 
     def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+        return indexing.explicit_indexing_adapter(
+            key, self.shape, indexing.IndexingSupport.OUTER, self._read
+        )
 
     def _read(self, key: tuple) -> np.ndarray:
         raise NotImplementedError
 
 
 class _Numbers(_Later):
-    """Trials of one array of a store; divided by ``length`` (sensor,) where curvature is derived from angle."""
+    """Trials of one array of a store; divided by ``length`` (sensor,) where curvature is derived
+    from angle.
+    """
 
     def __init__(self, array: Any, path: Path, length: np.ndarray | None = None) -> None:
         self.array, self.path, self.length = array, path, length
@@ -47,8 +51,9 @@ class _Numbers(_Later):
             values = np.asarray(self.array.oindex[key])
         except Exception as error:  # whatever zarr says of a damaged shard is news about the shard
             raise InvalidInput(
-                f"{self.path}: {self.array.name or 'a variable'} is damaged ({str(error)[:150]}). feeler validate names the "
-                "trials, and the command that made the store computes them again."
+                f"{self.path}: {self.array.name or 'a variable'} is damaged ({str(error)[:150]})."
+                " feeler validate names the trials, and the command that made the store computes"
+                " them again."
             ) from error
         if self.length is None:
             return values
@@ -72,8 +77,8 @@ class _Text(_Later):
             texts = self._read_records()[key]
         if np.strings.str_len(texts).max(initial=0) * 4 > self.dtype.itemsize:
             raise InvalidInput(
-                f"{self.path} is damaged: '{self.name}' has longer texts than the store says. The command that made the store "
-                "mends it."
+                f"{self.path} is damaged: '{self.name}' has longer texts than the store says. The"
+                " command that made the store mends it."
             )
         return texts.astype(self.dtype)
 
@@ -88,8 +93,8 @@ class _Text(_Later):
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
     """The finished trials of a store, in trial order, lazily and without locking it.
 
-    Numbers are read when they are used, and so are the texts of a store of many whole groups; all other labels are in memory.
-    Curvature is derived from angle where it is not stored.
+    Numbers are read when they are used, and so are the texts of a store of many whole groups; all
+    other labels are in memory. Curvature is derived from angle where it is not stored.
 
     Parameters
     ----------
@@ -105,7 +110,9 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
     label = read_label(path)
     groups = find_groups(path)[:first] if label.layout is not None else []
     if not groups:
-        raise InvalidInput(f"the store {path} holds no finished trial yet. Let the simulation go on.")
+        raise InvalidInput(
+            f"the store {path} holds no finished trial yet. Let the simulation go on."
+        )
     _check_files(path, label, groups)
     try:
         return _assemble(path, label, *_read_labels(path, label, groups))
@@ -116,7 +123,9 @@ def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Datas
 
 
 def _check_files(path: Path, label: Label, groups: list[int]) -> None:
-    """Raise where a shard is missing, which Zarr would read as NaN, or is a link, which may lead anywhere."""
+    """Raise where a shard is missing, which Zarr would read as NaN, or is a link, which may lead
+    anywhere.
+    """
     for name, item in label.layout.variables.items():  # type: ignore[union-attr]
         try:
             found = {entry.name: entry.is_symlink() for entry in os.scandir(path / name)}
@@ -125,12 +134,14 @@ def _check_files(path: Path, label: Label, groups: list[int]) -> None:
         for group in groups:
             if found.get(key := find_key(group, item), True):
                 raise InvalidInput(
-                    f"{path / name / key} is {'a link' if key in found else 'missing'}. The command that made the store "
-                    "computes its trials again."
+                    f"{path / name / key} is {'a link' if key in found else 'missing'}. The command"
+                    " that made the store computes its trials again."
                 )
 
 
-def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarray, dict[str, xr.Variable], list]:
+def _read_labels(
+    path: Path, label: Label, groups: list[int]
+) -> tuple[np.ndarray, dict[str, xr.Variable], list]:
     """Finished trials, their labels, and what they were made with where they are few.
 
     To read a million texts takes a second: where all groups are whole it waits until they are used.
@@ -147,7 +158,15 @@ def _read_labels(path: Path, label: Label, groups: list[int]) -> tuple[np.ndarra
     for is_whole, run in groupby(groups, key=whole.__contains__):
         if is_whole:
             rows = _list_rows([*run], label)
-            found = [(rows, {name: values.isel(trial=_pick(rows)).values for name, values in copies.items()})]
+            found = [
+                (
+                    rows,
+                    {
+                        name: values.isel(trial=_pick(rows)).values
+                        for name, values in copies.items()
+                    },
+                )
+            ]
         else:
             records = [read_record(path, group, label) for group in run]
             made += [one for record in records for one in record.made]
@@ -180,14 +199,21 @@ def to_array(values: Any, kind: str) -> np.ndarray:
         return np.array(values, dtype=str)
     if isinstance(values, np.ndarray):
         return values.astype(kind)
-    return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(kind)
+    return np.array([float(value) if isinstance(value, str) else value for value in values]).astype(
+        kind
+    )
 
 
 def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Variable]]:
-    """Whole groups whose labels are in the labels' arrays, and these arrays; none where they cannot be read."""
+    """Whole groups whose labels are in the labels' arrays, and these arrays; none where they cannot
+    be read.
+    """
     try:
         group = _open_copies(path)
-        finished, widths = np.asarray(group["finished"][...]), group.attrs["feeler_store"].get("widths", {})
+        finished, widths = (
+            np.asarray(group["finished"][...]),
+            group.attrs["feeler_store"].get("widths", {}),
+        )
         copies = {}
         for name, kind in label.layout.labels.items():  # type: ignore[union-attr]
             if kind == "str" and 0 < int(widths.get(name, 0)) <= WIDEST:
@@ -198,7 +224,9 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Varia
     except Exception:  # they are copies, and the records have it all
         return set(), {}
     ends = range(0, min(finished.size, label.n_trials), label.group)
-    return {start // label.group for start in ends if finished[start : start + label.group].all()}, copies
+    return {
+        start // label.group for start in ends if finished[start : start + label.group].all()
+    }, copies
 
 
 def _open_copies(path: Path) -> Any:
@@ -207,7 +235,9 @@ def _open_copies(path: Path) -> Any:
     return zarr.open_group(path, mode="r", zarr_format=3)
 
 
-def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, xr.Variable], made: list) -> xr.Dataset:
+def _assemble(
+    path: Path, label: Label, trials: np.ndarray, labels: dict[str, xr.Variable], made: list
+) -> xr.Dataset:
     layout = label.layout
     dataset = layout.make_shared()  # type: ignore[union-attr]
     size = (int(trials[-1]) // label.group + 1) * label.group
@@ -230,7 +260,9 @@ def _assemble(path: Path, label: Label, trials: np.ndarray, labels: dict[str, xr
 
 def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.Variable:
     array = _Numbers(open_array(path, name, item, size, label.group), path, length)
-    variable = xr.Variable(item.dims, indexing.LazilyIndexedArray(array), item.attributes if attrs is None else attrs)
+    variable = xr.Variable(
+        item.dims, indexing.LazilyIndexedArray(array), item.attributes if attrs is None else attrs
+    )
     first, last = int(trials[0]), int(trials[-1])
     whole = trials.size == last - first + 1
     return variable.isel(trial=slice(first, last + 1) if whole else trials)
@@ -240,7 +272,11 @@ def describe_store(path: Path) -> list[str]:
     """How much of a store is finished, without reading its numbers."""
     label = read_label(path)
     groups = find_groups(path)
-    count = sum(len(read_record(path, group, label).trials) for group in groups) if len(groups) <= MANY else None
+    count = (
+        sum(len(read_record(path, group, label).trials) for group in groups)
+        if len(groups) <= MANY
+        else None
+    )
     words = (
         f"{count} of {label.n_trials} trials"
         if count is not None

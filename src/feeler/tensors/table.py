@@ -1,4 +1,6 @@
-"""Tables of numbers from delimited text: the one door for tracks, recordings and calibration tables."""
+"""Tables of numbers from delimited text: the one door for tracks, recordings and calibration
+tables.
+"""
 
 import io
 import os
@@ -25,8 +27,9 @@ MISSING = ("", "nan", "na", "null", "none", "-")
 class Table:
     """Named columns of numbers with the comments above them.
 
-    ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``# key: value``,
-    ``line`` (row,) the line number of each row in the file, ``source`` the file's name.
+    ``columns`` names, ``values`` (row, column) with NaN for an empty cell, ``notes`` from lines ``#
+    key: value``, ``line`` (row,) the line number of each row in the file, ``source`` the file's
+    name.
     """
 
     columns: tuple[str, ...]
@@ -38,22 +41,28 @@ class Table:
     def column(self, name: str) -> np.ndarray:
         """Values (row,) of the column called ``name``; the error lists the columns there are."""
         if name not in self.columns:
-            raise InvalidInput(f"{self.source}: no column {name!r}; its columns are {_list(self.columns)}.")
+            raise InvalidInput(
+                f"{self.source}: no column {name!r}; its columns are {_list(self.columns)}."
+            )
         return self.values[:, self.columns.index(name)]
 
 
 @checked
-def read_table(path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS) -> Table:
-    """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is ever executed.
+def read_table(
+    path: str | os.PathLike, *, max_bytes: int = MAX_BYTES, max_cells: int = MAX_CELLS
+) -> Table:
+    """Read a delimited text file (comma, semicolon or tab) with one header row; nothing in it is
+    ever executed.
 
-    Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``, ``NA``, ``null``,
-    ``none`` and ``-`` are missing values. Everything else must be a number of at most 1e30 with a decimal point.
+    Lines that start with ``#`` before the header are notes, ``# key: value``. Empty cells, ``NaN``,
+    ``NA``, ``null``, ``none`` and ``-`` are missing values. Everything else must be a number of at
+    most 1e30 with a decimal point.
 
     Raises
     ------
     InvalidInput
-        Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong width, or a cell that
-        is no number (named by line and column).
+        Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong
+        width, or a cell that is no number (named by line and column).
     """
     return parse_table(read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
 
@@ -63,7 +72,9 @@ def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) 
     """As :func:`read_table`, from text that has already been read."""
     notes, start, header = _read_notes(text)
     if not header:
-        raise InvalidInput(f"{source}: no header row. The first line names the columns, separated by commas.")
+        raise InvalidInput(
+            f"{source}: no header row. The first line names the columns, separated by commas."
+        )
     delimiter = _find_delimiter(header)
     columns = _read_header(header, delimiter, source)
     values, numbers = _read_rows(text, start, delimiter, columns, source, max_cells)
@@ -78,7 +89,8 @@ def read_text(path: str | os.PathLike, max_bytes: int = MAX_BYTES) -> str:
             raise InvalidInput(f"{path} is not a regular file. Give the path of a CSV file.")
         if info.st_size > max_bytes:
             raise InvalidInput(
-                f"{path} has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it, or raise max_bytes."
+                f"{path} has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it, or"
+                " raise max_bytes."
             )
         with open(path, "rb") as file:
             raw = file.read(max_bytes + 1)
@@ -90,14 +102,18 @@ def read_text(path: str | os.PathLike, max_bytes: int = MAX_BYTES) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidInput(f"{path} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8.") from error
+        raise InvalidInput(
+            f"{path} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8."
+        ) from error
     if "\0" in text:
         raise InvalidInput(f"{path} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _list_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines with their numbers, one at a time: a list of them would take many times the text's memory."""
+    """Lines with their numbers, one at a time: a list of them would take many times the text's
+    memory.
+    """
     return enumerate(io.StringIO(text), 1)
 
 
@@ -125,14 +141,22 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 def _read_header(line: str, delimiter: str, source: str) -> tuple[str, ...]:
     if len(line) > MAX_LINE:
-        raise InvalidInput(f"{source}: the header has {len(line):,} characters, more than {MAX_LINE:,}. Is it a table?")
+        raise InvalidInput(
+            f"{source}: the header has {len(line):,} characters, more than {MAX_LINE:,}. Is it a"
+            " table?"
+        )
     columns = tuple(_split(line, delimiter))
     if len(columns) > 1 and columns[-1] == "":  # a trailing delimiter
         columns = columns[:-1]
     if len(columns) > MAX_COLUMNS:
-        raise InvalidInput(f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}.")
+        raise InvalidInput(
+            f"{source}: {len(columns)} columns, more than the limit of {MAX_COLUMNS}."
+        )
     if any(not name for name in columns) or all(_is_number(name) for name in columns):
-        raise InvalidInput(f"{source}: the first row must name every column, got {_list(columns)}. Add a header row.")
+        raise InvalidInput(
+            f"{source}: the first row must name every column, got {_list(columns)}. Add a header"
+            " row."
+        )
     if len(set(columns)) < len(columns):
         double = next(name for name in columns if columns.count(name) > 1)
         raise InvalidInput(f"{source}: two columns are called {double!r}. Give each its own name.")
@@ -149,7 +173,9 @@ def _list_rows(text: str, start: int) -> Iterator[tuple[int, str]]:
 def _read_rows(text, start, delimiter, columns, source, max_cells) -> tuple[np.ndarray, np.ndarray]:
     width, count = len(columns), sum(1 for _ in _list_rows(text, start))
     if count * width > max_cells:
-        raise InvalidInput(f"{source}: {count:,} rows × {width} columns exceed {max_cells:,} cells. Split it.")
+        raise InvalidInput(
+            f"{source}: {count:,} rows × {width} columns exceed {max_cells:,} cells. Split it."
+        )
     values, numbers = np.empty((count, width)), np.empty(count, dtype=int)
     for row, (number, line) in enumerate(_list_rows(text, start)):
         numbers[row] = number
@@ -157,13 +183,21 @@ def _read_rows(text, start, delimiter, columns, source, max_cells) -> tuple[np.n
         if len(cells) == width + 1 and cells[-1] == "":
             cells = cells[:-1]
         if len(cells) != width:
-            raise InvalidInput(f"{source} line {number}: {len(cells)} cells where the header has {width} columns.")
+            raise InvalidInput(
+                f"{source} line {number}: {len(cells)} cells where the header has {width} columns."
+            )
         try:
             values[row] = [float(cell) for cell in cells]
         except ValueError:
-            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+            values[row] = [
+                _read_cell(cell, source, number, name)
+                for cell, name in zip(cells, columns, strict=True)
+            ]
         if not np.all(np.abs(values[row]) <= MAX_NUMBER) or "_" in line:  # also where NaN stands
-            values[row] = [_read_cell(cell, source, number, name) for cell, name in zip(cells, columns, strict=True)]
+            values[row] = [
+                _read_cell(cell, source, number, name)
+                for cell, name in zip(cells, columns, strict=True)
+            ]
     return values, numbers
 
 
@@ -175,11 +209,13 @@ def _read_cell(cell: str, source: str, number: int, column: str) -> float:
         value = float(cell)
     if not np.isfinite(value):
         hint = " Use a decimal point." if "," in cell else ""
-        raise InvalidInput(f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}")
+        raise InvalidInput(
+            f"{source} line {number}, column {column!r}: {cell[:40]!r} is no finite number.{hint}"
+        )
     if abs(value) > MAX_NUMBER:
         raise InvalidInput(
-            f"{source} line {number}, column {column!r}: {cell[:40]!r} is larger than anything measured "
-            f"({MAX_NUMBER:g}). Mark a missing value by an empty cell."
+            f"{source} line {number}, column {column!r}: {cell[:40]!r} is larger than anything"
+            f" measured ({MAX_NUMBER:g}). Mark a missing value by an empty cell."
         )
     return value
 

@@ -1,4 +1,6 @@
-"""Antennal kinematics from tracked landmarks: how fast an animal moves its antennae while it explores."""
+"""Antennal kinematics from tracked landmarks: how fast an animal moves its antennae while it
+explores.
+"""
 
 from feeler.tensors.table import Table, parse_table, read_table
 from feeler.tracking.angle import SIDES, compute_antenna_angle

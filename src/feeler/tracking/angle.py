@@ -18,14 +18,17 @@ def compute_antenna_angle(
     abdomen: str = "abdomen",
     bases: tuple[str, str] | None = None,
 ) -> np.ndarray:
-    """Angle (side, frame) [rad] between the body (abdomen to head) and each antenna (its base to its tip).
+    """Angle (side, frame) [rad] between the body (abdomen to head) and each antenna (its base to
+    its tip).
 
-    Without ``bases``, landmarks on the antennae's bases, they are taken to sit at the head, as in the paper. That is wrong by
-    about the distance from head to base over the antenna's length: a speed of 204 °/s reads 190 °/s at 18 of 240 px.
+    Without ``bases``, landmarks on the antennae's bases, they are taken to sit at the head, as in
+    the paper. That is wrong by about the distance from head to base over the antenna's length: a
+    speed of 204 °/s reads 190 °/s at 18 of 240 px.
 
-    0 is straight ahead and positive is away from the midline on both sides, so that the body's own walking and
-    turning drop out. NaN wherever one of the three landmarks is missing or two of them coincide. Angles are unwrapped
-    within each stretch without NaN (Supplementary Methods, antenna slow exploration speed).
+    0 is straight ahead and positive is away from the midline on both sides, so that the body's own
+    walking and turning drop out. NaN wherever one of the three landmarks is missing or two of them
+    coincide. Angles are unwrapped within each stretch without NaN (Supplementary Methods, antenna
+    slow exploration speed).
     """
     body = tracks.of(head) - tracks.of(abdomen)
     angles = []
@@ -33,7 +36,10 @@ def compute_antenna_angle(
         angles.append(outward * _signed_angle(body, tracks.of(tip) - tracks.of(base)))
     angle = np.stack(angles)
     if not np.isfinite(angle).any():
-        raise InvalidInput("no frame holds head, abdomen and an antenna tip together: there is no angle to measure.")
+        raise InvalidInput(
+            "no frame holds head, abdomen and an antenna tip together: there is no angle to"
+            " measure."
+        )
     return angle
 
 
@@ -50,4 +56,6 @@ def _signed_angle(reference: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def find_runs(values: np.ndarray) -> list[slice]:
     """Stretches of finite values (frame,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isfinite(values), [0]))))
-    return [slice(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]
+    return [
+        slice(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)
+    ]

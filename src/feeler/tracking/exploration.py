@@ -28,8 +28,9 @@ class Exploration:
     length: float
     """Antenna length [mm]."""
     error: np.ndarray
-    """(trial, side) one standard error of ``mean_peak`` [rad/ms]: the peaks' spread over √n, and the noise of one speed, by
-    about which a peak, the largest of several noisy values, comes out too high."""
+    """(trial, side) one standard error of ``mean_peak`` [rad/ms]: the peaks' spread over √n, and
+    the noise of one speed, by about which a peak, the largest of several noisy values, comes out
+    too high."""
     source: str
     """``tracked``, or ``synthetic`` if any trial is made up."""
 
@@ -56,8 +57,9 @@ def measure_exploration(
 ) -> Exploration:
     """Average maximum angular speed per trial and side, and the lateral speed that it amounts to.
 
-    Per trial and side: angle between antenna and body, second-order zero-phase Butterworth low-pass, derivative,
-    peaks of the absolute speed, their mean (Supplementary Methods, antenna slow exploration speed).
+    Per trial and side: angle between antenna and body, second-order zero-phase Butterworth
+    low-pass, derivative, peaks of the absolute speed, their mean (Supplementary Methods, antenna
+    slow exploration speed).
 
     Parameters
     ----------
@@ -66,10 +68,12 @@ def measure_exploration(
     length
         Antenna length [mm].
     cutoff, max_gap, min_prominence
-        Low-pass [kHz], longest gap bridged by a straight line [frames], least prominence of a peak [rad/ms]; none is
-        stated in the paper. A gap that is left open cuts the motion in two, and its ends give false peaks or hide true ones.
+        Low-pass [kHz], longest gap bridged by a straight line [frames], least prominence of a peak
+        [rad/ms]; none is stated in the paper. A gap that is left open cuts the motion in two, and
+        its ends give false peaks or hide true ones.
     landmarks
-        What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``, ``head``, ``abdomen``.
+        What the landmarks are called, as for :func:`compute_antenna_angle`: ``tips``, ``bases``,
+        ``head``, ``abdomen``.
 
     Raises
     ------
@@ -80,18 +84,25 @@ def measure_exploration(
         raise InvalidInput("measure_exploration needs at least one trial, got none.")
     if not (np.isfinite(length) and length > 0):
         raise InvalidInput(f"length must be > 0 mm, got {length}.")
-    options: dict[str, Any] = {"cutoff": cutoff, "max_gap": max_gap, "min_prominence": min_prominence}
+    options: dict[str, Any] = {
+        "cutoff": cutoff,
+        "max_gap": max_gap,
+        "min_prominence": min_prominence,
+    }
 
     def find(tracks: Tracks) -> tuple[Sweeps, Sweeps]:
         one, other = compute_antenna_angle(tracks, **(landmarks or {}))
-        return find_sweeps(one, tracks.interval, **options), find_sweeps(other, tracks.interval, **options)
+        return find_sweeps(one, tracks.interval, **options), find_sweeps(
+            other, tracks.interval, **options
+        )
 
     sweeps = tuple(find(tracks) for tracks in trials)
     mean_peak = np.array([[side.mean_peak for side in pair] for pair in sweeps])
     if np.isnan(mean_peak).all():
         raise InvalidInput(
-            f"no sweep in {len(trials)} trials × {len(SIDES)} sides: no peak of angular speed rises "
-            f"{np.rad2deg(min_prominence) * 1e3:.3g} °/s above its neighbourhood. Check frame_rate or min_prominence."
+            f"no sweep in {len(trials)} trials × {len(SIDES)} sides: no peak of angular speed rises"
+            f" {np.rad2deg(min_prominence) * 1e3:.3g} °/s above its neighbourhood. Check frame_rate"
+            " or min_prominence."
         )
     return Exploration(
         mean_peak=mean_peak,

@@ -1,4 +1,6 @@
-"""Tracked landmarks as poses in Neurodata Without Borders (ndx-pose), one clock for all films; needs the extra ``nwb``."""
+"""Tracked landmarks as poses in Neurodata Without Borders (ndx-pose), one clock for all films;
+needs the extra ``nwb``.
+"""
 
 import os
 from collections.abc import Sequence
@@ -23,10 +25,12 @@ def save_poses(
     edges: Sequence[tuple[str, str]] = (),
     subject: str = "",
 ) -> None:
-    """Write films of one animal as NWB: a table of trials, and for each a ``PoseEstimation`` with a series per landmark.
+    """Write films of one animal as NWB: a table of trials, and for each a ``PoseEstimation`` with a
+    series per landmark.
 
-    All films share the session's clock: each begins 1 s after the one before has ended, because tracks do not hold when they
-    were filmed. ``load_tracks(path, individual="trial_000000")`` reads one again.
+    All films share the session's clock: each begins 1 s after the one before has ended, because
+    tracks do not hold when they were filmed. ``load_tracks(path, individual="trial_000000")`` reads
+    one again.
 
     Parameters
     ----------
@@ -47,7 +51,9 @@ def save_poses(
     require_pynwb()
     names = trials[0].landmarks if trials else ()
     if not names or any(one.landmarks != names for one in trials):
-        raise InvalidInput("poses need at least one film, and in all of them the same landmarks in the same order.")
+        raise InvalidInput(
+            "poses need at least one film, and in all of them the same landmarks in the same order."
+        )
     if unknown := [name for edge in edges for name in edge if name not in names]:
         raise InvalidInput(f"an edge joins {unknown[0]!r}; the tracks hold {', '.join(names)}.")
     file = make_nwb(
@@ -56,7 +62,9 @@ def save_poses(
     )  # fmt: skip
     from ndx_pose import Skeleton, Skeletons
 
-    places = np.array([[names.index(name) for name in edge] for edge in edges], dtype=np.uint8).reshape(-1, 2)
+    places = np.array(
+        [[names.index(name) for name in edge] for edge in edges], dtype=np.uint8
+    ).reshape(-1, 2)
     skeleton = Skeleton(name="skeleton", nodes=list(names), edges=places)
     module = file.create_processing_module("behavior", "tracked landmarks")
     module.add(Skeletons(skeletons=[skeleton]))
@@ -65,7 +73,9 @@ def save_poses(
         poses = _make_poses(one, f"trial_{number:06d}", skeleton, begin)
         module.add(poses)
         end = begin + float(one.time[-1]) * 1e-3
-        file.add_trial(start_time=begin, stop_time=end, timeseries=list(poses.pose_estimation_series.values()))
+        file.add_trial(
+            start_time=begin, stop_time=end, timeseries=list(poses.pose_estimation_series.values())
+        )
         begin = end + PAUSE
     write_nwb(file, path)
 
@@ -79,7 +89,9 @@ def _make_poses(tracks: Tracks, title: str, skeleton: Any, begin: float) -> Any:
         PoseEstimationSeries(
             name=name,
             data=tracks.of(name) * (1.0, -1.0),
-            reference_frame="(0, 0) is the centre of the film's first pixel; x to the right, y downwards",
+            reference_frame=(
+                "(0, 0) is the centre of the film's first pixel; x to the right, y downwards"
+            ),
             description=f"place of {name}; NaN where it was not seen",
             starting_time=begin,
             rate=float(np.round(1e3 / tracks.interval, 6)),

@@ -1,4 +1,6 @@
-"""Posture of a tracked flagellum: headings of its pieces and bends between them, from any number of points."""
+"""Posture of a tracked flagellum: headings of its pieces and bends between them, from any number of
+points.
+"""
 
 from collections.abc import Sequence
 
@@ -12,7 +14,8 @@ from feeler.tracking.tracks import Tracks
 
 @checked
 def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
-    """Posture in every frame from landmarks along a flagellum, base to tip; NaN where a landmark is missing.
+    """Posture in every frame from landmarks along a flagellum, base to tip; NaN where a landmark is
+    missing.
 
     Parameters
     ----------
@@ -24,9 +27,10 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``position`` (time, point, axis) [px or mm] relative to the base; ``heading`` (time, piece) [rad] of each piece,
-        anticlockwise from +x; ``bend`` (time, joint) [rad] in (−π, π] between neighbouring pieces; ``curvature`` (time, joint)
-        [1/px or 1/mm], bend over the mean length of the two pieces; ``piece_length`` (piece,), the median over frames.
+        ``position`` (time, point, axis) [px or mm] relative to the base; ``heading`` (time, piece)
+        [rad] of each piece, anticlockwise from +x; ``bend`` (time, joint) [rad] in (−π, π] between
+        neighbouring pieces; ``curvature`` (time, joint) [1/px or 1/mm], bend over the mean length
+        of the two pieces; ``piece_length`` (piece,), the median over frames.
 
     Raises
     ------
@@ -36,13 +40,17 @@ def measure_posture(tracks: Tracks, points: Sequence[str]) -> xr.Dataset:
     names = tuple(points)
     if len(names) < 3 or len(set(names)) < len(names):
         raise InvalidInput(
-            f"a posture needs at least 3 different landmarks from base to tip, got {', '.join(names) or 'none'}."
+            "a posture needs at least 3 different landmarks from base to tip, got"
+            f" {', '.join(names) or 'none'}."
         )
     position = np.stack([tracks.of(name) for name in names], axis=1)
     piece = np.diff(position, axis=1)
     length = np.linalg.norm(piece, axis=2)
     if not np.isfinite(length).any(axis=0).all():
-        raise InvalidInput("two neighbouring landmarks are never seen in one frame: there is no posture to measure.")
+        raise InvalidInput(
+            "two neighbouring landmarks are never seen in one frame: there is no posture to"
+            " measure."
+        )
     median = np.nanmedian(length, axis=0)
     heading = np.where(length > 0, np.arctan2(piece[:, :, 1], piece[:, :, 0]), np.nan)
     bend = np.angle(np.exp(1j * np.diff(heading, axis=1)))

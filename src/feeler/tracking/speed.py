@@ -13,8 +13,11 @@ from feeler.tracking.angle import find_runs
 
 ORDER = 2  # [P] second-order Butterworth
 CUTOFF = 6e-3  # [C] kHz (6 Hz); the paper does not state it
-MAX_GAP = 5  # [C] frames bridged by a straight line in the paper's measure; elsewhere none is unless asked for
-MIN_PROMINENCE = np.deg2rad(10.0) * 1e-3  # [C] rad/ms (10 °/s); smaller wiggles are tracking noise, not a sweep
+# [C] frames bridged by a straight line in the paper's measure; elsewhere none is unless asked for
+MAX_GAP = 5
+MIN_PROMINENCE = (
+    np.deg2rad(10.0) * 1e-3
+)  # [C] rad/ms (10 °/s); smaller wiggles are tracking noise, not a sweep
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +42,9 @@ class Sweeps:
 
     @property
     def error(self) -> float:
-        """One standard error of ``mean_peak`` [rad/ms], its upward bias by tracking noise included; NaN without a peak."""
+        """One standard error of ``mean_peak`` [rad/ms], its upward bias by tracking noise included;
+        NaN without a peak.
+        """
         n = self.peak_speed.size
         spread = self.peak_speed.std(ddof=1) / np.sqrt(n) if n > 1 else 0.0
         return float(np.hypot(spread, self.noise)) if n else float("nan")
@@ -51,7 +56,9 @@ class Sweeps:
 
 
 def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
-    """Straight lines over gaps of at most ``max_gap`` frames between measured ones; the number of frames bridged."""
+    """Straight lines over gaps of at most ``max_gap`` frames between measured ones; the number of
+    frames bridged.
+    """
     if max_gap < 0:
         raise InvalidInput(f"max_gap must be ≥ 0 frames, got {max_gap}. 0 bridges nothing.")
     filled = np.array(angle, dtype=float)
@@ -61,24 +68,28 @@ def bridge_gaps(angle: np.ndarray, max_gap: int) -> tuple[np.ndarray, int]:
         gap = after.start - before.stop
         if gap <= max_gap:
             ends = filled[before.stop - 1], filled[after.start]
-            turn = np.round((ends[1] - ends[0]) / (2 * np.pi)) * 2 * np.pi  # the gap may hide the wrap at ±π
+            turn = (
+                np.round((ends[1] - ends[0]) / (2 * np.pi)) * 2 * np.pi
+            )  # the gap may hide the wrap at ±π
             filled[after.start :] -= turn
             filled[before.stop : after.start] = np.linspace(ends[0], ends[1] - turn, gap + 2)[1:-1]
             bridged += gap
     return filled, bridged
 
 
-def smooth(angle: np.ndarray, interval: float, *, cutoff: float = CUTOFF, order: int = ORDER) -> np.ndarray:
+def smooth(
+    angle: np.ndarray, interval: float, *, cutoff: float = CUTOFF, order: int = ORDER
+) -> np.ndarray:
     """Zero-phase Butterworth low-pass (frame,) of each stretch without NaN.
 
-    The filter runs forwards and backwards: no delay, and at ``cutoff`` [kHz] the gain is 1/2 instead of 1/√2.
-    Stretches too short to filter (under 3 (order + 1) + 1 frames) become NaN.
+    The filter runs forwards and backwards: no delay, and at ``cutoff`` [kHz] the gain is 1/2
+    instead of 1/√2. Stretches too short to filter (under 3 (order + 1) + 1 frames) become NaN.
     """
     nyquist = 0.5 / interval
     if not 0 < cutoff < nyquist:
         raise InvalidInput(
-            f"cutoff must lie between 0 and half the frame rate, {nyquist * 1e3:.4g} Hz; got {cutoff * 1e3:.4g} Hz. "
-            "Lower the cutoff."
+            f"cutoff must lie between 0 and half the frame rate, {nyquist * 1e3:.4g} Hz; got"
+            f" {cutoff * 1e3:.4g} Hz. Lower the cutoff."
         )
     b, a = butter(order, cutoff / nyquist)
     padding = 3 * (order + 1)
@@ -90,7 +101,9 @@ def smooth(angle: np.ndarray, interval: float, *, cutoff: float = CUTOFF, order:
 
 
 def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
-    """Derivative (frame,) [rad/ms]: five-point central differences, three-point at the two frames of each end."""
+    """Derivative (frame,) [rad/ms]: five-point central differences, three-point at the two frames
+    of each end.
+    """
     speed = np.full(np.shape(angle), np.nan)
     for run in find_runs(angle):
         values = angle[run]
@@ -98,7 +111,9 @@ def differentiate(angle: np.ndarray, interval: float) -> np.ndarray:
             continue
         slope = np.gradient(values, interval, edge_order=2)
         if values.size >= 5:
-            slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (12 * interval)
+            slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (
+                12 * interval
+            )
         speed[run] = slope
     return speed
 
@@ -140,10 +155,12 @@ def find_sweeps(
 
 
 def _measure_noise(rest: np.ndarray, interval: float, cutoff: float) -> float:
-    """sd of the speed [rad/ms] that white noise in the angle leaves behind filter and derivative; 0 without frames.
+    """sd of the speed [rad/ms] that white noise in the angle leaves behind filter and derivative; 0
+    without frames.
 
-    ``rest`` (frame,) is what the filter took away. The noise's sd follows from the filter's response to one pulse. The
-    median stands for the sd, because a bridged gap or a slip of the tracker is no noise.
+    ``rest`` (frame,) is what the filter took away. The noise's sd follows from the filter's
+    response to one pulse. The median stands for the sd, because a bridged gap or a slip of the
+    tracker is no noise.
     """
     pulse = np.zeros(401)
     pulse[200] = 1.0
@@ -154,7 +171,9 @@ def _measure_noise(rest: np.ndarray, interval: float, cutoff: float) -> float:
 
 
 def _refine(three: np.ndarray) -> tuple[float, float]:
-    """Place (samples) and height of the vertex of the parabola through three samples around a maximum."""
+    """Place (samples) and height of the vertex of the parabola through three samples around a
+    maximum.
+    """
     left, middle, right = three
     bend = left - 2 * middle + right
     if bend >= 0:

@@ -1,4 +1,6 @@
-"""Made-up tracks with a known answer, always labelled synthetic: for tests, examples and Fig. S2's layout."""
+"""Made-up tracks with a known answer, always labelled synthetic: for tests, examples and Fig. S2's
+layout.
+"""
 
 import os
 
@@ -8,7 +10,9 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.tracking.tracks import LANDMARKS, Tracks
 
-FRAME_RATE = 30.0  # [C] frames per second, an ordinary security camera; the paper does not state its own
+FRAME_RATE = (
+    30.0  # [C] frames per second, an ordinary security camera; the paper does not state its own
+)
 SCALE = 8.0  # [C] px/mm
 BODY_LENGTH = 28.0  # [B] mm, antenna about 1.5 times the body
 
@@ -27,9 +31,10 @@ def make_synthetic_tracks(
 ) -> Tracks:
     """A walking, turning body whose antennae sweep sinusoidally, so that every peak speed is known.
 
-    ``θ(t) = θ₀ + A sin(2π f t + φ)`` with A = peak / (2π f): each peak of |dθ/dt| is ``peak_speed`` (left, right)
-    [rad/ms]. ``sweep_rate`` f [kHz], ``duration`` and ``length`` in ms and mm, ``noise`` sd of each coordinate [px],
-    ``gap_share`` share of frames in which a random landmark is lost.
+    ``θ(t) = θ₀ + A sin(2π f t + φ)`` with A = peak / (2π f): each peak of |dθ/dt| is ``peak_speed``
+    (left, right) [rad/ms]. ``sweep_rate`` f [kHz], ``duration`` and ``length`` in ms and mm,
+    ``noise`` sd of each coordinate [px], ``gap_share`` share of frames in which a random landmark
+    is lost.
     """
     if not 0 <= gap_share < 1:
         raise InvalidInput(f"gap_share must lie in [0, 1), got {gap_share}.")
@@ -43,7 +48,9 @@ def make_synthetic_tracks(
     position[:, 2], position[:, 3] = head, abdomen
     for side, (peak, outward) in enumerate(zip(peak_speed, (1.0, -1.0), strict=True)):
         phase = rng.uniform(0, 2 * np.pi)
-        swing = np.deg2rad(35.0) + peak / (2 * np.pi * sweep_rate) * np.sin(2 * np.pi * sweep_rate * time + phase)
+        swing = np.deg2rad(35.0) + peak / (2 * np.pi * sweep_rate) * np.sin(
+            2 * np.pi * sweep_rate * time + phase
+        )
         direction = heading + outward * swing
         position[:, side] = head + length * np.stack([np.cos(direction), np.sin(direction)], axis=1)
     position = SCALE * position + rng.normal(0.0, noise, position.shape)
@@ -54,8 +61,12 @@ def make_synthetic_tracks(
 
 @checked
 def save_dltdv(tracks: Tracks, path: str | os.PathLike) -> None:
-    """Write tracks as DLTdv8 would: pt1_cam1_X, …, first pixel 1, origin top-left, NaN where a point was lost."""
-    header = ",".join(f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY")
+    """Write tracks as DLTdv8 would: pt1_cam1_X, …, first pixel 1, origin top-left, NaN where a
+    point was lost.
+    """
+    header = ",".join(
+        f"pt{point + 1}_cam1_{axis}" for point in range(len(tracks.landmarks)) for axis in "XY"
+    )
     values = (tracks.position * (1.0, -1.0) + 1.0).reshape(tracks.n_frames, -1)
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.write(f"# source: {tracks.source}\n{header}\n")

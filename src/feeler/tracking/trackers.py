@@ -1,6 +1,8 @@
-"""What trackers write: DeepLabCut, SLEAP, Anipose, movement and ndx-pose, each turned into names, places and likelihoods.
+"""What trackers write: DeepLabCut, SLEAP, Anipose, movement and ndx-pose, each turned into names,
+places and likelihoods.
 
-Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of their own (:mod:`feeler.tensors.poses`).
+Text is parsed here; HDF5 and netCDF are opened by the guard, in a process of their own
+(:mod:`feeler.tensors.poses`).
 """
 
 import io
@@ -36,7 +38,9 @@ class Found:
     notes: dict[str, str] = field(default_factory=dict)
 
 
-def read_tracker(path: str | os.PathLike, individual: str | None, plane: str | None) -> Found | Table:
+def read_tracker(
+    path: str | os.PathLike, individual: str | None, plane: str | None
+) -> Found | Table:
     """The file's content; a plain or DLTdv table is handed on as it is."""
     if plane is not None and plane not in PLANES:
         raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
@@ -59,22 +63,37 @@ def _read_deeplabcut(text: str, source: str, individual: str | None) -> Found:
         rows.append([cell.strip() for cell in re.split("[,;\t]", lines.readline().rstrip("\n"))])
     named = {row[0]: row[1:] for row in rows}
     if not {"bodyparts", "coords"} <= named.keys() or len({len(row) for row in rows}) > 1:
-        raise InvalidInput(f"{source}: begins like DeepLabCut's CSV but lacks its rows bodyparts and coords.")
+        raise InvalidInput(
+            f"{source}: begins like DeepLabCut's CSV but lacks its rows bodyparts and coords."
+        )
     header = ",".join(f"c{k}" for k in range(len(rows[0])))
     rest = lines.read()
     delimiter = max(",;\t", key=rest[:1000].count)
     table = parse_table(f"{header.replace(',', delimiter)}\n{rest}", source=source)
     labels = list(
-        zip(named.get("individuals", [""] * len(named["coords"])), named["bodyparts"], named["coords"], strict=True)
+        zip(
+            named.get("individuals", [""] * len(named["coords"])),
+            named["bodyparts"],
+            named["coords"],
+            strict=True,
+        )
     )
     return _gather(labels, table.values[:, 1:], table.values[:, 0], individual, source)
 
 
 def _gather(
-    labels: Sequence[tuple[str, str, str]], values: np.ndarray, frame: np.ndarray, individual: str | None, source: str
+    labels: Sequence[tuple[str, str, str]],
+    values: np.ndarray,
+    frame: np.ndarray,
+    individual: str | None,
+    source: str,
 ) -> Found:
     """DeepLabCut's columns (individual, body part, coordinate) as landmarks."""
-    chosen = _choose(list(dict.fromkeys(label[0] for label in labels if label[0] != "single")), individual, source)
+    chosen = _choose(
+        list(dict.fromkeys(label[0] for label in labels if label[0] != "single")),
+        individual,
+        source,
+    )
     place = {label[1:]: k for k, label in enumerate(labels) if label[0] in (chosen, "single")}
     parts = tuple(dict.fromkeys(part for part, _ in place))
     if not parts or any((part, axis) not in place for part in parts for axis in "xy"):
@@ -89,7 +108,8 @@ def _gather(
 def _check_frames(frame: np.ndarray, source: str) -> None:
     if not np.all(np.diff(frame) == 1):
         raise InvalidInput(
-            f"{source}: frame numbers do not rise one by one; there are frames missing. Fill them with NaN."
+            f"{source}: frame numbers do not rise one by one; there are frames missing. Fill them"
+            " with NaN."
         )
 
 
@@ -99,17 +119,23 @@ def _choose(individuals: list[str], individual: str | None, source: str) -> str:
     if len(individuals) == 1 and individual is None:
         return individuals[0]
     shown = ", ".join(individuals[:12])
-    asked = "holds several individuals" if individual is None else f"has no individual {individual!r}"
+    asked = (
+        "holds several individuals" if individual is None else f"has no individual {individual!r}"
+    )
     raise InvalidInput(f"{source} {asked}; choose one of {shown} (individual=, or --individual).")
 
 
 def _read_anipose(table: Table) -> Found:
-    """Anipose's pose-3d: NAME_x, _y, _z, _error, _ncams, _score per landmark, then M, center and fnum."""
+    """Anipose's pose-3d: NAME_x, _y, _z, _error, _ncams, _score per landmark, then M, center and
+    fnum.
+    """
     names = tuple(name.removesuffix("_ncams") for name in table.columns if name.endswith("_ncams"))
     _check_frames(table.column("fnum"), table.source)
     position = np.stack([[table.column(f"{name}_{axis}") for axis in "xyz"] for name in names])
     likelihood = np.stack([table.column(f"{name}_score") for name in names], axis=1)
-    return Found(names=names, position=position.transpose(2, 0, 1), likelihood=likelihood, software="Anipose")
+    return Found(
+        names=names, position=position.transpose(2, 0, 1), likelihood=likelihood, software="Anipose"
+    )
 
 
 def _project(found: Found, plane: str | None, source: str) -> Found:
@@ -118,7 +144,8 @@ def _project(found: Found, plane: str | None, source: str) -> Found:
         return found
     if plane is None:
         raise InvalidInput(
-            f"{source} holds places in space; say onto which plane to look: {', '.join(PLANES)} (plane=)."
+            f"{source} holds places in space; say onto which plane to look: {', '.join(PLANES)}"
+            " (plane=)."
         )
     position = found.position[:, :, list(PLANES[plane])]
     return Found(**{**vars(found), "position": position})
@@ -133,12 +160,19 @@ def _read_hdf5_file(path: str | os.PathLike, individual: str | None) -> Found:
         labels = [tuple(label) for label in about["labels"]]
         if arrays["values"].ndim != 2 or arrays["values"].shape[1] != len(labels):
             raise InvalidInput(
-                f"{source}: {len(labels)} columns are named, the table has shape {arrays['values'].shape}."
+                f"{source}: {len(labels)} columns are named, the table has shape"
+                f" {arrays['values'].shape}."
             )
         return _gather(labels, arrays["values"], arrays["frame"], individual, source)
-    position, score = arrays["position"].astype(float), arrays.get("likelihood")  # (individual, frame, landmark, axis)
+    position, score = (
+        arrays["position"].astype(float),
+        arrays.get("likelihood"),
+    )  # (individual, frame, landmark, axis)
     n_animals, _, n_points, n_axes = position.shape
-    if (n_animals, n_points) != (len(about["individuals"]), len(about["names"])) or n_axes not in (2, 3):
+    if (n_animals, n_points) != (len(about["individuals"]), len(about["names"])) or n_axes not in (
+        2,
+        3,
+    ):
         raise InvalidInput(f"{source}: its names do not fit places of shape {position.shape}.")
     k = about["individuals"].index(_choose(about["individuals"], individual, source))
     n = about["frames"][k] if "frames" in about else None

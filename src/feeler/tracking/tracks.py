@@ -25,7 +25,8 @@ class Tracks:
     Raises
     ------
     InvalidInput
-        Wrong shape, no landmark, names given twice, infinite positions, or an interval that is not > 0.
+        Wrong shape, no landmark, names given twice, infinite positions, or an interval that is not
+        > 0.
     """
 
     position: np.ndarray
@@ -39,20 +40,24 @@ class Tracks:
     """``tracked``, or ``synthetic`` for made-up motion."""
     notes: dict[str, str] = field(default_factory=dict)
     doubted: dict[str, int] = field(default_factory=dict)
-    """Landmark → frames that were made NaN because the tracker's likelihood was below the threshold."""
+    """Landmark → frames that were made NaN because the tracker's likelihood was below the
+    threshold.
+    """
 
     def __post_init__(self) -> None:
         position = np.array(self.position, dtype=float)
         names = tuple(self.landmarks)
         if position.ndim != 3 or position.shape[1:] != (len(names), 2) or not names:
             raise InvalidInput(
-                f"position must be (frame, landmark, axis) = (…, {len(names)}, 2) for landmarks {', '.join(names)}; "
-                f"got shape {position.shape}."
+                f"position must be (frame, landmark, axis) = (…, {len(names)}, 2) for landmarks"
+                f" {', '.join(names)}; got shape {position.shape}."
             )
         if len(set(names)) < len(names):
             raise InvalidInput(f"each landmark needs its own name, got {', '.join(names)}.")
         if np.isinf(position).any():
-            raise InvalidInput("positions must be finite, or NaN where a landmark was not seen; got infinity.")
+            raise InvalidInput(
+                "positions must be finite, or NaN where a landmark was not seen; got infinity."
+            )
         if not (np.isfinite(self.interval) and self.interval > 0):
             raise InvalidInput(f"interval must be > 0 ms, got {self.interval}.")
         object.__setattr__(self, "position", position)
@@ -71,13 +76,17 @@ class Tracks:
     def scaled(self, pixels_per_mm: float) -> "Tracks":
         """The same tracks in mm."""
         if not (np.isfinite(pixels_per_mm) and pixels_per_mm > 0) or self.unit != "px":
-            raise InvalidInput(f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}.")
+            raise InvalidInput(
+                f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}."
+            )
         return replace(self, position=self.position / pixels_per_mm, unit="mm")
 
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
         if landmark not in self.landmarks:
-            raise InvalidInput(f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}.")
+            raise InvalidInput(
+                f"no landmark {landmark!r}; the tracks hold {', '.join(self.landmarks)}."
+            )
         return self.position[:, self.landmarks.index(landmark)]
 
 
@@ -94,11 +103,12 @@ def load_tracks(
     individual: str | None = None,
     plane: str | None = None,
 ) -> Tracks:
-    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement (netCDF), ndx-pose (NWB), DLTdv,
-    or a table.
+    """Read landmark tracks of DeepLabCut (CSV, H5), SLEAP (analysis H5), Anipose (CSV), movement
+    (netCDF), ndx-pose (NWB), DLTdv, or a table.
 
-    A table has two columns ``NAME_x, NAME_y`` per landmark and, if it likes, ``NAME_likelihood``. Places whose likelihood is
-    below ``min_likelihood`` become NaN and are counted in ``doubted``; nothing is filled in.
+    A table has two columns ``NAME_x, NAME_y`` per landmark and, if it likes, ``NAME_likelihood``.
+    Places whose likelihood is below ``min_likelihood`` become NaN and are counted in ``doubted``;
+    nothing is filled in.
 
     Parameters
     ----------
@@ -107,20 +117,24 @@ def load_tracks(
     frame_rate
         Frames per second of the film; needed unless the file holds it (movement, NWB).
     landmarks
-        What DLTdv's points 1, 2, … are; default: left_tip, right_tip, head, abdomen for four points [C]. For a
-        generic table: which landmarks to take, default all.
+        What DLTdv's points 1, 2, … are; default: left_tip, right_tip, head, abdomen for four points
+        [C]. For a generic table: which landmarks to take, default all.
     origin
-        ``top-left`` (y downwards; DLTdv8 and most trackers) or ``bottom-left`` (y upwards; DLTdv5 to 7, Argus).
+        ``top-left`` (y downwards; DLTdv8 and most trackers) or ``bottom-left`` (y upwards; DLTdv5
+        to 7, Argus).
     camera
         Which camera of a DLTdv file with several.
     first_pixel
-        Coordinate of the first pixel's centre; default 1 for DLTdv (MATLAB counts from 1), 0 for other tables.
+        Coordinate of the first pixel's centre; default 1 for DLTdv (MATLAB counts from 1), 0 for
+        other tables.
     min_likelihood
-        Least likelihood (score, confidence) that counts as seen; 0 takes all. 0.6 is DeepLabCut's and movement's default.
+        Least likelihood (score, confidence) that counts as seen; 0 takes all. 0.6 is DeepLabCut's
+        and movement's default.
     individual
         Which animal of a file with several, or which trial of an NWB file.
     plane
-        Of places in space (Anipose, movement): ``xy``, ``xz`` or ``yz``. They count as seen with y upwards.
+        Of places in space (Anipose, movement): ``xy``, ``xz`` or ``yz``. They count as seen with y
+        upwards.
 
     Returns
     -------
@@ -132,11 +146,15 @@ def load_tracks(
     if not 0 <= min_likelihood <= 1:
         raise InvalidInput(f"min_likelihood must lie in [0, 1], got {min_likelihood}.")
     if frame_rate is not None and not 0 < frame_rate <= MAX_FRAME_RATE:  # also refuses NaN
-        raise InvalidInput(f"frame_rate must lie in (0, {MAX_FRAME_RATE:g}] frames per second, got {frame_rate}.")
+        raise InvalidInput(
+            f"frame_rate must lie in (0, {MAX_FRAME_RATE:g}] frames per second, got {frame_rate}."
+        )
     found = read_tracker(path, individual, plane)
     first = first_pixel or 0.0
     if isinstance(found, Table):
-        is_dltdv = any(re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in found.columns)
+        is_dltdv = any(
+            re.fullmatch(r"pt\d+_cam\d+_X", name, re.IGNORECASE) for name in found.columns
+        )
         first = float(is_dltdv) if first_pixel is None else first_pixel
         found = _take_dltdv(found, camera, landmarks) if is_dltdv else _take_named(found, landmarks)
     elif landmarks is not None:
@@ -144,7 +162,8 @@ def load_tracks(
     frame_rate = frame_rate or found.frame_rate
     if frame_rate is None:
         raise InvalidInput(
-            f"{os.path.basename(path)} does not say how many frames a second; give frame_rate= (--frame-rate)."
+            f"{os.path.basename(path)} does not say how many frames a second; give frame_rate="
+            " (--frame-rate)."
         )
     position, doubted = _doubt(found, min_likelihood)
     position = position - first
@@ -169,16 +188,22 @@ def _select(found: Found, landmarks: tuple[str, ...]) -> Found:
         raise InvalidInput(f"no landmark {unknown[0]!r}; the tracks hold {', '.join(found.names)}.")
     index = [found.names.index(name) for name in landmarks]
     likelihood = None if found.likelihood is None else found.likelihood[:, index]
-    return replace(found, names=tuple(landmarks), position=found.position[:, index], likelihood=likelihood)
+    return replace(
+        found, names=tuple(landmarks), position=found.position[:, index], likelihood=likelihood
+    )
 
 
 def _doubt(found: Found, least: float) -> tuple[np.ndarray, dict[str, int]]:
-    """Positions with NaN where the tracker was unsure, and how many frames that were of each landmark."""
+    """Positions with NaN where the tracker was unsure, and how many frames that were of each
+    landmark.
+    """
     if found.likelihood is None:
         return found.position, {}
     unsure = (found.likelihood < least) & np.isfinite(found.position).all(axis=2)
     counts = dict(zip(found.names, unsure.sum(axis=0).tolist(), strict=True))
-    return np.where(unsure[:, :, None], np.nan, found.position), {name: n for name, n in counts.items() if n}
+    return np.where(unsure[:, :, None], np.nan, found.position), {
+        name: n for name, n in counts.items() if n
+    }
 
 
 def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) -> Found:
@@ -190,7 +215,10 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
             found[int(match[1]), match[3].upper()] = index
     points = sorted({point for point, _ in found})
     if not points:
-        raise InvalidInput(f"{table.source}: no column of camera {camera}, such as pt1_cam{camera}_X. Check camera=.")
+        raise InvalidInput(
+            f"{table.source}: no column of camera {camera}, such as pt1_cam{camera}_X. Check"
+            " camera=."
+        )
     for point in points:
         _require_pair(table, found, point, f"pt{point}_cam{camera}")
     names = _name_points(points, landmarks)
@@ -200,9 +228,14 @@ def _take_dltdv(table: Table, camera: int, landmarks: tuple[str, ...] | None) ->
 
 def _name_points(points: list[int], landmarks: tuple[str, ...] | None) -> tuple[str, ...]:
     if landmarks is None:
-        return LANDMARKS if len(points) == len(LANDMARKS) else tuple(f"pt{point}" for point in points)
+        return (
+            LANDMARKS if len(points) == len(LANDMARKS) else tuple(f"pt{point}" for point in points)
+        )
     if len(landmarks) != len(points):
-        raise InvalidInput(f"the file has {len(points)} points, landmarks names {len(landmarks)}: one name per point.")
+        raise InvalidInput(
+            f"the file has {len(points)} points, landmarks names {len(landmarks)}: one name per"
+            " point."
+        )
     return tuple(landmarks)
 
 
@@ -212,27 +245,35 @@ def _take_named(table: Table, landmarks: tuple[str, ...] | None) -> Found:
         match = re.fullmatch(r"(.{1,200}?)[_. ]([xyXY])", column)
         if match:
             found[match[1], match[2].upper()] = index
-    names = tuple(dict.fromkeys(name for name, _ in found)) if landmarks is None else tuple(landmarks)
+    names = (
+        tuple(dict.fromkeys(name for name, _ in found)) if landmarks is None else tuple(landmarks)
+    )
     if not names:
         raise InvalidInput(
-            f"{table.source}: no landmark columns among {', '.join(table.columns[:12])}. A landmark is two columns, "
-            "such as head_x and head_y, or DLTdv's pt1_cam1_X and pt1_cam1_Y."
+            f"{table.source}: no landmark columns among {', '.join(table.columns[:12])}. A landmark"
+            " is two columns, such as head_x and head_y, or DLTdv's pt1_cam1_X and pt1_cam1_Y."
         )
     for name in names:
         _require_pair(table, found, name, name)
     position = table.values[:, [[found[name, axis] for axis in "XY"] for name in names]]
     sure = [
-        [c for c in table.columns if re.fullmatch(rf"{re.escape(n)}[_. ](likelihood|score|confidence)", c)]
+        [
+            c
+            for c in table.columns
+            if re.fullmatch(rf"{re.escape(n)}[_. ](likelihood|score|confidence)", c)
+        ]
         for n in names
     ]
     seen = [table.column(columns[0]) if columns else np.ones(len(position)) for columns in sure]
-    return Found(names=names, position=position, likelihood=np.stack(seen, axis=1), notes=table.notes)
+    return Found(
+        names=names, position=position, likelihood=np.stack(seen, axis=1), notes=table.notes
+    )
 
 
 def _require_pair(table: Table, found: dict, key: object, shown: str) -> None:
     for axis in "XY":
         if (key, axis) not in found:
             raise InvalidInput(
-                f"{table.source}: no column {shown}_{axis}; the file has {', '.join(table.columns[:12])}. "
-                "Each landmark needs its x and its y."
+                f"{table.source}: no column {shown}_{axis}; the file has"
+                f" {', '.join(table.columns[:12])}. Each landmark needs its x and its y."
             )

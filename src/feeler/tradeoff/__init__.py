@@ -1,4 +1,6 @@
-"""Speed against accuracy against energy: what a touch tells by when, and what it costs, for any antenna."""
+"""Speed against accuracy against energy: what a touch tells by when, and what it costs, for any
+antenna.
+"""
 
 from feeler.tradeoff.best import average_sets, find_best
 from feeler.tradeoff.declared import Declared, load_declared

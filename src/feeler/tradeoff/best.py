@@ -1,4 +1,6 @@
-"""Best speeds: which speed an ideal observer would choose for each window, with intervals over the sets."""
+"""Best speeds: which speed an ideal observer would choose for each window, with intervals over the
+sets.
+"""
 
 import numpy as np
 import xarray as xr
@@ -11,9 +13,15 @@ LEVEL = 0.95
 
 @checked
 def average_sets(values: xr.DataArray) -> xr.Dataset:
-    """``mean`` over sets and ``half``, half the width of its 95 % interval (Student's t; NaN for one set)."""
+    """``mean`` over sets and ``half``, half the width of its 95 % interval (Student's t; NaN for
+    one set).
+    """
     count = values.sizes["set"]
-    half = values.std("set", ddof=1) * stdtrit(count - 1, (1 + LEVEL) / 2) / np.sqrt(count) if count > 1 else np.nan
+    half = (
+        values.std("set", ddof=1) * stdtrit(count - 1, (1 + LEVEL) / 2) / np.sqrt(count)
+        if count > 1
+        else np.nan
+    )
     mean = values.mean("set")
     return xr.Dataset({"mean": mean, "half": half + 0 * mean})
 
@@ -25,9 +33,9 @@ def find_best(measured: xr.Dataset, level: str, field: str = "accuracy") -> xr.D
     Returns
     -------
     xarray.Dataset
-        By window: ``best`` and ``second`` speed [m/s], ``mean`` and ``half`` of the best, and the paired difference to the
-        second over the same sets, ``gain`` ± ``gain_half``. ``least`` and ``most``: range of speeds that the sets do not
-        tell from the best.
+        By window: ``best`` and ``second`` speed [m/s], ``mean`` and ``half`` of the best, and the
+        paired difference to the second over the same sets, ``gain`` ± ``gain_half``. ``least`` and
+        ``most``: range of speeds that the sets do not tell from the best.
     """
     values = measured[field].sel(level=level)
     mean = values.mean("set")

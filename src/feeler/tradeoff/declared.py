@@ -11,7 +11,9 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class Declared:
-    """Every choice of the comparison of speeds; :func:`load_declared` reads those written down beforehand."""
+    """Every choice of the comparison of speeds; :func:`load_declared` reads those written down
+    beforehand.
+    """
 
     speeds: tuple[float, ...]
     """[m/s]"""
@@ -27,23 +29,30 @@ class Declared:
     draws: int
     """Pairs of drawn noise per set, window and level."""
     jitter: Mapping[str, Any]
-    """Ranges from which each touch is drawn: ± location, ± size, ± approach, friction from and to."""
+    """Ranges from which each touch is drawn: ± location, ± size, ± approach, friction from and to.
+    """
     levels: Mapping[str, Sequence[float]]
     """Levels by kind: ``relative`` to each tensor's peak, ``common`` [rad]."""
     headline: Mapping[str, float]
     """The level of each kind that figures show."""
     windows: Mapping[str, Any]
-    """``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm], ``matched_samples``."""
+    """``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
+    ``matched_samples``.
+    """
 
     def __post_init__(self) -> None:
         if len(self.speeds) < 1 or min(self.speeds) <= 0 or self.sets < 1:
-            raise InvalidInput(f"give at least one speed > 0 m/s and one set, got {self.speeds} and {self.sets}.")
+            raise InvalidInput(
+                f"give at least one speed > 0 m/s and one set, got {self.speeds} and {self.sets}."
+            )
         object.__setattr__(self, "speeds", tuple(sorted(self.speeds)))
 
     @property
     def noises(self) -> list[tuple[str, float]]:
         """Kind and size of every level of noise."""
-        return [(kind, float(size)) for kind in ("relative", "common") for size in self.levels[kind]]
+        return [
+            (kind, float(size)) for kind in ("relative", "common") for size in self.levels[kind]
+        ]
 
     def replace(self, **changes: Any) -> "Declared":
         """The same with some fields changed: fewer sets, other speeds."""
@@ -52,5 +61,7 @@ class Declared:
 
 def load_declared(**changes: Any) -> Declared:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = tomllib.loads(files("feeler.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8"))
+    found = tomllib.loads(
+        files("feeler.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8")
+    )
     return Declared(**found | changes)

@@ -20,12 +20,16 @@ MARKS: dict[str, dict[str, Any]] = {
 """Large and hollow, or small: both are seen where they coincide."""
 
 
-def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure) -> None:
+def plot_tradeoff(
+    measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure
+) -> None:
     """Six panels; needs about 7.2 × 4.6 inches. ``levels``: the level shown of each kind of noise."""
     first, axes = next(iter(measured.values())), figure.subplots(2, 3)
     common = levels["common"]
     plot_windows(first, common, "time", axes[0, 0])
-    axes[0, 0].set(xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time")
+    axes[0, 0].set(
+        xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time"
+    )
     plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
     axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6, title_fontsize=6)
@@ -34,7 +38,9 @@ def plot_tradeoff(measured: Mapping[str, xr.Dataset], levels: Mapping[str, str],
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
             plot_speeds(data, levels[kind], ax, color=colour, label=name)
         ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
-    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured))
+    figure.legend(
+        *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured)
+    )
     plot_costs(measured, axes[1, 2])
 
 
@@ -46,7 +52,9 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     for colour, speed in zip(colours, data["speed"].values, strict=True):
         one, x = found.sel(speed=speed), chosen["value"].values
         ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
-        ax.fill_between(x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0)
+        ax.fill_between(
+            x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0
+        )
     ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
     mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
 
@@ -57,8 +65,12 @@ def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
         best = find_best(data, level)
         best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
         x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
-        ax.errorbar(x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **MARKS[kind])
-    ax.set(xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]")
+        ax.errorbar(
+            x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **MARKS[kind]
+        )
+    ax.set(
+        xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]"
+    )
     mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
     ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
@@ -70,7 +82,16 @@ def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     for window, line in (("whole touch", "-"), (matched, "--")):
         found = average_sets(data["bits"].sel(level=level, window=window))
         shown = style | ({} if line == "-" else {"label": None})
-        ax.errorbar(data["speed"], found["mean"], found["half"], ls=line, marker=".", ms=3, capsize=2, **shown)
+        ax.errorbar(
+            data["speed"],
+            found["mean"],
+            found["half"],
+            ls=line,
+            marker=".",
+            ms=3,
+            capsize=2,
+            **shown,
+        )
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="bits")
     mark_places(ax.xaxis, data["speed"].values)
 
@@ -80,7 +101,9 @@ def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
     right = ax.twinx()
     for colour, data in zip(PALETTE, measured.values(), strict=False):
         ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
-        right.plot(data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour)
+        right.plot(
+            data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour
+        )
     ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
     mark_places(ax.xaxis, data["speed"].values)
     right.set_ylabel("peak force [mN] (dashed, or hollow)")

@@ -1,4 +1,6 @@
-"""Measure: the touches of a task at every speed, and what an ideal observer knows of them in every window."""
+"""Measure: the touches of a task at every speed, and what an ideal observer knows of them in every
+window.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -41,7 +43,11 @@ def list_windows(declared: Declared) -> list[Window]:
     ask = declared.windows
     times, far = sorted({*ask["deadlines"], *ask["matched_times"]}), ask["matched_distance"]
     distances = sorted({*ask["distances"], far})
-    matched = Window(kind="distance and samples", value=far, label=f"{far:g} mm, {ask['matched_samples']} samples")
+    matched = Window(
+        kind="distance and samples",
+        value=far,
+        label=f"{far:g} mm, {ask['matched_samples']} samples",
+    )
     return [
         *(Window(kind="time", value=float(t), label=f"{t:g} ms") for t in times),
         *(Window(kind="distance", value=float(d), label=f"{d:g} mm") for d in distances),
@@ -58,9 +64,11 @@ def draw_touches(
     locations: Sequence[float] = LOCATIONS,
     speed: float = 1.0,
 ) -> list[Trial]:
-    """Set ``number`` of the task: every feature at every location, drawn within the declared ranges.
+    """Set ``number`` of the task: every feature at every location, drawn within the declared
+    ranges.
 
-    The draws depend on the seed and the number alone, so that all speeds and antennas meet the same touches.
+    The draws depend on the seed and the number alone, so that all speeds and antennas meet the same
+    touches.
     """
     rng, jitter = np.random.default_rng([declared.seed, number]), declared.jitter
     drawn = []
@@ -90,7 +98,8 @@ def measure_tradeoff(
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """What an ideal observer of exactly known touches knows by when, at every speed, and what it costs.
+    """What an ideal observer of exactly known touches knows by when, at every speed, and what it
+    costs.
 
     Parameters
     ----------
@@ -99,7 +108,8 @@ def measure_tradeoff(
     features
         What touches; default the paper's six.
     workers
-        Threads, each with a set at a speed of its own; default one per core. The numbers do not depend on it.
+        Threads, each with a set at a speed of its own; default one per core. The numbers do not
+        depend on it.
     progress
         Called with (sets and speeds done, in all).
     options
@@ -108,8 +118,9 @@ def measure_tradeoff(
     Returns
     -------
     xarray.Dataset
-        ``accuracy`` and ``bits`` (set, speed, level, window), ``work`` of the object on the antenna [µJ], peak ``force``
-        [mN] and time of last contact ``release`` [ms since contact] (set, speed), means over the touches of a set.
+        ``accuracy`` and ``bits`` (set, speed, level, window), ``work`` of the object on the antenna
+        [µJ], peak ``force`` [mN] and time of last contact ``release`` [ms since contact] (set,
+        speed), means over the touches of a set.
     """
     windows, jobs = list_windows(declared), [*product(range(declared.sets), declared.speeds)]
     found: dict[int, dict[str, Any]] = {}
@@ -117,7 +128,10 @@ def measure_tradeoff(
     def measure(job: tuple[int, float]) -> dict[str, Any]:
         return _measure_set(antenna, declared, windows, *job, features, {"workers": 1} | options)
 
-    with hold_blas(), ThreadExecutor(workers) as own:  # small matrices: waking other threads takes longer than the work
+    with (
+        hold_blas(),
+        ThreadExecutor(workers) as own,
+    ):  # small matrices: waking other threads takes longer than the work
         for outcome in run_batch(measure, enumerate(jobs), executor=own, window=own.workers):
             if outcome.error is not None:
                 raise outcome.error
@@ -127,9 +141,14 @@ def measure_tradeoff(
     rows = [found[index] for index in range(len(jobs))]
     shape = (declared.sets, len(declared.speeds))
     values = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    dims = {name: ("set", "speed", "level", "window") for name in FIELDS} | {name: ("set", "speed") for name in COSTS}
+    dims = {name: ("set", "speed", "level", "window") for name in FIELDS} | {
+        name: ("set", "speed") for name in COSTS
+    }
     return xr.Dataset(
-        {name: (dims[name], value.reshape(*shape, *value.shape[1:])) for name, value in values.items()},
+        {
+            name: (dims[name], value.reshape(*shape, *value.shape[1:]))
+            for name, value in values.items()
+        },
         {
             "speed": list(declared.speeds),
             "level": [f"{kind} {size:g}" for kind, size in declared.noises],
@@ -137,7 +156,10 @@ def measure_tradeoff(
             "kind": ("window", [window.kind for window in windows]),
             "value": ("window", [window.value for window in windows]),
         },
-        attrs={"antenna": antenna.name, "touches": len(features or make_features()) * len(LOCATIONS)},
+        attrs={
+            "antenna": antenna.name,
+            "touches": len(features or make_features()) * len(LOCATIONS),
+        },
     )
 
 
@@ -154,18 +176,33 @@ def _measure_set(
     duration = trials[0].lead + declared.reach * antenna.length / speed + declared.tail
     duration = step * np.ceil(duration / step)
     tensors = touch(
-        antenna, trials, duration=duration, sample_interval=step, save=("angle", "force", "work"), **options
+        antenna,
+        trials,
+        duration=duration,
+        sample_interval=step,
+        save=("angle", "force", "work"),
+        **options,
     )
-    first = round(trials[0].lead / step) + 1  # the sample at the lead itself is the last without contact
+    first = (
+        round(trials[0].lead / step) + 1
+    )  # the sample at the lead itself is the last without contact
     angle = tensors["angle"].values
     if not np.abs(angle).reshape(len(angle), -1).max(axis=1).all():
-        raise InvalidInput(f"an object does not bend the antenna {antenna.name!r} at all; choose others.")
+        raise InvalidInput(
+            f"an object does not bend the antenna {antenna.name!r} at all; choose others."
+        )
     found = {name: np.empty((len(declared.noises), len(windows))) for name in FIELDS}
     scaled = {"common": angle, "relative": scale_peaks(angle)}
-    energies = {kind: _list_energies(values, declared, windows, first, speed) for kind, values in scaled.items()}
+    energies = {
+        kind: _list_energies(values, declared, windows, first, speed)
+        for kind, values in scaled.items()
+    }
     for i, (kind, size) in enumerate(declared.noises):
         different, which = energies[kind]
-        known = [measure_information(one, size, n_draws=declared.draws, random_state=number) for one in different]
+        known = [
+            measure_information(one, size, n_draws=declared.draws, random_state=number)
+            for one in different
+        ]
         for field in FIELDS:
             found[field][i] = [getattr(known[k], field) for k in which]
     return found | _measure_costs(tensors, first)
@@ -174,14 +211,19 @@ def _measure_set(
 def _list_energies(
     angle: np.ndarray, declared: Declared, windows: list[Window], first: int, speed: float
 ) -> tuple[list[np.ndarray], list[int]]:
-    """Inner products, and which of them each window has: those that outlast the record, when all is at rest, share theirs."""
+    """Inner products, and which of them each window has: those that outlast the record, when all is
+    at rest, share theirs.
+    """
     count, step = angle.shape[2], declared.sample_interval
     ends = []
     for window in windows:
         long = {"time": window.value, "distance": window.value / speed}.get(window.kind, np.inf)
         ends.append(int(min(first + np.floor(long / step + 1e-9), count)))
     different = sorted(set(ends))
-    energies, which = [*compute_energies(angle, different, start=first)], [different.index(end) for end in ends]
+    energies, which = (
+        [*compute_energies(angle, different, start=first)],
+        [different.index(end) for end in ends],
+    )
     far, n = declared.windows["matched_distance"], declared.windows["matched_samples"]
     picks = first - 1 + np.round(far * np.arange(1, n + 1) / n / speed / step).astype(int)
     for j, window in enumerate(windows):
@@ -194,7 +236,10 @@ def _list_energies(
 def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:
     force = np.linalg.norm(tensors["force"].values, axis=2)
     time = tensors["time"].values
-    last = np.array([time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force]) - time[first - 1]
+    last = (
+        np.array([time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force])
+        - time[first - 1]
+    )
     return {
         "work": 1e3 * float(tensors["work"].values[:, -1, 1].mean()),
         "force": 1e3 * float(force.max(axis=1).mean()),

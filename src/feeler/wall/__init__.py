@@ -4,7 +4,13 @@ from feeler.wall.course import Course, make_turn
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, fit_distance, map_distance
 from feeler.wall.following import FOLLOWING, Controller, Run, calibrate, follow
 from feeler.wall.loop import Stability, map_stability, measure_wall_response
-from feeler.wall.peak import Peak, compute_curvature, compute_smooth_curvature, find_peak, find_sweep_peak
+from feeler.wall.peak import (
+    Peak,
+    compute_curvature,
+    compute_smooth_curvature,
+    find_peak,
+    find_sweep_peak,
+)
 from feeler.wall.posture import Posture
 from feeler.wall.sensitivity import Case, compare, count_orderings, make_postures, summarise
 from feeler.wall.sliding import WallTouch, drive, slide

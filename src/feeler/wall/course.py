@@ -16,7 +16,9 @@ from feeler.stimulus.object import Object
 RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
 MARGIN = 100.0  # mm; the first and the last face go on by this
 THICK = 10.0  # mm; from a face to the back of its block
-OVERLAP = 5.0  # mm; a block goes on by this behind the next face where the wall turns towards the body
+OVERLAP = (
+    5.0  # mm; a block goes on by this behind the next face where the wall turns towards the body
+)
 ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
 
 
@@ -25,7 +27,9 @@ class Faces(Feature):
     """A wall's faces along a line of corners with blocks behind them, on the right of the line."""
 
     corners: np.ndarray
-    """(corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is −x."""
+    """(corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is
+    −x.
+    """
     kind: ClassVar[str] = "course"
     rounding: ClassVar[float] = 0.0
     wide: ClassVar[bool] = True
@@ -46,7 +50,9 @@ class Faces(Feature):
             line = self.corners[first : last + 2].copy()
             line[0] -= (OVERLAP if first and turn[first - 1] > 0 else 0.0) * along[first]
             line[-1] += (OVERLAP if last < len(turn) and turn[last] > 0 else 0.0) * along[last]
-            blocks.append(-np.concatenate([line, [line[-1] + behind[last], line[0] + behind[first]]]))
+            blocks.append(
+                -np.concatenate([line, [line[-1] + behind[last], line[0] + behind[first]]])
+            )
             first = last + 1
         return blocks
 
@@ -54,7 +60,11 @@ class Faces(Feature):
 def _measure_turns(along: np.ndarray) -> np.ndarray:
     """Turns between unit vectors (face, 2) [degrees], positive to the left."""
     before, after = along[:-1], along[1:]
-    return np.degrees(np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)))
+    return np.degrees(
+        np.arctan2(
+            before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)
+        )
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,13 +80,15 @@ class Course:
     lengths: tuple[float, ...] = (RUN_UP, RUN_UP)
     """Length of each face [mm], > 10."""
     turns: tuple[float, ...] = (30.0,)
-    """Turn after each face but the last [degrees]: positive turns towards the body, negative away from it."""
+    """Turn after each face but the last [degrees]: positive turns towards the body, negative away
+    from it.
+    """
 
     def __post_init__(self) -> None:
         if len(self.lengths) < 1 or len(self.turns) != len(self.lengths) - 1:
             raise InvalidInput(
-                f"a Course needs one turn fewer than it has faces, got {len(self.lengths)} lengths and "
-                f"{len(self.turns)} turns."
+                f"a Course needs one turn fewer than it has faces, got {len(self.lengths)} lengths"
+                f" and {len(self.turns)} turns."
             )
         if not all(np.isfinite(length) and length > 10 for length in self.lengths):
             raise InvalidInput(f"Course.lengths must be finite and > 10 mm, got {self.lengths}.")
@@ -87,7 +99,9 @@ class Course:
     def corners(self) -> np.ndarray:
         """Points (face + 1, 2) [mm] from the start of the wall to its end."""
         heading = -np.radians(np.concatenate(([0.0], np.cumsum(self.turns))))
-        steps = np.array(self.lengths)[:, None] * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+        steps = np.array(self.lengths)[:, None] * np.stack(
+            [np.sin(heading), np.cos(heading)], axis=1
+        )
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
     @cached_property

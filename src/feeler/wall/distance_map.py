@@ -1,4 +1,6 @@
-"""The map from the point of greatest curvature to the wall's distance: how straight, how exact, over what range."""
+"""The map from the point of greatest curvature to the wall's distance: how straight, how exact,
+over what range.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -22,7 +24,9 @@ class DistanceMap:
     position: np.ndarray
     """Arc length of the peak (step,) [mm], NaN without one."""
     used: np.ndarray
-    """Which (step,) entered the fit: an inverted J in contact, with its peak away from the base hinge."""
+    """Which (step,) entered the fit: an inverted J in contact, with its peak away from the base
+    hinge.
+    """
     at_base: np.ndarray
     """Which (step,) had their peak at the base hinge: reported, not fitted."""
     slope: float
@@ -36,11 +40,15 @@ class DistanceMap:
     residual: np.ndarray
     """Distance minus the line (step,) [mm], NaN where not used."""
     error: float
-    """Predicted distance error [mm]: root mean square over the used distances, each left out of its own fit."""
+    """Predicted distance error [mm]: root mean square over the used distances, each left out of its
+    own fit.
+    """
     monotone: bool
     """Whether the position rises, or falls, strictly over the used distances."""
     told_apart: tuple[float, float]
-    """Nearest and farthest distance [mm] of the longest run in which neighbours are told apart; NaN without one."""
+    """Nearest and farthest distance [mm] of the longest run in which neighbours are told apart; NaN
+    without one.
+    """
 
     def predict(self, position: float | np.ndarray) -> float | np.ndarray:
         """Distance [mm] from the position of the peak [mm]; NaN in, NaN out."""
@@ -66,7 +74,10 @@ def fit_distance(
     """
     distance, position = np.asarray(distance, dtype=float), np.asarray(position, dtype=float)
     if distance.shape != position.shape or distance.ndim != 1:
-        raise InvalidInput(f"distance and position need one length, got shapes {distance.shape} and {position.shape}.")
+        raise InvalidInput(
+            f"distance and position need one length, got shapes {distance.shape} and"
+            f" {position.shape}."
+        )
     used = np.asarray(used, dtype=bool) & np.isfinite(position)
     x, y = position[used], distance[used]
     slope, intercept, r2, error, why = _fit_line(x, y)
@@ -103,8 +114,12 @@ def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float,
     return slope, intercept, r2, float(np.sqrt(np.mean(left_out**2))), ""
 
 
-def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) -> tuple[float, float]:
-    """Ends of the longest stretch over which the position moves on, one way, by more than ``resolution`` per step."""
+def _longest_run(
+    distance: np.ndarray, position: np.ndarray, resolution: float
+) -> tuple[float, float]:
+    """Ends of the longest stretch over which the position moves on, one way, by more than
+    ``resolution`` per step.
+    """
     best = (np.nan, np.nan)
     for way in (1.0, -1.0):
         apart = way * np.diff(position) > resolution  # False next to a missing position
@@ -121,21 +136,29 @@ def _longest_run(distance: np.ndarray, position: np.ndarray, resolution: float) 
 def map_distance(sweep: Approach, *, peak: Peak | None = None, **options: Any) -> DistanceMap:
     """The map of a sweep; ``options`` go to :func:`feeler.wall.find_sweep_peak`.
 
-    Used are distances at which the antenna stands against the wall as its posture asks (an inverted J, or any contact
-    with ``prebend="none"``) in equilibrium, and its peak is not at the base hinge. Positions closer than the longest
-    segment are not told apart.
+    Used are distances at which the antenna stands against the wall as its posture asks (an inverted
+    J, or any contact with ``prebend="none"``) in equilibrium, and its peak is not at the base
+    hinge. Positions closer than the longest segment are not told apart.
     """
     peak = peak or find_sweep_peak(sweep, **options)
     standing = sweep.contact if sweep.posture.prebend == "none" else sweep.inverted
     used = standing & sweep.balanced & ~peak.at_base
-    return fit_distance(sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max()))
+    return fit_distance(
+        sweep.distance, peak.position, used, peak.at_base, float(sweep.antenna.segment_length.max())
+    )
 
 
 @checked
 def bootstrap_median(
-    values: Annotated[np.ndarray, "setup"], rng: np.random.Generator, *, n_resamples: int = 2000, level: float = 0.95
+    values: Annotated[np.ndarray, "setup"],
+    rng: np.random.Generator,
+    *,
+    n_resamples: int = 2000,
+    level: float = 0.95,
 ) -> tuple[float, float, float]:
-    """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN) are left out."""
+    """Median and its bootstrap interval (median, low, high) over set-ups; undefined values (NaN)
+    are left out.
+    """
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values)]
     if values.size == 0:

@@ -22,9 +22,12 @@ from feeler.wall.sweep import approach, make_wall_scene
 ENGINE = "rod-inertia"
 PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
 Watch = Callable[[np.ndarray, np.ndarray], None]
-"""Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it raises ends the run."""
+"""Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it
+raises ends the run.
+"""
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
-SUBSTEP = 5.0  # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
+# [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
+SUBSTEP = 5.0
 GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
 SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
@@ -35,10 +38,12 @@ FOLLOWING = Posture(prebend="none", friction=0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Controller:
-    """Proportional and derivative steering on the estimated distance, as turn rate = K_p e + K_d de/dt.
+    """Proportional and derivative steering on the estimated distance, as turn rate = K_p e + K_d
+    de/dt.
 
-    On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow from a natural
-    frequency and a damping ratio at any speed v (Cowan, Lee & Full 2006, J Exp Biol 209:1617, but with a delay).
+    On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow
+    from a natural frequency and a damping ratio at any speed v (Cowan, Lee & Full 2006, J Exp Biol
+    209:1617, but with a delay).
     """
 
     target: float = 12.0
@@ -57,17 +62,27 @@ class Controller:
     def __post_init__(self) -> None:
         for name in ("target", "frequency", "max_turn", "smoothing"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InvalidInput(f"Controller.{name} must be finite and > 0, got {getattr(self, name)}.")
+                raise InvalidInput(
+                    f"Controller.{name} must be finite and > 0, got {getattr(self, name)}."
+                )
         for name in ("damping_ratio", "delay"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise InvalidInput(f"Controller.{name} must be finite and ≥ 0, got {getattr(self, name)}.")
+                raise InvalidInput(
+                    f"Controller.{name} must be finite and ≥ 0, got {getattr(self, name)}."
+                )
 
-    def begin(self, speed: float, period: float, first: float | None = None) -> Callable[[float], float]:
-        """A controller at work: from each distance seen [mm], one ``period`` [ms] after the other, to the turn rate [rad/ms]
-        of the period that follows, at a ``speed`` [mm/ms]. Its low-pass begins at ``first`` [mm], by default the target.
+    def begin(
+        self, speed: float, period: float, first: float | None = None
+    ) -> Callable[[float], float]:
+        """A controller at work: from each distance seen [mm], one ``period`` [ms] after the other,
+        to the turn rate [rad/ms] of the period that follows, at a ``speed`` [mm/ms]. Its low-pass
+        begins at ``first`` [mm], by default the target.
         """
         gain, damp = self.frequency**2 / speed, 2 * self.damping_ratio * self.frequency / speed
-        waiting, share = deque([0.0] * round(self.delay / period)), period / (self.smoothing + period)
+        waiting, share = (
+            deque([0.0] * round(self.delay / period)),
+            period / (self.smoothing + period),
+        )
         filtered = self.target if first is None else first
 
         def steer(seen: float) -> float:
@@ -129,15 +144,21 @@ def calibrate(
 ) -> DistanceMap:
     """The map read while the body runs parallel to a straight wall at known distances.
 
-    It differs from the quasi-static map by the wall's drag. Distances without contact, or with the peak at the base
-    hinge, are not fitted.
+    It differs from the quasi-static map by the wall's drag. Distances without contact, or with the
+    peak at the base hinge, are not fitted.
     """
     posture = (posture or FOLLOWING).replace(side="right")
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
     sweep = approach(antenna, posture, distances, substep=SUBSTEP)
     listened = []
     for distance, angle in zip(sweep.distance, sweep.angle, strict=True):
-        runner = _Runner(make_wall_scene(sweep.antenna, posture, distance, angle=angle), speed, engine, timestep, watch)
+        runner = _Runner(
+            make_wall_scene(sweep.antenna, posture, distance, angle=angle),
+            speed,
+            engine,
+            timestep,
+            watch,
+        )
         peaks = []
         while runner.time < SETTLING + LISTENING:
             runner.go(0.0)
@@ -146,7 +167,9 @@ def calibrate(
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
     at_base = position < GRID / 2
     used = np.isfinite(position) & ~at_base
-    return fit_distance(sweep.distance, position, used, at_base, float(antenna.segment_length.max()))
+    return fit_distance(
+        sweep.distance, position, used, at_base, float(antenna.segment_length.max())
+    )
 
 
 @checked
@@ -164,11 +187,12 @@ def follow(
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> Run:
-    """Run a body along a wall with turns, steering by the point of greatest curvature of its antenna.
+    """Run a body along a wall with turns, steering by the point of greatest curvature of its
+    antenna.
 
-    The body is a point with a heading that runs at constant ``speed`` and steers once per millisecond; its antenna is
-    simulated against the course's wall. Without contact there is no estimate, and the body steers as at the farthest
-    calibrated distance.
+    The body is a point with a heading that runs at constant ``speed`` and steers once per
+    millisecond; its antenna is simulated against the course's wall. Without contact there is no
+    estimate, and the body steers as at the farthest calibrated distance.
 
     Parameters
     ----------
@@ -181,7 +205,8 @@ def follow(
     oracle
         Steer by the true distance: what steering alone can reach.
     engine, timestep
-        As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1 ms long.
+        As for :func:`feeler.touch`; by default the rod with inertia, whose implicit steps may be 1
+        ms long.
     watch
         Called after each period, with the body (3,) and the hinge angles (segment,).
 
@@ -192,20 +217,26 @@ def follow(
     Raises
     ------
     InvalidInput
-        The map is undefined (the antenna's peak does not move with distance), so there is nothing to steer by.
+        The map is undefined (the antenna's peak does not move with distance), so there is nothing
+        to steer by.
     """
     posture = (posture or FOLLOWING).replace(side="right")
     controller, course = controller or Controller(), course or Course()
     start = controller.target if start is None else start
     for name, value in (("speed", speed), ("start", start)):
         if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} must be finite and > 0 {'mm/ms' if name == 'speed' else 'mm'}, got {value}.")
+            raise InvalidInput(
+                f"{name} must be finite and > 0 {'mm/ms' if name == 'speed' else 'mm'}, got"
+                f" {value}."
+            )
     if not oracle:
-        distance_map = distance_map or calibrate(antenna, posture, speed=speed, engine=engine, timestep=timestep)
+        distance_map = distance_map or calibrate(
+            antenna, posture, speed=speed, engine=engine, timestep=timestep
+        )
         if distance_map.undefined:
             raise InvalidInput(
-                f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}. Use another antenna "
-                "or posture, or oracle=True."
+                f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}."
+                " Use another antenna or posture, or oracle=True."
             )
     sweep = approach(antenna, posture, [start], substep=SUBSTEP)
     scene = Scene(
@@ -219,16 +250,24 @@ def follow(
     return _run(runner, course, controller, None if oracle else distance_map)
 
 
-def _run(runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None) -> Run:
+def _run(
+    runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None
+) -> Run:
     steer, turn = controller.begin(runner.speed, runner.period, -runner.body[0]), 0.0
-    near, far = (0.0, 0.0) if known is None else (known.distance[known.used].min(), known.distance[known.used].max())
+    near, far = (
+        (0.0, 0.0)
+        if known is None
+        else (known.distance[known.used].min(), known.distance[known.used].max())
+    )
     body, distance, estimate = [runner.body], [course.measure(runner.body[None, :2])[0]], [np.nan]
     n_periods = max(1, round((sum(course.lengths) - 20.0) / runner.speed / runner.period))
     while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
         runner.go(turn)
         body.append(runner.body)
         distance.append(course.measure(runner.body[None, :2])[0])
-        seen = float(distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far))
+        seen = float(
+            distance[-1] if known is None else np.clip(known.predict(runner.feel()), near, far)
+        )
         estimate.append(np.nan if known is None else seen)
         turn = steer(far if np.isnan(seen) else seen)
     return Run(
@@ -246,10 +285,17 @@ class _Runner:
     """A body with an antenna, that runs at constant speed."""
 
     def __init__(
-        self, scene: Scene, speed: float, engine: str, timestep: float | None, watch: Watch | None = None
+        self,
+        scene: Scene,
+        speed: float,
+        engine: str,
+        timestep: float | None,
+        watch: Watch | None = None,
     ) -> None:
         scene = replace(scene, base_motion=BaseMotion(velocity=(0.0, speed)))
-        self.simulation = Simulations([scene], engine=engine, timestep=choose_timestep(timestep, engine))
+        self.simulation = Simulations(
+            [scene], engine=engine, timestep=choose_timestep(timestep, engine)
+        )
         self._watch = watch
         self.period, self.speed = max(PERIOD, self.simulation.timestep), speed
         self.antenna, self._base_angle = scene.antenna, scene.base[2]
@@ -267,9 +313,13 @@ class _Runner:
         return self.simulation.state.base[0] - [0.0, 0.0, self._base_angle]
 
     def go(self, turn: float) -> None:
-        """Run on for one period with a turn rate [rad/ms], straight ahead as it looks in the middle of it."""
+        """Run on for one period with a turn rate [rad/ms], straight ahead as it looks in the middle
+        of it.
+        """
         middle = self.body[2] + 0.5 * self.period * turn
-        self.simulation.move_base(0, (self.speed * np.sin(middle), self.speed * np.cos(middle)), turn)
+        self.simulation.move_base(
+            0, (self.speed * np.sin(middle), self.speed * np.cos(middle)), turn
+        )
         self.simulation.step(self.period)
         if self.simulation.failed[0] is not None:
             raise self.simulation.failed[0]
@@ -277,7 +327,9 @@ class _Runner:
             self._watch(self.body, self.simulation.state.angle[0])
 
     def feel(self) -> float:
-        """Arc length of the greatest smoothed bend beyond the slack shape [mm]; NaN without contact."""
+        """Arc length of the greatest smoothed bend beyond the slack shape [mm]; NaN without
+        contact.
+        """
         state = self.simulation.state
         if np.isnan(state.contact_place[0]):
             return np.nan

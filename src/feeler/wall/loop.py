@@ -1,8 +1,10 @@
-"""Wall following as a closed loop: what the antenna passes on of a changing distance, and when steering by it is stable.
+"""Wall following as a closed loop: what the antenna passes on of a changing distance, and when
+steering by it is stable.
 
-For a body of speed v that turns at K_p e + K_d ė, delayed by τ, with K_p = ω²/v and K_d = 2ζω/v, small errors obey
-ë(t) + 2ζω ė(t − τ) + ω² e(t − τ) = 0. With ζ = 1 that is stable for ωτ < arctan(2r)/r, r² = 2 + √5, so ωτ < 0.647; what
-the antenna and the low-pass add to the delay makes it less.
+For a body of speed v that turns at K_p e + K_d ė, delayed by τ, with K_p = ω²/v and K_d = 2ζω/v,
+small errors obey ë(t) + 2ζω ė(t − τ) + ω² e(t − τ) = 0. With ζ = 1 that is stable for ωτ <
+arctan(2r)/r, r² = 2 + √5, so ωτ < 0.647; what the antenna and the low-pass add to the delay makes
+it less.
 """
 
 from collections.abc import Sequence
@@ -20,7 +22,10 @@ from feeler.wall.following import FOLLOWING, SUBSTEP, Controller, _Runner, follo
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import approach
 
-ENGINE, TIMESTEP = "chain-consistent", 0.1  # the full dynamics, at the coarsest step that the contact allows
+ENGINE, TIMESTEP = (
+    "chain-consistent",
+    0.1,
+)  # the full dynamics, at the coarsest step that the contact allows
 OFFSET = 2.0  # [C] mm; how far from the target a run begins
 QUIET = 1.0  # [C] mm; sd of the distance in the last third, up to which a run counts as stable
 TURNS = 12.0  # [C] how many periods 1/ω a run lasts, at least 300 ms and at most 1500
@@ -38,8 +43,8 @@ class Stability:
     frequency: np.ndarray
     """Natural angular frequency that the gains are set for (frequency,) [rad/ms]."""
     spread: np.ndarray
-    """Sd of the distance in the last third of each run (delay, frequency) [mm]; NaN where the body ran into the wall, lost it,
-    or its antenna has no map."""
+    """Sd of the distance in the last third of each run (delay, frequency) [mm]; NaN where the body
+    ran into the wall, lost it, or its antenna has no map."""
     stable: np.ndarray
     """(delay, frequency)"""
 
@@ -57,18 +62,23 @@ def map_stability(
     timestep: float | None = TIMESTEP,
     target: float = 12.0,
 ) -> Stability:
-    """Let a body that begins 2 mm off follow a straight wall with each gain and delay, and see whether it comes to rest.
+    """Let a body that begins 2 mm off follow a straight wall with each gain and delay, and see
+    whether it comes to rest.
 
     Parameters
     ----------
     known
-        From :func:`feeler.wall.calibrate` at that speed and engine; an undefined one makes nothing stable.
+        From :func:`feeler.wall.calibrate` at that speed and engine; an undefined one makes nothing
+        stable.
     oracle
         Steer by the true distance: the loop without the antenna.
     """
     late, gains = np.asarray(delays, dtype=float), np.asarray(frequencies, dtype=float)
     if not late.size or not gains.size or late.min() < 0 or gains.min() <= 0 or not speed > 0:
-        raise InvalidInput("delays must be ≥ 0 ms, frequencies > 0 rad/ms and speed > 0 mm/ms, at least one of each.")
+        raise InvalidInput(
+            "delays must be ≥ 0 ms, frequencies > 0 rad/ms and speed > 0 mm/ms, at least one of"
+            " each."
+        )
     if known is None and not oracle:
         raise InvalidInput("give known=calibrate(antenna, speed=…, engine=…), or oracle=True.")
     spread = np.full((late.size, gains.size), np.nan)
@@ -79,8 +89,18 @@ def map_stability(
             for i, delay in enumerate(late):
                 controller = Controller(target=target, frequency=frequency, delay=delay)
                 try:
-                    run = follow(antenna, course, controller=controller, speed=speed, start=target + OFFSET,
-                                 distance_map=known, oracle=oracle, engine=engine, timestep=timestep)  # fmt: skip
+                    run = follow(
+                        antenna,
+                        course,
+                        controller=controller,
+                        speed=speed,
+                        start=target + OFFSET,
+                        # fmt: skip
+                        distance_map=known,
+                        oracle=oracle,
+                        engine=engine,
+                        timestep=timestep,
+                    )
                 except FeelerError:  # a body that loses itself in the wall
                     continue
                 last = run.distance[2 * len(run.distance) // 3 :]
@@ -104,10 +124,12 @@ def measure_wall_response(
     timestep: float | None = TIMESTEP,
     cycles: int = 4,
 ) -> np.ndarray:
-    """Gain and phase of the antenna as a gauge of distance: complex ratio (frequency,) of the distance felt to the true one.
+    """Gain and phase of the antenna as a gauge of distance: complex ratio (frequency,) of the
+    distance felt to the true one.
 
-    The body weaves, so that its distance from a straight wall swings by ±``amplitude`` [mm] at each frequency [Hz]; both
-    distances are fitted by a sine over the last ``cycles`` − 1 cycles. NaN where it was not in contact all the time.
+    The body weaves, so that its distance from a straight wall swings by ±``amplitude`` [mm] at each
+    frequency [Hz]; both distances are fitted by a sine over the last ``cycles`` − 1 cycles. NaN
+    where it was not in contact all the time.
     """
     if known.undefined:
         raise InvalidInput(f"the '{antenna.name}' antenna gives no map: {known.undefined}.")
@@ -118,7 +140,9 @@ def measure_wall_response(
         omega, course = 2e-3 * np.pi * hertz, Course(lengths=(1e4,), turns=())
         wall, base = course.make_object(posture.friction), (-distance, 0.0, posture.base_angle)
         label = f"{antenna.name} at {hertz:g} Hz"
-        scene = Scene(antenna=rest.antenna, objects=(wall,), base=base, angle=rest.angle[0], label=label)
+        scene = Scene(
+            antenna=rest.antenna, objects=(wall,), base=base, angle=rest.angle[0], label=label
+        )
         runner = _Runner(scene, speed, engine, timestep)
         heading, steps = omega * amplitude / speed, round(cycles * 1000 / hertz / runner.period)
         rows = []
@@ -134,6 +158,10 @@ def measure_wall_response(
 def _compare_swings(omega: float, time: np.ndarray, true: np.ndarray, seen: np.ndarray) -> complex:
     if not np.isfinite(seen).all():
         return complex(np.nan, np.nan)
-    basis = np.stack([np.exp(1j * omega * time).real, np.exp(1j * omega * time).imag, np.ones_like(time)], axis=1)
-    (a, b, _), (c, d, _) = (np.linalg.lstsq(basis, values, rcond=None)[0] for values in (true, seen))
+    basis = np.stack(
+        [np.exp(1j * omega * time).real, np.exp(1j * omega * time).imag, np.ones_like(time)], axis=1
+    )
+    (a, b, _), (c, d, _) = (
+        np.linalg.lstsq(basis, values, rcond=None)[0] for values in (true, seen)
+    )
     return complex(c, -d) / complex(a, -b)

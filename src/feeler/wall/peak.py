@@ -31,14 +31,19 @@ class Peak:
 
 @checked
 def compute_curvature(antenna: Antenna, angle: Annotated[np.ndarray, "... segment"]) -> np.ndarray:
-    """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile tensor)."""
+    """Curvature θ_n / ℓ_n (…, segment) [1/mm] of hinge angles (…, segment) [rad] (paper, tactile
+    tensor).
+    """
     return _check_hinges(antenna, angle) / antenna.segment_length
 
 
 def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     angle = np.asarray(angle, dtype=float)
     if angle.shape[-1] != antenna.n_segments:
-        raise InvalidInput(f"curvature needs the angles of all {antenna.n_segments} hinges, got shape {angle.shape}.")
+        raise InvalidInput(
+            f"curvature needs the angles of all {antenna.n_segments} hinges, got shape"
+            f" {angle.shape}."
+        )
     return angle
 
 
@@ -49,40 +54,50 @@ def compute_smooth_curvature(
     position: Annotated[np.ndarray, "point"],
     smoothing: float = SMOOTHING,
 ) -> np.ndarray:
-    """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) / Σ ℓ_n G(s − s_n).
+    """Curvature (shape, point) [1/mm] at arc lengths ``position`` (point,) [mm]: Σ θ_n G(s − s_n) /
+    Σ ℓ_n G(s − s_n).
 
-    G is a Gaussian of standard deviation ``smoothing`` [mm]; a circular arc keeps its curvature up to both ends.
+    G is a Gaussian of standard deviation ``smoothing`` [mm]; a circular arc keeps its curvature up
+    to both ends.
     """
-    return np.atleast_2d(_check_hinges(antenna, angle)) @ make_kernel(antenna, position, smoothing).T
+    return (
+        np.atleast_2d(_check_hinges(antenna, angle)) @ make_kernel(antenna, position, smoothing).T
+    )
 
 
 def make_kernel(antenna: Antenna, position: np.ndarray, smoothing: float = SMOOTHING) -> np.ndarray:
     """What makes the smoothed curvature of hinge angles (point, segment) [1/mm]."""
     if not (np.isfinite(smoothing) and smoothing > 0):
         raise InvalidInput(
-            f"smoothing must be finite and > 0 mm, got {smoothing}. Use method='hinge' for no smoothing."
+            f"smoothing must be finite and > 0 mm, got {smoothing}. Use method='hinge' for no"
+            " smoothing."
         )
     weight = np.exp(-0.5 * ((position[:, None] - antenna.hinge_position) / smoothing) ** 2)
     return weight / (weight @ antenna.segment_length)[:, None]
 
 
 @checked
-def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING) -> Peak:
+def find_peak(
+    antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", smoothing: float = SMOOTHING
+) -> Peak:
     """The point of greatest curvature, in size, of each shape.
 
     Parameters
     ----------
     angle
-        Hinge angles (shape, segment) [rad], or beyond the slack shape: what is peaked is what is given.
+        Hinge angles (shape, segment) [rad], or beyond the slack shape: what is peaked is what is
+        given.
     method
-        ``hinge``: the hinge with the greatest |θ_n / ℓ_n|. ``smooth``: the greatest of the smoothed curve, between grid
-        points by a parabola, so finer than a segment.
+        ``hinge``: the hinge with the greatest |θ_n / ℓ_n|. ``smooth``: the greatest of the smoothed
+        curve, between grid points by a parabola, so finer than a segment.
     """
     if method not in METHODS:
         raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(METHODS)}.")
     angle = np.atleast_2d(np.asarray(angle, dtype=float))
     if angle.shape[1] != antenna.n_segments or not np.all(np.isfinite(angle)):
-        raise InvalidInput(f"angle must be finite, (shape, {antenna.n_segments}) rad, got shape {angle.shape}.")
+        raise InvalidInput(
+            f"angle must be finite, (shape, {antenna.n_segments}) rad, got shape {angle.shape}."
+        )
     if method == "hinge":
         curve, place = compute_curvature(antenna, angle), antenna.hinge_position
     else:
@@ -100,7 +115,9 @@ def find_peak(antenna: Antenna, angle: np.ndarray, *, method: str = "smooth", sm
 
 
 def place_top(size: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at the ends the sample."""
+    """Top (shape,) of the parabola through the greatest sample of each row and its neighbours; at
+    the ends the sample.
+    """
     best = size.argmax(axis=1)
     inner = np.clip(best, 1, size.shape[1] - 2)
     row = np.arange(len(size))
@@ -117,7 +134,8 @@ def find_sweep_peak(
 ) -> Peak:
     """Peaks of a sweep; NaN where the antenna does not touch the wall: no contact, no estimate.
 
-    ``quantity``: ``bend``, beyond the slack shape, as a strain sensor feels it; ``total``, as a camera sees it.
+    ``quantity``: ``bend``, beyond the slack shape, as a strain sensor feels it; ``total``, as a
+    camera sees it.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput(f"unknown quantity {quantity!r}; valid: {', '.join(QUANTITIES)}.")

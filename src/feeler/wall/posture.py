@@ -1,4 +1,6 @@
-"""How an antenna meets a wall: angle, pre-bend, friction and side, each an unstated choice with its reason."""
+"""How an antenna meets a wall: angle, pre-bend, friction and side, each an unstated choice with its
+reason.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,10 +17,12 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True, kw_only=True)
 class Posture:
-    """An antenna held at its base, bent into an inverted J (tip pointing backward), beside a wall parallel to the body.
+    """An antenna held at its base, bent into an inverted J (tip pointing backward), beside a wall
+    parallel to the body.
 
-    The body looks along +y, the antenna's base is the origin, the wall's face is the line x = distance (right side) or
-    x = −distance (left). The defaults were fixed before any R² was computed; docs/guide/wall.md gives the reasons.
+    The body looks along +y, the antenna's base is the origin, the wall's face is the line x =
+    distance (right side) or x = −distance (left). The defaults were fixed before any R² was
+    computed; docs/guide/wall.md gives the reasons.
 
     Raises
     ------
@@ -29,13 +33,17 @@ class Posture:
     inter_antennal_angle: float = 30.0
     """[P] about 30 degrees, in (0, 90]."""
     reading: str = "midline"
-    """``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``: half of it each."""
+    """``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``:
+    half of it each.
+    """
     prebend: str = "rest"
-    """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and released;
-    ``rotation``: a straight antenna that points backward is turned forward along the wall by its base; ``none``: no
-    J, a straight antenna whose tip bends forward along the wall [C]."""
+    """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and
+    released; ``rotation``: a straight antenna that points backward is turned forward along the wall
+    by its base; ``none``: no J, a straight antenna whose tip bends forward along the wall [C]."""
     hook_share: float = 0.25
-    """Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is straight [C]."""
+    """Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is
+    straight [C].
+    """
     tip_heading: float = 180.0
     """Heading of the slack tip [degrees], 180 is straight backward, in (90, 180] [C]."""
     fold_radius: float = 2.0
@@ -48,7 +56,10 @@ class Posture:
     def __post_init__(self) -> None:
         for name, valid in (("reading", READINGS), ("prebend", PREBENDS), ("side", SIDES)):
             if getattr(self, name) not in valid:
-                raise InvalidInput(f"Posture.{name} must be one of {', '.join(valid)}, got {getattr(self, name)!r}.")
+                raise InvalidInput(
+                    f"Posture.{name} must be one of {', '.join(valid)}, got"
+                    f" {getattr(self, name)!r}."
+                )
         self._check("inter_antennal_angle", 0.0, 90.0, "in (0, 90] degrees")
         self._check("hook_share", 0.0, 1.0, "a fraction of the length in (0, 1]")
         self._check("tip_heading", 90.0, 180.0, "in (90, 180] degrees")
@@ -64,7 +75,9 @@ class Posture:
     @property
     def base_angle(self) -> float:
         """Heading of the antenna's base from the midline, towards the wall [rad]."""
-        return float(np.radians(self.inter_antennal_angle)) / (2.0 if self.reading == "total" else 1.0)
+        return float(np.radians(self.inter_antennal_angle)) / (
+            2.0 if self.reading == "total" else 1.0
+        )
 
     @property
     def sign(self) -> float:
@@ -78,12 +91,15 @@ class Posture:
     def bend(self, antenna: Antenna) -> Antenna:
         """The antenna with the slack shape of this posture, as seen on the right side.
 
-        With ``rest``, hook angles are added to whatever rest angles the antenna has: the hook has constant curvature.
+        With ``rest``, hook angles are added to whatever rest angles the antenna has: the hook has
+        constant curvature.
         """
         if self.prebend != "rest":
             return antenna
         length = antenna.segment_length
-        share = np.where(antenna.hinge_position >= (1 - self.hook_share) * antenna.length, length, 0.0)
+        share = np.where(
+            antenna.hinge_position >= (1 - self.hook_share) * antenna.length, length, 0.0
+        )
         if not share.any():
             share[-1] = 1.0  # a hook shorter than the last segment sits in its hinge
         turn = np.radians(self.tip_heading) - self.base_angle
@@ -94,14 +110,24 @@ class Posture:
         return measure_reach(self.bend(antenna), self.base_angle)
 
     def lay(self, antenna: Antenna, distance: float) -> np.ndarray:
-        """Headings (segment,) of a fold: straight to the wall, an arc of ``fold_radius``, straight back along it."""
-        near = distance - float(antenna.radius.max()) - self.fold_radius * (1 + np.cos(self.base_angle))
+        """Headings (segment,) of a fold: straight to the wall, an arc of ``fold_radius``, straight
+        back along it.
+        """
+        near = (
+            distance
+            - float(antenna.radius.max())
+            - self.fold_radius * (1 + np.cos(self.base_angle))
+        )
         start = max(near, 0.0) / np.sin(self.base_angle)
         middle = antenna.hinge_position + antenna.segment_length / 2
-        return self.base_angle + np.clip((middle - start) / self.fold_radius, 0.0, np.pi - self.base_angle)
+        return self.base_angle + np.clip(
+            (middle - start) / self.fold_radius, 0.0, np.pi - self.base_angle
+        )
 
 
 def measure_reach(antenna: Antenna, base_angle: float) -> float:
     """How far [mm] the surface of an antenna in its slack shape extends to the right of its base."""
-    thick = np.maximum(np.append(antenna.radius, 0.0), np.append(0.0, antenna.radius))  # of the segments at a node
+    thick = np.maximum(
+        np.append(antenna.radius, 0.0), np.append(0.0, antenna.radius)
+    )  # of the segments at a node
     return float(np.max(antenna.shape(base_angle=base_angle)[:, 0] + thick))

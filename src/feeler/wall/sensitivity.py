@@ -32,7 +32,16 @@ MEASURES = (
     {"quantity": "total", "method": "smooth"},
 )
 
-CHOICES = ("inter_antennal_angle", "reading", "friction", "prebend", "hook_share", "tip_heading", "quantity", "method")
+CHOICES = (
+    "inter_antennal_angle",
+    "reading",
+    "friction",
+    "prebend",
+    "hook_share",
+    "tip_heading",
+    "quantity",
+    "method",
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,7 +61,14 @@ class Case:
     def choice(self) -> tuple:
         """What tells the set-up from others, without the antenna, by ``CHOICES``."""
         p = self.posture
-        fixed = (p.inter_antennal_angle, p.reading, p.friction, p.prebend, p.hook_share, p.tip_heading)
+        fixed = (
+            p.inter_antennal_angle,
+            p.reading,
+            p.friction,
+            p.prebend,
+            p.hook_share,
+            p.tip_heading,
+        )
         return (*fixed, *self.measure.values())
 
 
@@ -60,7 +76,10 @@ class Case:
 def make_postures(*axes: Iterable[Mapping[str, Any]], base: Posture | None = None) -> list[Posture]:
     """Every combination of the choices, one mapping of changed fields from each axis."""
     base = base or Posture()
-    return [base.replace(**{k: v for part in parts for k, v in part.items()}) for parts in product(*axes)]
+    return [
+        base.replace(**{k: v for part in parts for k, v in part.items()})
+        for parts in product(*axes)
+    ]
 
 
 @checked
@@ -76,8 +95,9 @@ def compare(
 ) -> list[Case]:
     """Sweep every antenna in every posture and fit the map of every measure.
 
-    ``known`` sweeps over the same distances, by the antenna's name, are not done again. The others are shared out among
-    ``workers`` threads (the compiled relaxation releases the lock), or go to an ``executor``.
+    ``known`` sweeps over the same distances, by the antenna's name, are not done again. The others
+    are shared out among ``workers`` threads (the compiled relaxation releases the lock), or go to
+    an ``executor``.
     """
     done = {(name, sweep.posture): sweep for name, sweep in known}
     postures, measures = list(postures), [dict(measure) for measure in measures]
@@ -90,7 +110,11 @@ def compare(
             if outcome.error is not None:
                 raise outcome.error
             done[jobs[outcome.index][::2]] = outcome.value
-    return [_fit(name, done[name, posture], measure) for name, _, posture in jobs for measure in measures]
+    return [
+        _fit(name, done[name, posture], measure)
+        for name, _, posture in jobs
+        for measure in measures
+    ]
 
 
 def _sweep(distances: Sequence[float] | np.ndarray, job: tuple[Antenna, Posture]) -> Approach:
@@ -110,7 +134,9 @@ def _fit(name: str, sweep: Approach, measure: Mapping[str, Any]) -> Case:
 
 @checked
 def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict[str, float]]:
-    """Per antenna: number of set-ups, of undefined R², median R² with its interval, least and greatest."""
+    """Per antenna: number of set-ups, of undefined R², median R² with its interval, least and
+    greatest.
+    """
     table: dict[str, dict[str, float]] = {}
     cases = list(cases)
     for name in dict.fromkeys(case.antenna for case in cases):
@@ -133,14 +159,22 @@ def summarise(cases: Iterable[Case], rng: np.random.Generator) -> dict[str, dict
 def count_orderings(
     cases: Iterable[Case], order: tuple[str, ...] = ("exponential", "linear", "constant")
 ) -> dict[tuple, dict[str, int]]:
-    """Per value of each choice: in how many set-ups R² falls in ``order``, does not, or is undefined."""
+    """Per value of each choice: in how many set-ups R² falls in ``order``, does not, or is
+    undefined.
+    """
     groups: dict[tuple, dict[str, float]] = {}
     for case in cases:
         groups.setdefault(case.choice, {})[case.antenna] = case.map.r2
     table: dict[tuple, dict[str, int]] = {}
     for choice, r2 in groups.items():
         values = np.array([r2.get(name, np.nan) for name in order])
-        verdict = "undefined" if np.isnan(values).any() else "yes" if np.all(np.diff(values) < 0) else "no"
+        verdict = (
+            "undefined"
+            if np.isnan(values).any()
+            else "yes"
+            if np.all(np.diff(values) < 0)
+            else "no"
+        )
         for key in [("all", ""), *zip(CHOICES, choice, strict=True)]:
             table.setdefault(key, {"yes": 0, "no": 0, "undefined": 0})[verdict] += 1
     return table

@@ -1,4 +1,6 @@
-"""A wall in motion: sliding past at constant distance (Fig. 3C), and coming nearer without stopping (Fig. 3D)."""
+"""A wall in motion: sliding past at constant distance (Fig. 3C), and coming nearer without stopping
+(Fig. 3D).
+"""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -21,7 +23,8 @@ from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
 
 SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
 SLIDE_DURATION = 200.0  # [C] ms
-CLEARANCE = 0.05  # [C] mm; nearer is at the wall: between force and none an antenna trembles by some 0.001 mm
+# [C] mm; nearer is at the wall: between force and none an antenna trembles by some 0.001 mm
+CLEARANCE = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,13 +48,20 @@ class WallTouch:
     @property
     def points(self) -> np.ndarray:
         """Base, hinges and tip (motion, sample, segment + 1, 2) [mm]."""
-        return np.stack([self.antenna.shape(motion.angle, base_angle=self.base_angle) for motion in self.motions])
+        return np.stack(
+            [
+                self.antenna.shape(motion.angle, base_angle=self.base_angle)
+                for motion in self.motions
+            ]
+        )
 
     @property
     def contact(self) -> np.ndarray:
         """Whether (motion, sample) the antenna is at the wall."""
         radius = np.append(self.antenna.radius, self.antenna.radius[-1])
-        return (self.posture.sign * self.points[..., 0] + radius).max(axis=2) > self.distance - CLEARANCE
+        return (self.posture.sign * self.points[..., 0] + radius).max(
+            axis=2
+        ) > self.distance - CLEARANCE
 
     @property
     def inverted(self) -> np.ndarray:
@@ -60,14 +70,18 @@ class WallTouch:
         return self.contact & (np.cos(tip) < 0)
 
     def make_dataset(self, *, relative: bool = True) -> xr.Dataset:
-        """The tactile tensors by the data contract; ``relative``: hinge angles beyond the slack shape.
+        """The tactile tensors by the data contract; ``relative``: hinge angles beyond the slack
+        shape.
 
-        ``size`` is infinite (a wall), ``location`` the share of the length at which a straight antenna would meet the
-        wall, the extra coordinate ``distance`` the wall's first distance [mm].
+        ``size`` is infinite (a wall), ``location`` the share of the length at which a straight
+        antenna would meet the wall, the extra coordinate ``distance`` the wall's first distance
+        [mm].
         """
         antenna = self.antenna
         hinge = antenna.sensors - 1
-        angle = np.stack([motion.angle - (antenna.rest_angle if relative else 0.0) for motion in self.motions])
+        angle = np.stack(
+            [motion.angle - (antenna.rest_angle if relative else 0.0) for motion in self.motions]
+        )
         n = len(self.motions)
         location = self.distance[:, 0] / np.sin(self.posture.base_angle) / antenna.length
         dataset = make_motion_tensors(
@@ -102,10 +116,11 @@ def slide(
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> WallTouch:
-    """Let a wall slide backward past the body at constant distances, as when the body runs along it (Fig. 3C).
+    """Let a wall slide backward past the body at constant distances, as when the body runs along it
+    (Fig. 3C).
 
-    Each motion starts from the quasi-static equilibrium at its distance, farthest first. ``engine``, ``timestep``,
-    ``workers`` and ``executor`` as for :func:`feeler.touch`.
+    Each motion starts from the quasi-static equilibrium at its distance, farthest first.
+    ``engine``, ``timestep``, ``workers`` and ``executor`` as for :func:`feeler.touch`.
     """
     posture = posture or Posture()
     _check(speed, duration)
@@ -113,7 +128,9 @@ def slide(
     scenes = [_begin(sweep, k, (0.0, -speed)) for k in range(len(sweep.distance))]
     clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
     motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
-    return _collect(sweep, motions, np.repeat(sweep.distance[:, None], clock.n_samples, axis=1), speed)
+    return _collect(
+        sweep, motions, np.repeat(sweep.distance[:, None], clock.n_samples, axis=1), speed
+    )
 
 
 @checked
@@ -136,7 +153,8 @@ def drive(
     posture = posture or Posture()
     if not 0 < near < far:
         raise InvalidInput(
-            f"the wall must come from far to near with 0 < near < far, got far={far:g}, near={near:g} mm."
+            f"the wall must come from far to near with 0 < near < far, got far={far:g},"
+            f" near={near:g} mm."
         )
     duration = (far - near) / speed if speed > 0 else 0.0
     _check(speed, duration)
@@ -156,11 +174,17 @@ def _check(speed: float, duration: float) -> None:
 def _begin(sweep: Approach, step: int, velocity: tuple[float, float]) -> Scene:
     """The scene that goes on from one equilibrium."""
     return make_wall_scene(
-        sweep.antenna, sweep.posture, sweep.distance[step], velocity=velocity, angle=sweep.angle[step]
+        sweep.antenna,
+        sweep.posture,
+        sweep.distance[step],
+        velocity=velocity,
+        angle=sweep.angle[step],
     )
 
 
-def _collect(sweep: Approach, motions: Sequence[Result | None], distance: np.ndarray, speed: float) -> WallTouch:
+def _collect(
+    sweep: Approach, motions: Sequence[Result | None], distance: np.ndarray, speed: float
+) -> WallTouch:
     return WallTouch(
         antenna=sweep.antenna,
         posture=sweep.posture,

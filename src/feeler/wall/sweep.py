@@ -1,4 +1,6 @@
-"""A wall that comes nearer in small steps to an antenna held at its base: the equilibrium at each distance."""
+"""A wall that comes nearer in small steps to an antenna held at its base: the equilibrium at each
+distance.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ from feeler.wall.posture import Posture, measure_reach
 
 DISTANCES = tuple(np.linspace(25.0, 5.0, 20))  # [C] mm, far to near; the paper states none
 SUBSTEP = 0.5  # mm; the wall moves in steps no longer than this between two equilibria
-TUCK = 1.0  # mm; how much nearer than its reach the wall stands to a straight antenna that is laid in a J
+# mm; how much nearer than its reach the wall stands to a straight antenna that is laid in a J
+TUCK = 1.0
 ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 
@@ -35,14 +38,18 @@ class Approach:
     contact: np.ndarray
     """Whether (step,) the antenna touches the wall."""
     inverted: np.ndarray
-    """Whether (step,) it is an inverted J: in contact, base forward, tip backward (heading from 90° to 270°)."""
+    """Whether (step,) it is an inverted J: in contact, base forward, tip backward (heading from 90°
+    to 270°).
+    """
     balanced: np.ndarray
     """Whether (step,) the relaxation ended in an equilibrium."""
 
     @property
     def points(self) -> np.ndarray:
         """Base, hinges and tip (step, segment + 1, 2) [mm]."""
-        return self.antenna.shape(self.angle, base_angle=self.posture.sign * self.posture.base_angle)
+        return self.antenna.shape(
+            self.angle, base_angle=self.posture.sign * self.posture.base_angle
+        )
 
     @property
     def bend(self) -> np.ndarray:
@@ -51,9 +58,16 @@ class Approach:
 
 
 def make_wall_scene(
-    antenna: Antenna, posture: Posture, distance: float, *, velocity: tuple[float, float] = (0.0, 0.0), **fields: object
+    antenna: Antenna,
+    posture: Posture,
+    distance: float,
+    *,
+    velocity: tuple[float, float] = (0.0, 0.0),
+    **fields: object,
 ) -> Scene:
-    """A wall at a distance [mm] from a held antenna's base, on the posture's side; ``fields`` are the Scene's."""
+    """A wall at a distance [mm] from a held antenna's base, on the posture's side; ``fields`` are
+    the Scene's.
+    """
     sign = posture.sign
     wall = Object(
         feature=Wall(),
@@ -62,7 +76,10 @@ def make_wall_scene(
         velocity=velocity,
         friction=posture.friction,
     )
-    base: dict[str, Any] = {"base": (0.0, 0.0, sign * posture.base_angle), "label": f"wall at {distance:g} mm"}
+    base: dict[str, Any] = {
+        "base": (0.0, 0.0, sign * posture.base_angle),
+        "label": f"wall at {distance:g} mm",
+    }
     return Scene(antenna=antenna, objects=(wall,), **base | fields)
 
 
@@ -74,11 +91,12 @@ def approach(
     *,
     substep: float = SUBSTEP,
 ) -> Approach:
-    """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig. 3A, B).
+    """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig.
+    3A, B).
 
-    Each equilibrium is the minimum of Σ ½ k_i (θ_i − rest_i)² with all nodes in front of the wall, reached from the one
-    before along the antenna's own damping; with friction, a node slips where its tangential force exceeds
-    friction · normal force.
+    Each equilibrium is the minimum of Σ ½ k_i (θ_i − rest_i)² with all nodes in front of the wall,
+    reached from the one before along the antenna's own damping; with friction, a node slips where
+    its tangential force exceeds friction · normal force.
 
     Parameters
     ----------
@@ -89,17 +107,20 @@ def approach(
     distances
         Distances of the wall from the antenna's base (step,) [mm], > 0; visited from far to near.
     substep
-        The wall moves in steps no longer than this [mm] between two equilibria. With friction the answer depends on it.
+        The wall moves in steps no longer than this [mm] between two equilibria. With friction the
+        answer depends on it.
 
     Returns
     -------
     Approach
-        Farthest first. Where the antenna does not reach the wall, ``contact`` is False and nothing is bent.
+        Farthest first. Where the antenna does not reach the wall, ``contact`` is False and nothing
+        is bent.
 
     Raises
     ------
     InvalidInput
-        No distance, a wall behind the body (distance ≤ 0), or a pre-bend that starts inside the wall.
+        No distance, a wall behind the body (distance ≤ 0), or a pre-bend that starts inside the
+        wall.
     """
     posture = posture or Posture()
     if not (np.isfinite(substep) and substep > 0):
@@ -130,16 +151,19 @@ def approach(
 def _check_distances(distances: Sequence[float] | np.ndarray, antenna: Antenna) -> np.ndarray:
     values = np.atleast_1d(np.asarray(distances, dtype=float))
     if values.size == 0 or values.ndim != 1:
-        raise InvalidInput(f"distances must be a list of at least one distance [mm], got shape {values.shape}.")
+        raise InvalidInput(
+            f"distances must be a list of at least one distance [mm], got shape {values.shape}."
+        )
     if not np.all(np.isfinite(values)) or values.min() <= 0:
         bad = values[~(values > 0) | ~np.isfinite(values)][0]
         raise InvalidInput(
-            f"every distance must be finite and > 0 mm: a wall at {bad:g} mm is behind the body. Leave it out."
+            f"every distance must be finite and > 0 mm: a wall at {bad:g} mm is behind the body."
+            " Leave it out."
         )
     if values.min() <= antenna.radius[0]:
         raise InvalidInput(
-            f"the pre-bend starts inside the wall: at {values.min():g} mm the wall cuts the antenna's base, whose "
-            f"radius is {antenna.radius[0]:g} mm. Use larger distances."
+            f"the pre-bend starts inside the wall: at {values.min():g} mm the wall cuts the"
+            f" antenna's base, whose radius is {antenna.radius[0]:g} mm. Use larger distances."
         )
     return np.unique(values)[::-1]
 
@@ -147,7 +171,9 @@ def _check_distances(distances: Sequence[float] | np.ndarray, antenna: Antenna) 
 def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Rest:
     """Move the wall from ``distance`` to ``goal`` and relax at every step; how the last one ended."""
     walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
-    return [rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)][-1]
+    return [rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)][
+        -1
+    ]
 
 
 def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper, float]:
@@ -160,11 +186,15 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
         raise InvalidInput(
-            f"the pre-bend starts inside the wall: it needs {room:.3g} mm, the wall stands at {wall:.3g} mm. Begin "
-            "farther away, or use a wider inter_antennal_angle, a smaller fold_radius, or prebend='rest'."
+            f"the pre-bend starts inside the wall: it needs {room:.3g} mm, the wall stands at"
+            f" {wall:.3g} mm. Begin farther away, or use a wider inter_antennal_angle, a smaller"
+            " fold_radius, or prebend='rest'."
         )
     if posture.prebend == "placed":
-        return _hold(antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)), wall
+        return (
+            _hold(antenna, posture, wall, angle=np.diff(posture.lay(antenna, wall), prepend=base)),
+            wall,
+        )
     rod = _hold(antenna, posture, wall, base=(0.0, 0.0, np.pi))
     for heading in np.linspace(np.pi, base, ROTATION_STEPS + 1)[1:]:
         rod.settle(base=(0.0, 0.0, heading))

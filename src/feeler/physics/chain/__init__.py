@@ -1,1 +1,3 @@
-"""A planar chain in O(n): articulated-body dynamics with MuJoCo's soft contact, eight scenes at a time."""
+"""A planar chain in O(n): articulated-body dynamics with MuJoCo's soft contact, eight scenes at a
+time.
+"""

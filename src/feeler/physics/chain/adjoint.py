@@ -1,14 +1,18 @@
-r"""The chain run backwards: what a scalar of the angles gains from each hinge's stiffness and damping and each segment's mass.
+r"""The chain run backwards: what a scalar of the angles gains from each hinge's stiffness and
+damping and each segment's mass.
 
-A step solves R(a, q, v) = M a + bias(q, v) + h C a + C v − K (q₀ − q) + Σ_active Jᵀ D (J a − a_ref) = 0, then v += h a, q += h v.
-With λ_q, λ_v the derivatives with respect to what the step leaves,
+A step solves R(a, q, v) = M a + bias(q, v) + h C a + C v − K (q₀ − q) + Σ_active Jᵀ D (J a − a_ref)
+= 0, then v += h a, q += h v. With λ_q, λ_v the derivatives with respect to what the step leaves,
 
-    λ_v += h λ_q,   (M + h C + Jᵀ D J) μ = h λ_v,   S = μ · R,   λ_q −= ∂S/∂q,   λ_v −= ∂S/∂v,   dL/dp −= ∂S/∂p.
+    λ_v += h λ_q,   (M + h C + Jᵀ D J) μ = h λ_v,   S = μ · R,   λ_q −= ∂S/∂q,   λ_v −= ∂S/∂v,
+    dL/dp −= ∂S/∂p.
 
-The matrix is symmetric, so μ costs one more of the forward sweeps. In S the chain's part is Σ m δp · p̈ + I δφ φ̈ with virtual
-velocities δ of μ, whose derivatives are two sweeps. A contact depends on three numbers of its segment, hinge place and heading:
-these few derivatives are central differences of the engine's own contact, so that every shape has them. The set of active rows is
-held: with the smooth contact a row's force is zero where it comes or goes. Symbols as in ``sweep``: P(e) = (e_y, −e_x).
+The matrix is symmetric, so μ costs one more of the forward sweeps. In S the chain's part is Σ m δp
+· p̈ + I δφ φ̈ with virtual velocities δ of μ, whose derivatives are two sweeps. A contact depends
+on three numbers of its segment, hinge place and heading: these few derivatives are central
+differences of the engine's own contact, so that every shape has them. The set of active rows is
+held: with the smooth contact a row's force is zero where it comes or goes. Symbols as in ``sweep``:
+P(e) = (e_y, −e_x).
 """
 
 import numpy as np
@@ -37,7 +41,8 @@ NUDGE = 1e-6  # mm, rad; of the contact's central differences, whose error is th
     L_PY,
     L_DX,
     L_DY,
-    L_G_PX,  # ∂S of contact: hinge's place, acceleration, virtual velocity, velocity; heading, turn rate
+    # ∂S of contact: hinge's place, acceleration, virtual velocity, velocity; heading, turn rate
+    L_G_PX,
     L_G_PY,
     L_G_AX,
     L_G_AY,
@@ -57,16 +62,19 @@ N_ADJOINT = 27
 
 @compiled
 def go_back(handle, adj, tape, place, weights, first, every, timestep, scratch, rows):
-    """Take the steps of ``tape`` (lane, step + 1, column) back, the last first; ``adj`` (row, segment, lane) is carried on.
+    """Take the steps of ``tape`` (lane, step + 1, column) back, the last first; ``adj`` (row,
+    segment, lane) is carried on.
 
-    ``tape`` begins at step number ``first``, where the objects were at ``place``. ``weights`` are dL/d angle
-    (lane, sample, segment).
+    ``tape`` begins at step number ``first``, where the objects were at ``place``. ``weights`` are
+    dL/d angle (lane, sample, segment).
     """
     t = handle.tables
     n = t.work.shape[1]
     for step in range(tape.shape[1] - 2, -1, -1):
         now = first + step + 1
-        _set_state(t, adj, tape, place, weights, step, now // every if now % every == 0 else -1, timestep)
+        _set_state(
+            t, adj, tape, place, weights, step, now // every if now % every == 0 else -1, timestep
+        )
         move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
         touched = _find(t)
         _accelerate(adj, t.work, t.width)
@@ -100,8 +108,12 @@ def _set_state(t, adj, tape, place, weights, step, sample, timestep):
                 adj[L_ANGLE, i, lane] += weights[lane, sample, i]
             adj[L_RATE, i, lane] += timestep * adj[L_ANGLE, i, lane]
         for o in range(place.shape[0]):
-            t.place[o, f.P_X, lane] = place[o, f.P_X, lane] + step * timestep * place[o, f.P_VX, lane]
-            t.place[o, f.P_Y, lane] = place[o, f.P_Y, lane] + step * timestep * place[o, f.P_VY, lane]
+            t.place[o, f.P_X, lane] = (
+                place[o, f.P_X, lane] + step * timestep * place[o, f.P_VX, lane]
+            )
+            t.place[o, f.P_Y, lane] = (
+                place[o, f.P_Y, lane] + step * timestep * place[o, f.P_VY, lane]
+            )
 
 
 @compiled
@@ -157,13 +169,23 @@ def _ask(work, adj, timestep, width):
 
 @compiled
 def _turn(constants, work, base, adj, width):
-    """Virtual velocities of μ (in ``W_QDD``), accelerations of the centres, and what the masses gain."""
+    """Virtual velocities of μ (in ``W_QDD``), accelerations of the centres, and what the masses
+    gain.
+    """
     zero = spread(0.0, width)
     turn = mx = my = px = py = zero
     px, py = px - get(base, 0, f.B_GRAVITY_X, width), py - get(base, 0, f.B_GRAVITY_Y, width)
     for i in range(work.shape[1]):
-        ex, ey, omega = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width), get(work, f.W_OMEGA, i, width)
-        turn, alpha, square = turn + get(work, f.W_QDD, i, width), get(adj, L_ALPHA, i, width), omega * omega
+        ex, ey, omega = (
+            get(work, f.W_EX, i, width),
+            get(work, f.W_EY, i, width),
+            get(work, f.W_OMEGA, i, width),
+        )
+        turn, alpha, square = (
+            turn + get(work, f.W_QDD, i, width),
+            get(adj, L_ALPHA, i, width),
+            omega * omega,
+        )
         put(adj, L_TURN, i, turn, width)
         put(adj, L_MX, i, mx, width)
         put(adj, L_MY, i, my, width)
@@ -175,14 +197,20 @@ def _turn(constants, work, base, adj, width):
         put(adj, L_DX, i, virtual_x, width)
         put(adj, L_DY, i, virtual_y, width)
         length = get(constants, f.C_LENGTH, i, width)
-        gain = fma(virtual_x, centre_x, fma(virtual_y, centre_y, length * length * (1.0 / 12.0) * (turn * alpha)))
+        gain = fma(
+            virtual_x,
+            centre_x,
+            fma(virtual_y, centre_y, length * length * (1.0 / 12.0) * (turn * alpha)),
+        )
         put(adj, L_MASS, i, get(adj, L_MASS, i, width) - gain, width)
         px, py, mx, my = px + own_x, py + own_y, fma(turn, ey, mx), fma(-turn, ex, my)
 
 
 @compiled
 def _pull_contacts(t, adj, scratch, rows, lane):
-    """∂S of one lane's contacts: by the rows where S is linear, by central differences in their segments' geometry."""
+    """∂S of one lane's contacts: by the rows where S is linear, by central differences in their
+    segments' geometry.
+    """
     count, own, work = t.number[lane], t.rows[lane], t.work
     k = 0
     while k < count:
@@ -198,8 +226,13 @@ def _pull_contacts(t, adj, scratch, rows, lane):
         for r in range(f.ROWS * k, f.ROWS * stop):
             if own[r, f.R_ACTIVE] > 0.0:
                 w0, w1, w2 = own[r, f.R_W0], own[r, f.R_W1], own[r, f.R_W2]
-                virtual = w0 * adj[L_TURN, i, lane] + w1 * adj[L_MX, i, lane] + w2 * adj[L_MY, i, lane]
-                pressed, short = own[r, f.R_WEIGHT] * virtual, own[r, f.R_WEIGHT] * (own[r, f.R_X] - own[r, f.R_AIM])
+                virtual = (
+                    w0 * adj[L_TURN, i, lane] + w1 * adj[L_MX, i, lane] + w2 * adj[L_MY, i, lane]
+                )
+                pressed, short = (
+                    own[r, f.R_WEIGHT] * virtual,
+                    own[r, f.R_WEIGHT] * (own[r, f.R_X] - own[r, f.R_AIM]),
+                )
                 total += short * virtual
                 adj[L_G_AX, i, lane] += pressed * w1
                 adj[L_G_AY, i, lane] += pressed * w2
@@ -210,7 +243,12 @@ def _pull_contacts(t, adj, scratch, rows, lane):
                 adj[L_G_VY, i, lane] += brake * w2
                 adj[L_G_OMEGA, i, lane] += brake * w0
         adj[L_INVWEIGHT, i, lane] += total / t.constants[f.C_INVWEIGHT, i, lane]
-        px, py, ex, ey = work[f.W_PX, i, lane], work[f.W_PY, i, lane], work[f.W_EX, i, lane], work[f.W_EY, i, lane]
+        px, py, ex, ey = (
+            work[f.W_PX, i, lane],
+            work[f.W_PY, i, lane],
+            work[f.W_EX, i, lane],
+            work[f.W_EY, i, lane],
+        )
         first, last = t.place[o, f.P_FIRST, lane], t.place[o, f.P_LAST, lane]
         t.place[o, f.P_FIRST, lane] = t.place[o, f.P_LAST, lane] = float(i)
         for which in range(3):
@@ -244,7 +282,17 @@ def _measure(t, adj, scratch, rows, own, k, count, o, i, lane):
     kinds, corners, starts, boxes, blocks, owner = t.shapes
     shapes = (kinds[lane], corners[lane], starts[lane], boxes[lane], blocks[lane])
     found = find_contacts(
-        t.constants, t.work, t.obj, o, shapes, owner[lane, o], owner[lane, o + 1], t.place, scratch, np.int64(0), lane
+        t.constants,
+        t.work,
+        t.obj,
+        o,
+        shapes,
+        owner[lane, o],
+        owner[lane, o + 1],
+        t.place,
+        scratch,
+        np.int64(0),
+        lane,
     )
     make_rows(t.constants, t.work, t.base, t.obj, scratch, found, t.place, rows, lane)
     total = 0.0
@@ -263,20 +311,40 @@ def _gather(constants, work, adj, timestep, width):
     zero = spread(0.0, width)
     ux = uy = vx = vy = px = py = ax = ay = mx = my = wx = wy = heading = rate = zero
     for i in range(work.shape[1] - 1, -1, -1):
-        ex, ey, omega = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width), get(work, f.W_OMEGA, i, width)
-        mass, alpha, turn = get(constants, f.C_MASS, i, width), get(adj, L_ALPHA, i, width), get(adj, L_TURN, i, width)
+        ex, ey, omega = (
+            get(work, f.W_EX, i, width),
+            get(work, f.W_EY, i, width),
+            get(work, f.W_OMEGA, i, width),
+        )
+        mass, alpha, turn = (
+            get(constants, f.C_MASS, i, width),
+            get(adj, L_ALPHA, i, width),
+            get(adj, L_TURN, i, width),
+        )
         dx, dy = mass * get(adj, L_DX, i, width), mass * get(adj, L_DY, i, width)
         cx, cy = mass * get(adj, L_PX, i, width), mass * get(adj, L_PY, i, width)
-        half_ux, half_uy, half_vx, half_vy = fma(0.5, dx, ux), fma(0.5, dy, uy), fma(0.5, cx, vx), fma(0.5, cy, vy)
+        half_ux, half_uy, half_vx, half_vy = (
+            fma(0.5, dx, ux),
+            fma(0.5, dy, uy),
+            fma(0.5, cx, vx),
+            fma(0.5, cy, vy),
+        )
         along_u, across_u = fma(half_ux, ex, half_uy * ey), fma(half_ux, ey, -(half_uy * ex))
         own = fma(px, ey, -(py * ex)) - omega * omega * across_u + get(adj, L_G_HEADING, i, width)
         own = own - alpha * (along_u + fma(ax, ex, ay * ey))
         own = own - turn * (fma(half_vx, ex, half_vy * ey) + fma(mx, ex, my * ey))
         own = own - omega * fma(wx, ex, wy * ey)
         heading = heading + own
-        rate = rate + fma(-2.0 * omega, along_u, fma(wx, ey, -(wy * ex))) + get(adj, L_G_OMEGA, i, width)
+        rate = (
+            rate
+            + fma(-2.0 * omega, along_u, fma(wx, ey, -(wy * ex)))
+            + get(adj, L_G_OMEGA, i, width)
+        )
         mu = get(work, f.W_QDD, i, width)
-        stiffness, damping = get(constants, f.C_STIFFNESS, i, width), get(constants, f.C_DAMPING, i, width)
+        stiffness, damping = (
+            get(constants, f.C_STIFFNESS, i, width),
+            get(constants, f.C_DAMPING, i, width),
+        )
         put(adj, L_ANGLE, i, get(adj, L_ANGLE, i, width) - fma(mu, stiffness, heading), width)
         put(adj, L_RATE, i, get(adj, L_RATE, i, width) - fma(mu, damping, rate), width)
         stretch = get(constants, f.C_REST, i, width) - get(work, f.W_ANGLE, i, width)

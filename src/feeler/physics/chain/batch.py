@@ -17,7 +17,9 @@ MAX_CONTACTS = 20_000
 
 
 class ChainStepper(Stepper):
-    """Scenes of one segment count, one per lane, each of which can be driven, read, saved and replaced by itself."""
+    """Scenes of one segment count, one per lane, each of which can be driven, read, saved and
+    replaced by itself.
+    """
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, damped: bool = False) -> None:
         for scene in scenes:
@@ -38,7 +40,9 @@ class ChainStepper(Stepper):
         move(t.segments, t.work, t.wides, t.base, 0.0, t.width)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
-        """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base velocities of their lanes."""
+        """Take steps, all lanes together; ``drives`` (step, 3) replace the commanded base
+        velocities of their lanes.
+        """
         drive = self._lay_out(n_steps, drives)
         ended = step_many(self.handle, 0, n_steps, self.timestep, drive, self.damped)
         if drives:
@@ -46,16 +50,25 @@ class ChainStepper(Stepper):
         return ended
 
     def record(
-        self, tape: np.ndarray, sample: int, stop: int, every: int, drives: Mapping[int, np.ndarray] | None = None
+        self,
+        tape: np.ndarray,
+        sample: int,
+        stop: int,
+        every: int,
+        drives: Mapping[int, np.ndarray] | None = None,
     ) -> tuple[int, bool]:
         """Take ``every`` steps before each sample and write it, all in compiled code."""
         drive = self._lay_out((stop - sample) * every, drives)
-        until, ended = record_many(self.handle, tape, sample, stop, every, self.timestep, drive, self.damped)
+        until, ended = record_many(
+            self.handle, tape, sample, stop, every, self.timestep, drive, self.damped
+        )
         self.drive = drive[min((until - sample) * every, len(drive)) - 1 :][:1].copy()
         return until, ended
 
     def _lay_out(self, n_steps: int, drives: Mapping[int, np.ndarray] | None) -> np.ndarray:
-        """Base velocities (step or 1, 3, lane): those commanded, but for lanes that are driven step by step."""
+        """Base velocities (step or 1, 3, lane): those commanded, but for lanes that are driven step
+        by step.
+        """
         if not drives:
             return self.drive
         drive = np.repeat(self.drive, n_steps, axis=0)
@@ -87,11 +100,20 @@ class ChainStepper(Stepper):
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
         t, count = self.tables, max(self.tables.number[lane], 0)
-        table, rows = t.contacts[lane, :count], t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW)
+        table, rows = (
+            t.contacts[lane, :count],
+            t.rows[lane, : f.ROWS * count].reshape(count, f.ROWS, f.N_ROW),
+        )
         segment, force = table[:, f.T_SEGMENT].astype(int), np.maximum(rows[:, :, f.R_FORCE], 0.0)
         antenna = self.scenes[lane].antenna
-        start = t.base[0, f.B_X : f.B_Y + 1, lane] - self.timestep * t.base[0, f.B_VX : f.B_VY + 1, lane]  # of the step
-        arc = antenna.hinge_position[segment] + np.clip(table[:, f.T_SHARE], 0.0, 1.0) * antenna.segment_length[segment]
+        start = (
+            t.base[0, f.B_X : f.B_Y + 1, lane]
+            - self.timestep * t.base[0, f.B_VX : f.B_VY + 1, lane]
+        )  # of the step
+        arc = (
+            antenna.hinge_position[segment]
+            + np.clip(table[:, f.T_SHARE], 0.0, 1.0) * antenna.segment_length[segment]
+        )
         return Contacts(
             object=table[:, f.T_OBJECT].astype(int),
             segment=segment + 1,
@@ -112,7 +134,8 @@ class ChainStepper(Stepper):
         if self.tables.number[lane] >= 0:
             return None
         return InvalidInput(
-            f"'{self.scenes[lane].label}' makes more than {MAX_CONTACTS} contacts at once. Use an outline with fewer corners."
+            f"'{self.scenes[lane].label}' makes more than {MAX_CONTACTS} contacts at once. Use an"
+            " outline with fewer corners."
         )
 
     def move_base(self, lane: int, velocity: tuple[float, float], turn: float) -> None:
@@ -136,7 +159,11 @@ class ChainStepper(Stepper):
         grown = (t.place[:, :, lane], t.contacts[lane], t.rows[lane])  # may be longer by now
         for array, kept in zip(grown, (saved[2], *saved[5:]), strict=True):
             array[tuple(map(slice, kept.shape))] = kept
-        t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = *saved[:2], saved[3], saved[4]
+        t.work[:, :, lane], t.base[:, :, lane], t.number[lane], self.drive[:, :, lane] = (
+            *saved[:2],
+            saved[3],
+            saved[4],
+        )
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene in one lane; its neighbours go on as if nothing had been."""
@@ -167,7 +194,11 @@ def _make_tables(scenes: Sequence[Scene], models: Sequence[ChainModel]) -> Table
         constants=constants,
         segments=segments,
         work=work,
-        wides=(segments if shared else wide_constants, wide_work, (0,) * (f.LANES if width == 1 else width)),
+        wides=(
+            segments if shared else wide_constants,
+            wide_work,
+            (0,) * (f.LANES if width == 1 else width),
+        ),
         base=np.zeros((1, f.N_BASE, width)),
         obj=np.zeros((n_objects, f.N_OBJECT, width)),
         place=np.zeros((n_objects, f.N_PLACE, width)),
@@ -190,7 +221,10 @@ def _fill(t: Tables, lane: int, scene: Scene, model: ChainModel) -> None:
     """Put one scene's constants and first state into its lane."""
     t.work[:, :, lane] = 0.0
     t.constants[:, :, lane], t.base[0, :, lane] = model.constants, model.base
-    t.work[f.W_ANGLE, :, lane], t.work[f.W_RATE, :, lane] = scene.initial_angle, scene.initial_velocity
+    t.work[f.W_ANGLE, :, lane], t.work[f.W_RATE, :, lane] = (
+        scene.initial_angle,
+        scene.initial_velocity,
+    )
     t.place[:, :, lane], n_objects = 0.0, len(model.obj)
     t.obj[:, f.O_PLANES + 2, lane] = -np.inf  # nothing is near no object
     t.obj[:n_objects, :, lane], t.place[:n_objects, :, lane] = model.obj, model.place
@@ -205,29 +239,38 @@ def _fill_shapes(t: Tables, lane: int, model: ChainModel) -> None:
 
 
 def _count_contacts(model: ChainModel) -> int:
-    """The most contacts that a scene can make: two of a box with each segment, one of any other part."""
+    """The most contacts that a scene can make: two of a box with each segment, one of any other
+    part.
+    """
     most = sum(2 if kind == f.KIND_BOX else 1 for kind, _ in model.parts)
     return min(max(2, most) * (model.constants.shape[1] + 2), MAX_CONTACTS)
 
 
 def _fits(t: Tables, model: ChainModel) -> bool:
-    own = (len(model.obj), _count_contacts(model), *(array.shape[1] for array in stack_shapes([model])))
+    own = (
+        len(model.obj),
+        _count_contacts(model),
+        *(array.shape[1] for array in stack_shapes([model])),
+    )
     room = (t.place.shape[0], t.contacts.shape[1], *(array.shape[1] for array in t.shapes))
     same = t.segments.ndim == 3 or np.array_equal(t.segments, model.constants)
     return same and all(a <= b for a, b in zip(own, room, strict=True))
 
 
 def make_table(rows: int, n: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Zeros (row, segment, lane) from the start of a cache line, and the same numbers f.LANES side by side.
+    """Zeros (row, segment, lane) from the start of a cache line, and the same numbers f.LANES side
+    by side.
 
-    One lane: row after row, each an odd number of lines, so that equal places of different rows share no cache set.
-    More lanes: segment after segment.
+    One lane: row after row, each an odd number of lines, so that equal places of different rows
+    share no cache set. More lanes: segment after segment.
     """
     columns = 8 * (n // 8 + 1 | 1) if width == 1 else n
     space = np.zeros(rows * columns * width + 7)
     start = -(space.ctypes.data // 8) % 8
     table = space[start : start + rows * columns * width]
     if width == 1:
-        return table.reshape(rows, columns, 1)[:, :n], table.reshape(rows, columns // f.LANES, f.LANES)
+        return table.reshape(rows, columns, 1)[:, :n], table.reshape(
+            rows, columns // f.LANES, f.LANES
+        )
     table = table.reshape(columns, rows, width).transpose(1, 0, 2)
     return table, table

@@ -1,9 +1,11 @@
-"""MuJoCo's soft contact as a convex problem in the accelerations, one O(n) sweep per Newton iterate.
+"""MuJoCo's soft contact as a convex problem in the accelerations, one O(n) sweep per Newton
+iterate.
 
     min over q̈ of ½ (q̈ − a₀)ᵀ M (q̈ − a₀) + Σ_rows ½ D min(0, J q̈ − a_ref)²
 
-Each contact has the rows n ± μt and, from the two edges of MuJoCo's pyramid that leave the plane, n with twice the
-weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, a), so JᵀDJ adds D w wᵀ to its inertia.
+Each contact has the rows n ± μt and, from the two edges of MuJoCo's pyramid that leave the plane, n
+with twice the weight. A row touches one segment only, w = (lever, direction), J q̈ = w·(α, a), so
+JᵀDJ adds D w wᵀ to its inertia.
 """
 
 import numpy as np
@@ -19,8 +21,14 @@ MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 @inlined
 def compute_impedance(distance, obj, o, lane):
-    """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of the midpoint."""
-    low, high, width = obj[o, f.O_MIN_IMPEDANCE, lane], obj[o, f.O_MAX_IMPEDANCE, lane], obj[o, f.O_WIDTH, lane]
+    """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of
+    the midpoint.
+    """
+    low, high, width = (
+        obj[o, f.O_MIN_IMPEDANCE, lane],
+        obj[o, f.O_MAX_IMPEDANCE, lane],
+        obj[o, f.O_WIDTH, lane],
+    )
     middle, power = obj[o, f.O_MIDPOINT, lane], obj[o, f.O_POWER, lane]
     x = abs(distance) / width
     if x >= 1.0:
@@ -38,7 +46,9 @@ def compute_impedance(distance, obj, o, lane):
 
 @inlined
 def make_rows(constants, work, base, obj, table, count, place, rows, lane):
-    """The rows of one lane's ``count`` contacts; each contact is told its share of the segment's length."""
+    """The rows of one lane's ``count`` contacts; each contact is told its share of the segment's
+    length.
+    """
     for k in range(count):
         o, i = int(table[k, f.T_OBJECT]), int(table[k, f.T_SEGMENT])
         distance, nx, ny = table[k, f.T_DISTANCE], table[k, f.T_NX], table[k, f.T_NY]
@@ -50,12 +60,19 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             table[k, f.T_X] - place[o, f.P_X, lane],
             table[k, f.T_Y] - place[o, f.P_Y, lane],
         )
-        mx, my = place[o, f.P_VX, lane] + turn * oy, place[o, f.P_VY, lane] - turn * ox  # the object's point
+        mx, my = (
+            place[o, f.P_VX, lane] + turn * oy,
+            place[o, f.P_VY, lane] - turn * ox,
+        )  # the object's point
         vx, vy = mx - base[0, f.B_VX, lane], my - base[0, f.B_VY, lane]  # seen from the base
         mu, impedance = obj[o, f.O_FRICTION, lane], compute_impedance(distance, obj, o, lane)
         normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
         pull = -obj[o, f.O_K, lane] * impedance * distance
-        omega, wx, wy = work[f.W_OMEGA, i, lane], work[f.W_VX, i, lane] - vx, work[f.W_VY, i, lane] - vy
+        omega, wx, wy = (
+            work[f.W_OMEGA, i, lane],
+            work[f.W_VX, i, lane] - vx,
+            work[f.W_VY, i, lane] - vy,
+        )
         for side in range(f.ROWS):
             slide = (side - 1) * mu  # −μ, 0, +μ along the tangent (−n_y, n_x)
             dx, dy = nx - slide * ny, ny + slide * nx
@@ -70,7 +87,9 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
 
 @inlined
 def _weigh(mu, ease):
-    """Weights of the normal row and of each edge row; without friction only the normal row acts (``condim`` 1)."""
+    """Weights of the normal row and of each edge row; without friction only the normal row acts
+    (``condim`` 1).
+    """
     if mu == 0.0:
         return 1.0 / max(ease, 1e-15), 0.0
     weight = 1.0 / max(2.0 * mu * mu * (1.0 + mu * mu) * ease, 1e-15)
@@ -78,12 +97,16 @@ def _weigh(mu, ease):
 
 
 @inlined
-def solve_contacts(segments, work, base, rows, count, loaded, memory, open_, timestep, damped, last, pair, width):
-    """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves them.
+def solve_contacts(
+    segments, work, base, rows, count, loaded, memory, open_, timestep, damped, last, pair, width
+):
+    """Forces of each lane's rows in ``f.R_FORCE`` at its minimum, and its hinges as ``fold`` leaves
+    them.
 
-    ``memory`` holds what :func:`keep` noted; it leads to the first guess. One lane (which has a ``pair``) that is not
-    ``damped`` is left ready for ``refold``.
-    A lane that has its minimum is left alone while the others go on: its columns stay, and so does what they give.
+    ``memory`` holds what :func:`keep` noted; it leads to the first guess. One lane (which has a
+    ``pair``) that is not ``damped`` is left ready for ``refold``.
+    A lane that has its minimum is left alone while the others go on: its columns stay, and so does
+    what they give.
     """
     both = pair is not None and not damped
     left = 0
@@ -133,9 +156,14 @@ def _improve(work, rows, n_rows, first, lane):
 
 @inlined
 def keep(rows, count, memory):
-    """Note J q̈ of the ``count`` contacts of the step before, whose rows are about to be overwritten."""
+    """Note J q̈ of the ``count`` contacts of the step before, whose rows are about to be
+    overwritten.
+    """
     for k in range(count):
-        memory[k, f.M_OBJECT], memory[k, f.M_SEGMENT] = rows[f.ROWS * k, f.R_OBJECT], rows[f.ROWS * k, f.R_SEGMENT]
+        memory[k, f.M_OBJECT], memory[k, f.M_SEGMENT] = (
+            rows[f.ROWS * k, f.R_OBJECT],
+            rows[f.ROWS * k, f.R_SEGMENT],
+        )
         for side in range(f.ROWS):
             memory[k, f.M_X + side] = rows[f.ROWS * k + side, f.R_X]
     memory[count, f.M_OBJECT] = np.inf
@@ -143,14 +171,17 @@ def keep(rows, count, memory):
 
 @inlined
 def _recall(rows, n_rows, memory):
-    """The first guess: a row is active if the J q̈ of the step before falls short of what this step aims at, or is not known.
+    """The first guess: a row is active if the J q̈ of the step before falls short of what this step
+    aims at, or is not known.
 
     Both lists run from the first object to the last, and from the base to the tip.
     """
     at = 0
     for first in range(0, n_rows, f.ROWS):
         o, i = rows[first, f.R_OBJECT], rows[first, f.R_SEGMENT]
-        while memory[at, f.M_OBJECT] < o or (memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] < i):
+        while memory[at, f.M_OBJECT] < o or (
+            memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] < i
+        ):
             at += 1
         known = memory[at, f.M_OBJECT] == o and memory[at, f.M_SEGMENT] == i
         for side in range(f.ROWS):
@@ -172,9 +203,22 @@ def _load(work, rows, n_rows, loaded, lane):
         b0, b1, b2 = work[f.W_B0, i, lane], work[f.W_B1, i, lane], work[f.W_B2, i, lane]
         for r in range(first, first + f.ROWS):
             if rows[r, f.R_ACTIVE] > 0.0:
-                w0, w1, w2, weight = rows[r, f.R_W0], rows[r, f.R_W1], rows[r, f.R_W2], rows[r, f.R_WEIGHT]
-                k00, k01, k02 = k00 + weight * w0 * w0, k01 + weight * w0 * w1, k02 + weight * w0 * w2
-                k11, k12, k22 = k11 + weight * w1 * w1, k12 + weight * w1 * w2, k22 + weight * w2 * w2
+                w0, w1, w2, weight = (
+                    rows[r, f.R_W0],
+                    rows[r, f.R_W1],
+                    rows[r, f.R_W2],
+                    rows[r, f.R_WEIGHT],
+                )
+                k00, k01, k02 = (
+                    k00 + weight * w0 * w0,
+                    k01 + weight * w0 * w1,
+                    k02 + weight * w0 * w2,
+                )
+                k11, k12, k22 = (
+                    k11 + weight * w1 * w1,
+                    k12 + weight * w1 * w2,
+                    k22 + weight * w2 * w2,
+                )
                 pull = weight * rows[r, f.R_AIM]
                 b0, b1, b2 = b0 - pull * w0, b1 - pull * w1, b2 - pull * w2
         work[f.W_K00, i, lane], work[f.W_K01, i, lane], work[f.W_K02, i, lane] = k00, k01, k02
@@ -212,12 +256,17 @@ def _evaluate(work, rows, n_rows, lane):
 
 @inlined
 def _search(rows, n_rows):
-    """Exact minimiser along the Newton direction: root of a rising, piecewise linear slope, by safeguarded Newton."""
+    """Exact minimiser along the Newton direction: root of a rising, piecewise linear slope, by
+    safeguarded Newton.
+    """
     low, high, t = 0.0, np.inf, 1.0
     for _ in range(MAX_SEARCH):
         slope, bend = 0.0, 0.0
         for r in range(n_rows):
-            change, force = rows[r, f.R_NEW_X] - rows[r, f.R_X], rows[r, f.R_NEW_FORCE] - rows[r, f.R_FORCE]
+            change, force = (
+                rows[r, f.R_NEW_X] - rows[r, f.R_X],
+                rows[r, f.R_NEW_FORCE] - rows[r, f.R_FORCE],
+            )
             slope += change * (rows[r, f.R_FORCE] + t * force)
             bend += change * force
             over = rows[r, f.R_X] + t * change - rows[r, f.R_AIM]
@@ -241,8 +290,8 @@ def _search(rows, n_rows):
 
 @inlined
 def press(constants, work, base, place, table, rows, n_rows, loaded, timestep, lane):
-    """Put minus the rows' wrenches into the bias columns; each object's force, the work it does in the step, and where
-    along the antenna all press."""
+    """Put minus the rows' wrenches into the bias columns; each object's force, the work it does in
+    the step, and where along the antenna all press."""
     clear(work, rows, n_rows, lane)
     for r in range(n_rows):
         force = rows[r, f.R_FORCE]

@@ -10,7 +10,9 @@ from feeler.physics.stepper import Stepper
 
 
 def _make(scenes: Sequence[Scene], timestep: float, *, damped: bool) -> Stepper:
-    from feeler.physics.chain.batch import ChainStepper  # numba is slow to load, and who only asks needs no stepper
+    from feeler.physics.chain.batch import (
+        ChainStepper,
+    )  # numba is slow to load, and who only asks needs no stepper
 
     return ChainStepper(scenes, timestep, damped)
 

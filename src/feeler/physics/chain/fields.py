@@ -38,7 +38,8 @@ N_CONSTANTS = 10
     B_GRAVITY_Y,
     B_PULL_X,  # constant force at the tip [N]; scenes have none, other users of the sweeps may
     B_PULL_Y,
-    B_LEFT_TORQUE,  # what ``fold_both`` leaves to ``refold``: bias that the last touched segment is shown
+    # what ``fold_both`` leaves to ``refold``: bias that the last touched segment is shown
+    B_LEFT_TORQUE,
     B_LEFT_FX,
     B_LEFT_FY,
     B_REACT_FX,  # and what the base's acceleration adds to its reaction
@@ -59,7 +60,8 @@ N_BASE = 25
     O_MIDPOINT,
     O_POWER,
 ) = range(9)
-O_PLANES = 9  # first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
+# first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
+O_PLANES = 9
 N_PLANES = 4
 N_OBJECT = O_PLANES + 3 * N_PLANES
 
@@ -96,7 +98,9 @@ BLOCK = 8  # [C] parts that are passed by together
     W_TORQUE,  # passive torque of its hinge
     W_FX,  # minus mass times velocity-product acceleration of its centre
     W_FY,
-    W_UX,  # articulated coupling of turning with the hinge's acceleration, over inertia and implicit damping
+    # articulated coupling of turning with the hinge's acceleration, over inertia and implicit
+    # damping
+    W_UX,
     W_UY,
     W_SHARE,  # implicit damping, likewise
     W_U,  # torque left for the hinge, likewise
@@ -116,18 +120,22 @@ BLOCK = 8  # [C] parts that are passed by together
     W_B0,
     W_B1,
     W_B2,
-    W_NEXT_UX,  # the four rows from W_UX on once more, with damping, while contact is solved without
+    # the four rows from W_UX on once more, with damping, while contact is solved without
+    W_NEXT_UX,
     W_NEXT_UY,
     W_NEXT_SHARE,
     W_NEXT_U,
-    W_D,  # what ``refold`` needs of ``fold_both``: inertia that a hinge feels, couplings, inverse inertia with damping
+    # what ``refold`` needs of ``fold_both``: inertia that a hinge feels, couplings, inverse inertia
+    # with damping
+    W_D,
     W_DX,
     W_DY,
     W_INVERSE,
 ) = range(38)
 N_WORK = 38
 
-# a contact: object, segment, point and normal (from the object to the segment) seen from the base, distance, and its
+# a contact: object, segment, point and normal (from the object to the segment) seen from the base,
+# distance, and its
 # place on the segment as a share of the length
 T_OBJECT, T_SEGMENT, T_X, T_Y, T_NX, T_NY, T_DISTANCE, T_SHARE = range(8)
 N_CONTACT = 8

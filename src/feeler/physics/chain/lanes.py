@@ -1,9 +1,11 @@
-"""Lanes: several simulations in one SIMD register, as a number type that compiled code can calculate with.
+"""Lanes: several simulations in one SIMD register, as a number type that compiled code can
+calculate with.
 
-A table of the engine is an array (row, column, lane). ``get(table, i, j, width)`` reads all lanes of one entry as one
-number and ``put`` writes them back; ``width`` is a tuple with as many entries as there are lanes, because the number of
-lanes must be part of a type. Arithmetic is lane by lane and strictly IEEE: a lane's result does not depend on its
-neighbours nor on their number, and with one lane the type is a plain double, which goes with any number of lanes.
+A table of the engine is an array (row, column, lane). ``get(table, i, j, width)`` reads all lanes
+of one entry as one number and ``put`` writes them back; ``width`` is a tuple with as many entries
+as there are lanes, because the number of lanes must be part of a type. Arithmetic is lane by lane
+and strictly IEEE: a lane's result does not depend on its neighbours nor on their number, and with
+one lane the type is a plain double, which goes with any number of lanes.
 """
 
 import operator
@@ -54,7 +56,9 @@ def _spread(builder, value: ir.Value, width: int) -> ir.Value:
     if width == 1 or isinstance(value.type, ir.VectorType):
         return value
     whole = _wide(_DOUBLE, width)
-    first = builder.insert_element(ir.Constant(whole, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    first = builder.insert_element(
+        ir.Constant(whole, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
+    )
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
     return builder.shuffle_vector(first, ir.Constant(whole, ir.Undefined), zeros)
 
@@ -93,7 +97,9 @@ _register(operator.le, Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 @infer_global(operator.neg)
 class _Negate(AbstractTemplate):
     def generic(self, args, kws):
-        return signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], Lanes) else None
+        return (
+            signature(args[0], args[0]) if len(args) == 1 and isinstance(args[0], Lanes) else None
+        )
 
 
 @lower_builtin(operator.neg, Lanes)
@@ -121,12 +127,14 @@ def _call_llvm(builder, name: str, args) -> ir.Value:
     kind = args[0].type
     suffix = f"v{kind.count}f64" if isinstance(kind, ir.VectorType) else "f64"
     shape = ir.FunctionType(kind, [kind] * len(args))
-    return builder.call(cgutils.get_or_insert_function(builder.module, shape, f"llvm.{name}.{suffix}"), args)
+    return builder.call(
+        cgutils.get_or_insert_function(builder.module, shape, f"llvm.{name}.{suffix}"), args
+    )
 
 
 def _address(context, builder, kind, array, i, j, width: int):
-    """Pointer to lane 0 of row i, column j. A table that is not contiguous holds many lanes column after column, or
-    one lane row after row."""
+    """Pointer to lane 0 of row i, column j. A table that is not contiguous holds many lanes column
+    after column, or one lane row after row."""
     table = context.make_array(kind)(context, builder, array)
     strides = cgutils.unpack_tuple(builder, table.strides, 3)
     size = ir.Constant(i.type, 8 * width)
@@ -138,7 +146,9 @@ def _address(context, builder, kind, array, i, j, width: int):
 
 @intrinsic
 def get(typing, table, i, j, width):
-    """All lanes of ``table[i, j]`` as one number; a table (row, column) holds the same number for every lane."""
+    """All lanes of ``table[i, j]`` as one number; a table (row, column) holds the same number for
+    every lane.
+    """
     kind = Lanes(len(width))
 
     def emit(context, builder, sig, args):
@@ -147,7 +157,9 @@ def get(typing, table, i, j, width):
             shared = context.make_array(sig.args[0])(context, builder, args[0])
             where = cgutils.get_item_pointer(context, builder, sig.args[0], shared, [i, j])
             return _spread(builder, builder.load(where), kind.width)
-        return builder.load(_address(context, builder, sig.args[0], args[0], i, j, kind.width), align=8)
+        return builder.load(
+            _address(context, builder, sig.args[0], args[0], i, j, kind.width), align=8
+        )
 
     return kind(table, i, j, width), emit
 
@@ -170,7 +182,9 @@ def put(typing, table, i, j, value, width):
 def spread(typing, value, width):
     """A plain float in every lane."""
     kind = Lanes(len(width))
-    return kind(types.float64, width), lambda context, builder, sig, args: _spread(builder, args[0], kind.width)
+    return kind(types.float64, width), lambda context, builder, sig, args: _spread(
+        builder, args[0], kind.width
+    )
 
 
 @intrinsic
@@ -194,7 +208,9 @@ def everywhere(typing, mask):
 
     def emit(context, builder, sig, args):
         bits = ir.IntType(mask.width)
-        return builder.icmp_unsigned("==", builder.bitcast(args[0], bits), ir.Constant(bits, 2**mask.width - 1))
+        return builder.icmp_unsigned(
+            "==", builder.bitcast(args[0], bits), ir.Constant(bits, 2**mask.width - 1)
+        )
 
     return types.boolean(mask), emit
 

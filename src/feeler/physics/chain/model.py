@@ -22,8 +22,10 @@ Part = tuple[int, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChainModel:
-    """One lane's constants: ``constants`` (field, segment), ``base`` (field,), ``obj`` and ``place`` (object, field), and
-    the convex ``parts`` of all objects, object after object, ``owner`` (object + 1,) being the first part of each."""
+    """One lane's constants: ``constants`` (field, segment), ``base`` (field,), ``obj`` and
+    ``place`` (object, field), and the convex ``parts`` of all objects, object after object,
+    ``owner`` (object + 1,) being the first part of each.
+    """
 
     constants: np.ndarray
     base: np.ndarray
@@ -35,17 +37,25 @@ class ChainModel:
     """(part, 4): bounding boxes, rounding included."""
 
 
-@lru_cache(maxsize=8 * f.LANES)  # as many as are run at once; with an accuracy each of them is run more than once
+@lru_cache(
+    maxsize=8 * f.LANES
+)  # as many as are run at once; with an accuracy each of them is run more than once
 def make_model(scene: Scene) -> ChainModel:
     """The scene's arrays; they depend on no timestep."""
-    shapes = [[(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects]
+    shapes = [
+        [(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects
+    ]
     boxes = [
-        _make_box(corners, o.feature.rounding) for o, s in zip(scene.objects, shapes, strict=True) for _, corners in s
+        _make_box(corners, o.feature.rounding)
+        for o, s in zip(scene.objects, shapes, strict=True)
+        for _, corners in s
     ]
     return ChainModel(
         constants=_make_constants(scene.antenna),
         base=_make_base(scene),
-        obj=np.array([_make_object(o, scene.contact) for o in scene.objects]).reshape(-1, f.N_OBJECT),
+        obj=np.array([_make_object(o, scene.contact) for o in scene.objects]).reshape(
+            -1, f.N_OBJECT
+        ),
         place=np.array([_make_place(o, scene) for o in scene.objects]).reshape(-1, f.N_PLACE),
         parts=tuple(part for shape in shapes for part in shape),
         owner=np.cumsum([0, *map(len, shapes)]),
@@ -54,7 +64,9 @@ def make_model(scene: Scene) -> ChainModel:
 
 
 def get_kind(part: np.ndarray) -> int:
-    """How contact with a convex part is found: one corner is a ball, an upright rectangle a box, all else a polygon."""
+    """How contact with a convex part is found: one corner is a ball, an upright rectangle a box,
+    all else a polygon.
+    """
     if len(part) == 1:
         return f.KIND_BALL
     if len(part) == 4 and all(np.unique(part[:, axis]).size == 2 for axis in (0, 1)):
@@ -71,8 +83,16 @@ def order_box(corners: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=8)  # antennae compare by identity and never change
 def _make_constants(antenna: Antenna) -> np.ndarray:
     table = np.zeros((f.N_CONSTANTS, antenna.n_segments))
-    table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = antenna.segment_length, antenna.segment_mass, antenna.radius
-    table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = antenna.stiffness, antenna.damping, antenna.rest_angle
+    table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = (
+        antenna.segment_length,
+        antenna.segment_mass,
+        antenna.radius,
+    )
+    table[f.C_STIFFNESS], table[f.C_DAMPING], table[f.C_REST] = (
+        antenna.stiffness,
+        antenna.damping,
+        antenna.rest_angle,
+    )
     table[f.C_INERTIA] = antenna.segment_mass * antenna.segment_length**2 / 3
     table[f.C_START] = antenna.hinge_position / antenna.length
     table[f.C_PORTION] = antenna.segment_length / antenna.length
@@ -81,12 +101,16 @@ def _make_constants(antenna: Antenna) -> np.ndarray:
 
 
 def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹ Jᵀ at each segment's
-    centre, straight chain, where only motion across the chain is possible.
+    """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹
+    Jᵀ at each segment's centre, straight chain, where only motion across the chain is possible.
 
     One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
     """
-    n, length, mass = len(length), length.tolist(), mass.tolist()  # Python's own floats: faster one by one
+    n, length, mass = (
+        len(length),
+        length.tolist(),
+        mass.tolist(),
+    )  # Python's own floats: faster one by one
     lever, across, inverse = [0.0] * n, [0.0] * n, [0.0] * n
     carried = 0.0  # articulated mass across the chain that the distal part shows at its hinge
     for i in range(n - 1, -1, -1):
@@ -94,7 +118,8 @@ def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
         coupling = mass[i] * length[i] / 2 + carried * length[i]
         carried = mass[i] + carried - coupling**2 / inertia
         lever[i], inverse[i] = coupling / inertia, 1 / inertia
-    hinge = 0.0  # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
+    # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
+    hinge = 0.0
     for i in range(n):
         turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
         across[i] = hinge + length[i] * mixed + length[i] ** 2 / 4 * turn
@@ -125,9 +150,15 @@ def _make_object(item: Object, contact: Contact) -> np.ndarray:
 
 
 def _make_planes(item: Object) -> np.ndarray:
-    """Half planes (plane, 3) that hold the grown object: the sides of a triangle or quadrangle, else of the bounding box."""
+    """Half planes (plane, 3) that hold the grown object: the sides of a triangle or quadrangle,
+    else of the bounding box.
+    """
     parts = item.feature.parts
-    corners = parts[0] if len(parts) == 1 and len(parts[0]) in (3, 4) else order_box(np.concatenate(parts))
+    corners = (
+        parts[0]
+        if len(parts) == 1 and len(parts[0]) in (3, 4)
+        else order_box(np.concatenate(parts))
+    )
     along = np.roll(corners, -1, axis=0) - corners
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
     if not normal.any(axis=1).all():  # a box without width or height
@@ -151,10 +182,15 @@ def _make_box(corners: np.ndarray, grow: float) -> np.ndarray:
 
 
 def stack_shapes(models: Sequence[ChainModel]) -> tuple[np.ndarray, ...]:
-    """Kinds, corners, first corners, bounding boxes (of parts, of blocks of them) and owners, the lane first, padded."""
+    """Kinds, corners, first corners, bounding boxes (of parts, of blocks of them) and owners, the
+    lane first, padded.
+    """
     lanes, n_parts = len(models), max(1, *(len(m.parts) for m in models))
     n_corners = max(1, *(sum(len(c) for _, c in m.parts) for m in models))
-    kind, starts = np.zeros((lanes, n_parts), dtype=np.int64), np.zeros((lanes, n_parts + 1), dtype=np.int64)
+    kind, starts = (
+        np.zeros((lanes, n_parts), dtype=np.int64),
+        np.zeros((lanes, n_parts + 1), dtype=np.int64),
+    )
     corners, bounds = np.zeros((lanes, n_corners, 2)), np.zeros((lanes, n_parts, 4))
     blocks = np.zeros((lanes, -(-n_parts // f.BLOCK), 4))
     owner = np.zeros((lanes, max(len(m.owner) for m in models)), dtype=np.int64)

@@ -1,4 +1,6 @@
-"""Contacts of the chain's capsules with an object's convex parts, as MuJoCo finds them, in the object's own frame."""
+"""Contacts of the chain's capsules with an object's convex parts, as MuJoCo finds them, in the
+object's own frame.
+"""
 
 import numpy as np
 
@@ -10,23 +12,35 @@ MIN_VALUE = 1e-15  # MuJoCo's mjMINVAL
 
 @inlined
 def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, count, lane):
-    """Append one lane's contacts with object ``o``, base to tip; their number, or −1 if the table is too short.
+    """Append one lane's contacts with object ``o``, base to tip; their number, or −1 if the table
+    is too short.
 
-    Its convex parts are numbers ``first`` to ``stop`` of ``shapes`` = (kind, corners, first corner, bounding box, and that of
-    each ``BLOCK`` of parts).
+    Its convex parts are numbers ``first`` to ``stop`` of ``shapes`` = (kind, corners, first corner,
+    bounding box, and that of each ``BLOCK`` of parts).
     """
     kinds, corners, starts, boxes, blocks = shapes
     x, y, grown = place[o, f.P_X, lane], place[o, f.P_Y, lane], obj[o, f.O_ROUNDING, lane]
     cx, cy = place[o, f.P_FORWARD_X, lane], place[o, f.P_FORWARD_Y, lane]
     for i in range(int(place[o, f.P_FIRST, lane]), int(place[o, f.P_LAST, lane]) + 1):
-        dx, dy, radius = work[f.W_PX, i, lane] - x, work[f.W_PY, i, lane] - y, constants[f.C_RADIUS, i, lane]
+        dx, dy, radius = (
+            work[f.W_PX, i, lane] - x,
+            work[f.W_PY, i, lane] - y,
+            constants[f.C_RADIUS, i, lane],
+        )
         px, py = cx * dx + cy * dy, cx * dy - cy * dx
         ex = cx * work[f.W_EX, i, lane] + cy * work[f.W_EY, i, lane]
         ey = cx * work[f.W_EY, i, lane] - cy * work[f.W_EX, i, lane]
-        low_x, high_x, low_y, high_y = min(px, px + ex), max(px, px + ex), min(py, py + ey), max(py, py + ey)
+        low_x, high_x, low_y, high_y = (
+            min(px, px + ex),
+            max(px, px + ex),
+            min(py, py + ey),
+            max(py, py + ey),
+        )
         before, k = count, first
         while k < stop:
-            if k % f.BLOCK == 0 and _clear(blocks, k // f.BLOCK, low_x, high_x, low_y, high_y, radius):
+            if k % f.BLOCK == 0 and _clear(
+                blocks, k // f.BLOCK, low_x, high_x, low_y, high_y, radius
+            ):
                 k += f.BLOCK
                 continue
             apart = _clear(boxes, k, low_x, high_x, low_y, high_y, radius)
@@ -42,7 +56,9 @@ def find_contacts(constants, work, obj, o, shapes, first, stop, place, table, co
             elif kinds[k - 1] == f.KIND_BOX:
                 count = _touch_box(table, count, px, py, ex, ey, radius, grown, corners[start:end])
             else:
-                count = _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, end)
+                count = _touch_polygon(
+                    table, count, px, py, ex, ey, radius, grown, corners, start, end
+                )
         for k in range(before, count):
             table[k, f.T_OBJECT] = o
             _to_world(table, k, i, cx, cy, x, y)
@@ -93,28 +109,41 @@ def _touch_ball(table, count, px, py, ex, ey, radius, bx, by, ball):
 
 @inlined
 def _touch_box(table, count, px, py, ex, ey, radius, grown, corners):
-    """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a sensible second one.
+    """MuJoCo's capsule–box test in the plane: the closest point of the capsule's core, and a
+    sensible second one.
 
-    Positions on the core run from −1 at the far end to +1 at the hinge, as MuJoCo's capsule does; it decides ties.
+    Positions on the core run from −1 at the far end to +1 at the hinge, as MuJoCo's capsule does;
+    it decides ties.
     """
     sx, sy = 0.5 * (corners[1, 0] - corners[2, 0]), 0.5 * (corners[1, 1] - corners[0, 1])
     mx, my = 0.5 * (corners[1, 0] + corners[2, 0]), 0.5 * (corners[1, 1] + corners[0, 1])
     hx, hy = -0.5 * ex, -0.5 * ey
     x, y = px - hx - mx, py - hy - my
-    beside, width = abs(x * hy - y * hx), sx * abs(hy) + sy * abs(hx)  # of both, across the core, times half its length
-    if beside > width and (beside - width) ** 2 > (radius + grown) ** 2 * (hx * hx + hy * hy) * (1.0 + 1e-12):
+    beside, width = (
+        abs(x * hy - y * hx),
+        sx * abs(hy) + sy * abs(hx),
+    )  # of both, across the core, times half its length
+    if beside > width and (beside - width) ** 2 > (radius + grown) ** 2 * (hx * hx + hy * hy) * (
+        1.0 + 1e-12
+    ):
         return count
     first, second = _box_points(x, y, hx, hy, sx, sy)
-    count = _touch_box_sphere(table, count, x + first * hx, y + first * hy, radius, grown, sx, sy, mx, my)
+    count = _touch_box_sphere(
+        table, count, x + first * hx, y + first * hy, radius, grown, sx, sy, mx, my
+    )
     if second > -3.0:
         at = first + second
-        count = _touch_box_sphere(table, count, x + at * hx, y + at * hy, radius, grown, sx, sy, mx, my)
+        count = _touch_box_sphere(
+            table, count, x + at * hx, y + at * hy, radius, grown, sx, sy, mx, my
+        )
     return count
 
 
 @inlined
 def _box_points(x, y, hx, hy, sx, sy):
-    """Position of the closest point of the core, and how much further along the core the second lies (−4: none)."""
+    """Position of the closest point of the core, and how much further along the core the second
+    lies (−4: none).
+    """
     best, first, face, corner, at_end = np.inf, 0.0, np.int64(-1), np.int64(-1), np.int64(0)
     for end in (-1, 1):
         ax, ay = x + end * hx, y + end * hy
@@ -193,7 +222,9 @@ def _touch_box_sphere(table, count, x, y, radius, grown, sx, sy, mx, my):
 
 @inlined
 def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, stop):
-    """Closest points of the core and one convex part; where the core is inside, the shallowest way out."""
+    """Closest points of the core and one convex part; where the core is inside, the shallowest way
+    out.
+    """
     depth, ax, ay, nx, ny = _separate(px, py, ex, ey, radius + grown, corners, start, stop)
     if depth - radius - grown >= 0.0:
         return count
@@ -208,7 +239,8 @@ def _touch_polygon(table, count, px, py, ex, ey, radius, grown, corners, start, 
 
 @inlined
 def _separate(px, py, ex, ey, clear, corners, start, stop):
-    """Greatest separation along a normal of either shape (negative: penetration), its point on the part, the normal.
+    """Greatest separation along a normal of either shape (negative: penetration), its point on the
+    part, the normal.
 
     The first separation found beyond ``clear`` ends the search: they do not touch.
     """
@@ -242,7 +274,9 @@ def _separate(px, py, ex, ey, clear, corners, start, stop):
 
 @inlined
 def _closest(px, py, ex, ey, corners, start, stop):
-    """Distance of two separate shapes, the closest point on the part, and the normal towards the core."""
+    """Distance of two separate shapes, the closest point on the part, and the normal towards the
+    core.
+    """
     best, bx, by, cx, cy = np.inf, 0.0, 0.0, 0.0, 0.0
     for k in range(start, stop):
         j = k + 1 if k + 1 < stop else start

@@ -1,4 +1,6 @@
-"""One step of all lanes, compiled: where the base goes, what is touched, how hard, and where the chain goes then."""
+"""One step of all lanes, compiled: where the base goes, what is touched, how hard, and where the
+chain goes then.
+"""
 
 from typing import NamedTuple
 
@@ -14,11 +16,15 @@ from feeler.physics.chain.sweep import fold, locate, move, refold, seek
 
 
 class Tables(NamedTuple):
-    """All that the compiled step reads and writes; each array's last axis is the lane unless said otherwise."""
+    """All that the compiled step reads and writes; each array's last axis is the lane unless said
+    otherwise.
+    """
 
     constants: np.ndarray
     segments: np.ndarray
-    """Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one antenna."""
+    """Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one
+    antenna.
+    """
     work: np.ndarray
     wides: tuple
     """Constants and work once more, for eight numbers at once, and the width of that."""
@@ -26,20 +32,25 @@ class Tables(NamedTuple):
     obj: np.ndarray
     place: np.ndarray
     shapes: tuple
-    """(kind, corners, first corner, bounding box, that of each block of parts, owner), the lane first."""
+    """(kind, corners, first corner, bounding box, that of each block of parts, owner), the lane
+    first.
+    """
     contacts: np.ndarray
     """(lane, contact, field)."""
     rows: np.ndarray
     """(lane, row, field)."""
     memory: np.ndarray
-    """(lane, contact, field): what each contact of the step before came to; it follows from ``rows`` and ``number``."""
+    """(lane, contact, field): what each contact of the step before came to; it follows from
+    ``rows`` and ``number``.
+    """
     number: np.ndarray
     """(lane,): contacts of the last step; −1 in a lane that had too many."""
     open: np.ndarray
     loaded: np.ndarray
     width: tuple
     pair: tuple | None
-    """The width of two lanes, where one is stepped by itself and a sweep can do two things at once."""
+    """The width of two lanes, where one is stepped by itself and a sweep can do two things at once.
+    """
 
 
 @register
@@ -64,8 +75,9 @@ def make_handle(tables):
 def step_many(handle, first, n_steps, timestep, drive, damped):
     """Take ``n_steps`` steps; all arrays are changed in place.
 
-    ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number ``first`` on, the last
-    one for ever. ``damped``: contact is solved with the implicit damping in it. Returns whether some lane has come to an end.
+    ``drive`` (step or 1, x y turn, lane): velocity of the base at the end of each step from number
+    ``first`` on, the last one for ever. ``damped``: contact is solved with the implicit damping in
+    it. Returns whether some lane has come to an end.
     """
     return _step_tables(handle.tables, first, n_steps, timestep, drive, damped)
 
@@ -78,7 +90,9 @@ def _step_tables(t, first, n_steps, timestep, drive, damped):
         touched = _find(t)
         if touched:
             _push(t, timestep, damped)
-        if not (touched and (damped or t.pair is not None)):  # else _push has left what the hinges need
+        if not (
+            touched and (damped or t.pair is not None)
+        ):  # else _push has left what the hinges need
             fold(t.segments, t.work, t.base, t.loaded, timestep, t.width)
         if touched:
             t.loaded[:] = False
@@ -86,8 +100,12 @@ def _step_tables(t, first, n_steps, timestep, drive, damped):
                 clear(t.work, t.rows[lane], f.ROWS * t.number[lane], lane)
         _carry(t.base, t.place, drive[min(step, drive.shape[0] - 1)], timestep)
         move(t.segments, t.work, t.wides, t.base, timestep, t.width)
-    for lane in range(t.number.shape[0]):  # the tip's heading is the sum of all angles: one that is lost shows there
-        if t.number[lane] < 0 or not np.isfinite(t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]):
+    for lane in range(
+        t.number.shape[0]
+    ):  # the tip's heading is the sum of all angles: one that is lost shows there
+        if t.number[lane] < 0 or not np.isfinite(
+            t.work[f.W_HEADING, n - 1, lane] + t.work[f.W_OMEGA, n - 1, lane]
+        ):
             return True
     return False
 
@@ -152,7 +170,17 @@ def _find(t):
             first, stop = owner[lane, o], owner[lane, o + 1]
             if t.number[lane] >= 0 and t.place[o, f.P_FIRST, lane] <= t.place[o, f.P_LAST, lane]:
                 t.number[lane] = find_contacts(
-                    t.constants, t.work, t.obj, o, shapes, first, stop, t.place, t.contacts[lane], t.number[lane], lane
+                    t.constants,
+                    t.work,
+                    t.obj,
+                    o,
+                    shapes,
+                    first,
+                    stop,
+                    t.place,
+                    t.contacts[lane],
+                    t.number[lane],
+                    lane,
                 )
         touched = touched or t.number[lane] > 0
     return touched
@@ -160,12 +188,24 @@ def _find(t):
 
 @inlined
 def _push(t, timestep, damped):
-    """Solve the contacts and leave their wrenches in the bias columns, or the hinges as ``fold`` leaves them."""
+    """Solve the contacts and leave their wrenches in the bias columns, or the hinges as ``fold``
+    leaves them.
+    """
     last = np.int64(-1)
     for lane in range(t.number.shape[0]):
         count = t.number[lane]
         if count > 0:
-            make_rows(t.constants, t.work, t.base, t.obj, t.contacts[lane], count, t.place, t.rows[lane], lane)
+            make_rows(
+                t.constants,
+                t.work,
+                t.base,
+                t.obj,
+                t.contacts[lane],
+                count,
+                t.place,
+                t.rows[lane],
+                lane,
+            )
             for k in range(count):
                 last = max(last, np.int64(t.contacts[lane, k, f.T_SEGMENT]))
     solve_contacts(
@@ -196,10 +236,11 @@ def _push(t, timestep, damped):
 
 @compiled
 def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
-    """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape`` (lane, sample, column).
+    """Take ``every`` steps before each sample ``sample`` … ``stop`` − 1, and write it to ``tape``
+    (lane, sample, column).
 
-    Columns as in :func:`feeler.physics.stepper.make_row`. Returns the first sample that was not written, and whether some
-    lane has come to an end; nothing goes on after that.
+    Columns as in :func:`feeler.physics.stepper.make_row`. Returns the first sample that was not
+    written, and whether some lane has come to an end; nothing goes on after that.
     """
     for k in range(sample, stop):
         ended = step_many(handle, (k - sample) * every, every, timestep, drive, damped)
@@ -214,10 +255,17 @@ def record_many(handle, tape, sample, stop, every, timestep, drive, damped):
 def _write(t, row, lane):
     n = t.work.shape[1]
     for i in range(n):
-        row[i], row[n + i] = t.work[f.W_ANGLE, i, lane] + 0.0, t.work[f.W_RATE, i, lane] + 0.0  # no negative zeros
+        row[i], row[n + i] = (
+            t.work[f.W_ANGLE, i, lane] + 0.0,
+            t.work[f.W_RATE, i, lane] + 0.0,
+        )  # no negative zeros
     fx = fy = work = 0.0
     for o in range(t.place.shape[0]):
-        fx, fy, work = fx + t.place[o, f.P_FX, lane], fy + t.place[o, f.P_FY, lane], work + t.place[o, f.P_WORK, lane]
+        fx, fy, work = (
+            fx + t.place[o, f.P_FX, lane],
+            fy + t.place[o, f.P_FY, lane],
+            work + t.place[o, f.P_WORK, lane],
+        )
     at = 2 * n
     row[at], row[at + 1], row[at + 2], row[at + 3] = fx, fy, t.base[0, f.B_WORK, lane] + 0.0, work
     for k in range(3):

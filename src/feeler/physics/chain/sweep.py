@@ -1,35 +1,54 @@
-"""The O(n) sweeps of a planar chain: kinematics and articulated-body dynamics (Featherstone 2008, ch. 7).
+"""The O(n) sweeps of a planar chain: kinematics and articulated-body dynamics (Featherstone 2008,
+ch. 7).
 
-World-aligned axes at each hinge. A segment's acceleration is (turn α, hinge a); a point at r from the hinge moves with
-a + α·P(r), P(r) = (r_y, −r_x), because positive angles turn from +y towards +x. Velocity-product accelerations become
-forces beforehand, so that every sweep solves (M + …)·q̈ = forces with no J̇v left in it. Places and velocities are seen
-from the base, which may move: its acceleration is where the outward sweep begins.
+World-aligned axes at each hinge. A segment's acceleration is (turn α, hinge a); a point at r from
+the hinge moves with a + α·P(r), P(r) = (r_y, −r_x), because positive angles turn from +y towards
++x. Velocity-product accelerations become forces beforehand, so that every sweep solves (M + …)·q̈ =
+forces with no J̇v left in it. Places and velocities are seen from the base, which may move: its
+acceleration is where the outward sweep begins.
 
-A sweep's time is the latency of its recurrences, so sums are grouped such that as little as possible waits for the
-segment before; what waits for none (sines, torques) runs at full SIMD width even for a single simulation.
+A sweep's time is the latency of its recurrences, so sums are grouped such that as little as
+possible waits for the segment before; what waits for none (sines, torques) runs at full SIMD width
+even for a single simulation.
 """
 
 from feeler.compiled import inlined, lean
 from feeler.physics.chain import fields as f
-from feeler.physics.chain.lanes import beside, choose, everywhere, fma, get, pick, put, smaller, spread
+from feeler.physics.chain.lanes import (
+    beside,
+    choose,
+    everywhere,
+    fma,
+    get,
+    pick,
+    put,
+    smaller,
+    spread,
+)
 from feeler.physics.chain.turn import sincos
 
 
 @lean
 def move(segments, work, wides, base, timestep, width):
-    """The outward sweep and one Euler step of every hinge, v += h q̈, q += h v, and all that follows from where it then is.
+    """The outward sweep and one Euler step of every hinge, v += h q̈, q += h v, and all that
+    follows from where it then is.
 
-    Headings, turn rates, segment vectors, passive torques, velocity-product forces. Block by block: what no segment
-    needs another for is done on eight numbers at once, while the recurrences of the next block wait for each other.
-    A ``timestep`` of 0 moves nothing and computes what follows.
+    Headings, turn rates, segment vectors, passive torques, velocity-product forces. Block by block:
+    what no segment needs another for is done on eight numbers at once, while the recurrences of the
+    next block wait for each other. A ``timestep`` of 0 moves nothing and computes what follows.
     """
     n = work.shape[1]
     wide_segments, wide_work, wide = wides
     heading, omega = get(base, 0, f.B_HEADING, width), get(base, 0, f.B_TURN, width)
-    alpha, push_x, push_y = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
+    alpha, push_x, push_y = (
+        get(base, 0, f.B_ALPHA, width),
+        get(base, 0, f.B_AX, width),
+        get(base, 0, f.B_AY, width),
+    )
     ax, ay = -get(base, 0, f.B_GRAVITY_X, width), -get(base, 0, f.B_GRAVITY_Y, width)
     size = len(wide) // len(width)
-    # the first part runs a block ahead: what was just written one by one cannot be read eight at a time without a wait
+    # the first part runs a block ahead: what was just written one by one cannot be read eight at a
+    # time without a wait
     for k in range(-1, (n + size - 1) // size):
         for i in range((k + 1) * size, min((k + 2) * size, n)):
             before, alpha = alpha, _turn(work, i, alpha, push_x, push_y, width)
@@ -50,9 +69,19 @@ def move(segments, work, wides, base, timestep, width):
         put(wide_work, f.W_EY, k, length * c, wide)
         drag = get(wide_segments, f.C_DAMPING, k, wide) * get(wide_work, f.W_RATE, k, wide)
         stretch = get(wide_segments, f.C_REST, k, wide) - get(wide_work, f.W_ANGLE, k, wide)
-        put(wide_work, f.W_TORQUE, k, fma(get(wide_segments, f.C_STIFFNESS, k, wide), stretch, -drag), wide)
+        put(
+            wide_work,
+            f.W_TORQUE,
+            k,
+            fma(get(wide_segments, f.C_STIFFNESS, k, wide), stretch, -drag),
+            wide,
+        )
         for i in range(k * size, min(k * size + size, n)):
-            ex, ey, turning = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width), get(work, f.W_OMEGA, i, width)
+            ex, ey, turning = (
+                get(work, f.W_EX, i, width),
+                get(work, f.W_EY, i, width),
+                get(work, f.W_OMEGA, i, width),
+            )
             square, mass = turning * turning, get(segments, f.C_MASS, i, width)
             turn_x, turn_y = square * ex, square * ey
             put(work, f.W_FX, i, mass * fma(turn_x, 0.5, -ax), width)
@@ -62,7 +91,9 @@ def move(segments, work, wides, base, timestep, width):
 
 @lean
 def seek(segments, work, obj, place, o, pair, width):
-    """Note the first and the last segment that none of object ``o``'s half planes keeps clear of it."""
+    """Note the first and the last segment that none of object ``o``'s half planes keeps clear of
+    it.
+    """
     ax, ay, a = _face(obj, place, o, 0, width)
     bx, by, b = _face(obj, place, o, 1, width)
     cx, cy, c = _face(obj, place, o, 2, width)
@@ -72,7 +103,12 @@ def seek(segments, work, obj, place, o, pair, width):
         for i in range(work.shape[1]):
             ex, ey = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width)
             radius, number = get(segments, f.C_RADIUS, i, width), float(i)
-            at_a, at_b, at_c, at_d = a, b, c, d  # how far its hinge is outside each plane, and then the next one's
+            at_a, at_b, at_c, at_d = (
+                a,
+                b,
+                c,
+                d,
+            )  # how far its hinge is outside each plane, and then the next one's
             a, b, c, d = (
                 a + fma(ax, ex, ay * ey),
                 b + fma(bx, ex, by * ey),
@@ -105,10 +141,16 @@ def _face(obj, place, o, k, width):
 
 @lean
 def locate(work, last, width):
-    """Hinge positions and velocities of segments 0…``last``, seen from the base; only contact needs them."""
+    """Hinge positions and velocities of segments 0…``last``, seen from the base; only contact needs
+    them.
+    """
     px = py = vx = vy = spread(0.0, width)
     for i in range(last + 1):
-        ex, ey, omega = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width), get(work, f.W_OMEGA, i, width)
+        ex, ey, omega = (
+            get(work, f.W_EX, i, width),
+            get(work, f.W_EY, i, width),
+            get(work, f.W_OMEGA, i, width),
+        )
         put(work, f.W_PX, i, px, width)
         put(work, f.W_PY, i, py, width)
         put(work, f.W_VX, i, vx, width)
@@ -118,17 +160,21 @@ def locate(work, last, width):
 
 @lean
 def fold(segments, work, base, loaded, timestep, width):
-    """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what is left for each hinge.
+    """The inward sweep of (M + hC + JᵀDJ) q̈ = passive + velocity-product forces + JᵀD a_ref: what
+    is left for each hinge.
 
-    ``loaded`` marks the segments that are touched in some lane: their rows K.. and B.. hold Σ D w wᵀ and −Σ D a_ref w
-    of their active contacts, or nothing and minus the contacts' wrench. A ``timestep`` of 0 leaves the implicit damping
-    hC out. What the antenna then shows at its base gives the reaction.
+    ``loaded`` marks the segments that are touched in some lane: their rows K.. and B.. hold Σ D w
+    wᵀ and −Σ D a_ref w of their active contacts, or nothing and minus the contacts' wrench. A
+    ``timestep`` of 0 leaves the implicit damping hC out. What the antenna then shows at its base
+    gives the reaction.
     """
     zero = spread(0.0, width)
     fx, fy = -get(base, 0, f.B_PULL_X, width), -get(base, 0, f.B_PULL_Y, width)
     inertia, bias = (zero, zero, zero, zero, zero, zero), (zero, fx, fy)
     for i in range(work.shape[1] - 1, -1, -1):
-        inertia, bias, found, _ = _fold_one(segments, work, i, loaded[i], timestep, 1.0, inertia, bias, width)
+        inertia, bias, found, _ = _fold_one(
+            segments, work, i, loaded[i], timestep, 1.0, inertia, bias, width
+        )
         _put_four(work, f.W_UX, i, found, width)
     react_x, react_y, react_moment = _react(base, inertia, width)
     put(base, 0, f.B_FX, bias[1] + react_x, width)
@@ -140,10 +186,14 @@ def fold(segments, work, base, loaded, timestep, width):
 def fold_both(segments, work, base, loaded, last, timestep, pair, width):
     """``fold`` without damping, and at once, in a lane beside it, with damping but without contact.
 
-    One lane's sweep waits for itself, so two cost what one does. ``refold`` lets contact act on the damped one as far as
-    segment ``last``; beyond, nothing is touched.
+    One lane's sweep waits for itself, so two cost what one does. ``refold`` lets contact act on the
+    damped one as far as segment ``last``; beyond, nothing is touched.
     """
-    zero, fx, fy = spread(0.0, pair), spread(-base[0, f.B_PULL_X, 0], pair), spread(-base[0, f.B_PULL_Y, 0], pair)
+    zero, fx, fy = (
+        spread(0.0, pair),
+        spread(-base[0, f.B_PULL_X, 0], pair),
+        spread(-base[0, f.B_PULL_Y, 0], pair),
+    )
     inertia, bias = (zero, zero, zero, zero, zero, zero), (zero, fx, fy)
     timesteps, only = beside((0.0, timestep)), beside((1.0, 0.0))
     for i in range(work.shape[1] - 1, -1, -1):
@@ -151,7 +201,9 @@ def fold_both(segments, work, base, loaded, last, timestep, pair, width):
             put(base, 0, f.B_LEFT_TORQUE, pick(bias[0], 1), width)
             put(base, 0, f.B_LEFT_FX, pick(bias[1], 1), width)
             put(base, 0, f.B_LEFT_FY, pick(bias[2], 1), width)
-        inertia, bias, found, kept = _fold_one(segments, work, i, loaded[i], timesteps, only, inertia, bias, width)
+        inertia, bias, found, kept = _fold_one(
+            segments, work, i, loaded[i], timesteps, only, inertia, bias, width
+        )
         _put_four(work, f.W_UX, i, _pick_four(found, 0), width)
         _put_four(work, f.W_NEXT_UX, i, _pick_four(found, 1), width)
         _put_four(work, f.W_D, i, _pick_four(kept, 1), width)
@@ -164,7 +216,9 @@ def fold_both(segments, work, base, loaded, last, timestep, pair, width):
 
 @lean
 def refold(work, wides, base, loaded, last, width):
-    """The rest of ``fold`` with damping after ``fold_both``, now that the contacts' wrenches are in rows B..."""
+    """The rest of ``fold`` with damping after ``fold_both``, now that the contacts' wrenches are in
+    rows B...
+    """
     _, wide_work, wide = wides
     for k in range(wide_work.shape[1]):
         for row in range(4):
@@ -190,9 +244,11 @@ def refold(work, wides, base, loaded, last, width):
 
 @inlined
 def _fold_one(segments, work, i, touched, timestep, only, inertia, bias, width):
-    """Segment ``i`` of ``fold``: inertia and bias that the next one is shown, what is left for the hinge, and for ``refold``.
+    """Segment ``i`` of ``fold``: inertia and bias that the next one is shown, what is left for the
+    hinge, and for ``refold``.
 
-    ``inertia`` and ``bias`` are what the distal part shows at its own hinge. Contact acts in the lanes where ``only`` is 1.
+    ``inertia`` and ``bias`` are what the distal part shows at its own hinge. Contact acts in the
+    lanes where ``only`` is 1.
     """
     (d, ux, uy, a, b, c), (torque, fx, fy) = inertia, bias
     ex, ey = get(work, f.W_EX, i, width), get(work, f.W_EY, i, width)
@@ -201,13 +257,19 @@ def _fold_one(segments, work, i, touched, timestep, only, inertia, bias, width):
     half, twice_x, twice_y = 0.5 * mass, ex + ex, ey + ey
     wx, wy = fma(a, ey, fma(-b, ex, ux)), fma(b, ey, fma(-c, ex, uy))
     far = fma(c, ex * ex, ux * twice_y) - fma(b, twice_x * ey, uy * twice_x)
-    drag, own = timestep * get(segments, f.C_DAMPING, i, width), get(segments, f.C_INERTIA, i, width)
+    drag, own = (
+        timestep * get(segments, f.C_DAMPING, i, width),
+        get(segments, f.C_INERTIA, i, width),
+    )
     near, damped = fma(a, ey * ey, own + d), fma(a, ey * ey, (own + drag) + d)
     ux, uy = fma(half, ey, wx), fma(-half, ex, wy)
     rest = fma(ey, fma(-0.5, own_x, fx), fma(-ex, fma(-0.5, own_y, fy), torque))
     a, c, fx, fy = a + mass, c + mass, fx - own_x, fy - own_y
     if touched:
-        near, damped = near + only * get(work, f.W_K00, i, width), damped + only * get(work, f.W_K00, i, width)
+        near, damped = (
+            near + only * get(work, f.W_K00, i, width),
+            damped + only * get(work, f.W_K00, i, width),
+        )
         ux, uy = ux + only * get(work, f.W_K01, i, width), uy + only * get(work, f.W_K02, i, width)
         a, b = a + only * get(work, f.W_K11, i, width), b + only * get(work, f.W_K12, i, width)
         c, rest = c + only * get(work, f.W_K22, i, width), rest + only * get(work, f.W_B0, i, width)
@@ -217,14 +279,23 @@ def _fold_one(segments, work, i, touched, timestep, only, inertia, bias, width):
     found, kept = (ux * inverse, uy * inverse, drag * inverse, u), (d, ux, uy, inverse)
     bias = (fma(d, u, rest), fma(ux, u, fx), fma(uy, u, fy))
     a, b, c = fma(-(ux * ux), inverse, a), fma(-(ux * uy), inverse, b), fma(-(uy * uy), inverse, c)
-    return ((d * drag) * inverse, (ux * drag) * inverse, (uy * drag) * inverse, a, b, c), bias, found, kept
+    return (
+        ((d * drag) * inverse, (ux * drag) * inverse, (uy * drag) * inverse, a, b, c),
+        bias,
+        found,
+        kept,
+    )
 
 
 @inlined
 def _react(base, inertia, width):
     """What the base's acceleration adds to its reaction: force and moment."""
     d, ux, uy, a, b, c = inertia
-    alpha, ax, ay = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
+    alpha, ax, ay = (
+        get(base, 0, f.B_ALPHA, width),
+        get(base, 0, f.B_AX, width),
+        get(base, 0, f.B_AY, width),
+    )
     fx, fy = fma(a, ax, fma(b, ay, ux * alpha)), fma(b, ax, fma(c, ay, uy * alpha))
     return fx, fy, fma(d, alpha, fma(ux, ax, uy * ay))
 
@@ -241,13 +312,24 @@ def _put_four(work, at, i, values, width):
 @inlined
 def _pick_four(values, lane):
     """One lane of the first four."""
-    return pick(values[0], lane), pick(values[1], lane), pick(values[2], lane), pick(values[3], lane)
+    return (
+        pick(values[0], lane),
+        pick(values[1], lane),
+        pick(values[2], lane),
+        pick(values[3], lane),
+    )
 
 
 @lean
 def unfold(work, base, loaded, last, width):
-    """The outward sweep: accelerations of hinges 0…``last``; the segments that are ``loaded`` are told theirs."""
-    alpha, ax, ay = get(base, 0, f.B_ALPHA, width), get(base, 0, f.B_AX, width), get(base, 0, f.B_AY, width)
+    """The outward sweep: accelerations of hinges 0…``last``; the segments that are ``loaded`` are
+    told theirs.
+    """
+    alpha, ax, ay = (
+        get(base, 0, f.B_ALPHA, width),
+        get(base, 0, f.B_AX, width),
+        get(base, 0, f.B_AY, width),
+    )
     for i in range(last + 1):
         before, alpha = alpha, _turn(work, i, alpha, ax, ay, width)
         put(work, f.W_QDD, i, alpha - before, width)
@@ -255,11 +337,18 @@ def unfold(work, base, loaded, last, width):
             put(work, f.W_ALPHA, i, alpha, width)
             put(work, f.W_AX, i, ax, width)
             put(work, f.W_AY, i, ay, width)
-        ax, ay = fma(alpha, get(work, f.W_EY, i, width), ax), fma(-alpha, get(work, f.W_EX, i, width), ay)
+        ax, ay = (
+            fma(alpha, get(work, f.W_EY, i, width), ax),
+            fma(-alpha, get(work, f.W_EX, i, width), ay),
+        )
 
 
 @lean
 def _turn(work, i, alpha, ax, ay, width):
     """A segment's turning acceleration, of that of the segment before and its hinge's acceleration."""
-    gx, gy, share = get(work, f.W_UX, i, width), get(work, f.W_UY, i, width), get(work, f.W_SHARE, i, width)
+    gx, gy, share = (
+        get(work, f.W_UX, i, width),
+        get(work, f.W_UY, i, width),
+        get(work, f.W_SHARE, i, width),
+    )
     return fma(-gy, ay, fma(-gx, ax, fma(share, alpha, get(work, f.W_U, i, width))))

@@ -1,4 +1,6 @@
-"""Sine and cosine together, from plain arithmetic: the same bits on every machine and in every lane."""
+"""Sine and cosine together, from plain arithmetic: the same bits on every machine and in every
+lane.
+"""
 
 import numpy as np
 
@@ -6,7 +8,11 @@ from feeler.compiled import lean
 from feeler.physics.chain.lanes import choose, floor, fma
 
 # π/2 in three parts of 33 bits, so that subtracting small multiples is exact (Cody & Waite 1980)
-_HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+_HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
+    1.57079632673412561417e00,
+    6.07710050630396597660e-11,
+    2.02226624879595063154e-21,
+)
 _TWO_OVER_PI = 2 / np.pi
 # fdlibm's polynomials on ±π/4, highest power first
 _S6, _S5, _S4 = 1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06

@@ -1,1 +1,3 @@
-"""The rod engine: implicit steps as long as one likes, down to an equilibrium; contact at the hinges and the tip."""
+"""The rod engine: implicit steps as long as one likes, down to an equilibrium; contact at the
+hinges and the tip.
+"""

@@ -1,4 +1,6 @@
-"""Contact of an antenna's nodes with convex parts: pressure, and friction with a stored place of sticking."""
+"""Contact of an antenna's nodes with convex parts: pressure, and friction with a stored place of
+sticking.
+"""
 
 import numpy as np
 
@@ -14,15 +16,23 @@ def place_faces(model, lane):
         x, y, c, s = item[f.O_X], item[f.O_Y], item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
         for k in range(int(model.parts[p, f.P_FIRST]), int(model.parts[p, f.P_STOP])):
             own, face = model.faces[k], lane.faces[k]
-            face[f.F_X], face[f.F_Y] = x + (c * own[f.F_X] - s * own[f.F_Y]), y + (s * own[f.F_X] + c * own[f.F_Y])
-            face[f.F_NX], face[f.F_NY] = c * own[f.F_NX] - s * own[f.F_NY], s * own[f.F_NX] + c * own[f.F_NY]
+            face[f.F_X], face[f.F_Y] = (
+                x + (c * own[f.F_X] - s * own[f.F_Y]),
+                y + (s * own[f.F_X] + c * own[f.F_Y]),
+            )
+            face[f.F_NX], face[f.F_NY] = (
+                c * own[f.F_NX] - s * own[f.F_NY],
+                s * own[f.F_NX] + c * own[f.F_NY],
+            )
 
 
 @compiled
 def _touch(faces, part, point, reach):
-    """(depth, normal x, normal y, place on the rim) of a node at a convex part; depth < 0: no contact.
+    """(depth, normal x, normal y, place on the rim) of a node at a convex part; depth < 0: no
+    contact.
 
-    Of a convex part the face that is farthest, with its sign, is the nearest, or one of the two at the nearest corner.
+    Of a convex part the face that is farthest, with its sign, is the nearest, or one of the two at
+    the nearest corner.
     """
     best, gap, x, y = int(part[f.P_FIRST]), -np.inf, point[0], point[1]
     for k in range(best, int(part[f.P_STOP])):
@@ -32,9 +42,17 @@ def _touch(faces, part, point, reach):
         if far > gap:
             best, gap = k, far
     face = faces[best]
-    dx, dy, nx, ny, length = x - face[f.F_X], y - face[f.F_Y], face[f.F_NX], face[f.F_NY], face[f.F_LENGTH]
+    dx, dy, nx, ny, length = (
+        x - face[f.F_X],
+        y - face[f.F_Y],
+        face[f.F_NX],
+        face[f.F_NY],
+        face[f.F_LENGTH],
+    )
     along = dx * ny - dy * nx
-    start = face[f.F_START] + reach * face[f.F_TURN]  # where on the rim as the node's middle sees it
+    start = (
+        face[f.F_START] + reach * face[f.F_TURN]
+    )  # where on the rim as the node's middle sees it
     if length > 0.0 and (gap <= 0.0 or 0.0 <= along <= length):
         return reach - gap, nx, ny, start + along
     corner = min(max(along, 0.0), length)
@@ -58,11 +76,11 @@ def _slip(place, held, rim, reach):
 
 @compiled
 def add_forces(model, lane, points, force, stiffness):
-    """Gravity and contact at every node: force (segment, 2) and stiffness (segment, 3: xx, xy, yy); contacts are noted in
-    ``lane.push``. Returns (energy, touching nodes).
+    """Gravity and contact at every node: force (segment, 2) and stiffness (segment, 3: xx, xy, yy);
+    contacts are noted in ``lane.push``. Returns (energy, touching nodes).
 
-    Friction is limited by ``lane.pressed``, the normal force at the end of the step before, so that a step has a potential
-    energy.
+    Friction is limited by ``lane.pressed``, the normal force at the end of the step before, so that
+    a step has a potential energy.
     """
     energy, count = 0.0, 0
     for i in range(model.table.shape[0]):
@@ -99,22 +117,36 @@ def add_forces(model, lane, points, force, stiffness):
                 fy += drag * ty
             force[i, 0] += fx
             force[i, 1] += fy
-            push[f.C_NX], push[f.C_NY], push[f.C_PLACE], push[f.C_FX], push[f.C_FY] = nx, ny, place, fx, fy
+            push[f.C_NX], push[f.C_NY], push[f.C_PLACE], push[f.C_FX], push[f.C_FY] = (
+                nx,
+                ny,
+                place,
+                fx,
+                fy,
+            )
     return energy, count
 
 
 @compiled
 def move_anchors(model, lane):
-    """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that left forget it."""
+    """After a step: note the normal forces; nodes that slid drag their anchor along, nodes that
+    left forget it.
+    """
     for i in range(model.table.shape[0]):
         firm = model.table[i, f.R_FIRMNESS]
         for p in range(model.parts.shape[0]):
-            part, depth, place = model.parts[p], lane.push[i, p, f.C_DEPTH], lane.push[i, p, f.C_PLACE]
+            part, depth, place = (
+                model.parts[p],
+                lane.push[i, p, f.C_DEPTH],
+                lane.push[i, p, f.C_PLACE],
+            )
             if depth <= 0.0:
                 lane.anchor[i, p], lane.pressed[i, p] = np.nan, 0.0
                 continue
             held, most = lane.anchor[i, p], part[f.P_FRICTION] * lane.pressed[i, p] / firm
-            slip = _slip(place, held, part[f.P_RIM], model.table[i, f.R_RADIUS] + part[f.P_ROUNDING])
+            slip = _slip(
+                place, held, part[f.P_RIM], model.table[i, f.R_RADIUS] + part[f.P_ROUNDING]
+            )
             if np.isnan(held):
                 lane.anchor[i, p] = place
             elif abs(slip) > most:

@@ -2,10 +2,12 @@
 
 # columns of the antenna's table, one row per segment
 R_LENGTH, R_STIFFNESS, R_DAMPING, R_REST, R_RADIUS, R_MASS, R_WEIGHT, R_FIRMNESS = range(8)
-# columns of a face: its first point, the unit normal of its free side, its length, and where on its part's rim it begins:
+# columns of a face: its first point, the unit normal of its free side, its length, and where on its
+# part's rim it begins:
 # the length of the faces before it [mm] and the turns of the corners before it [rad]
 F_X, F_Y, F_NX, F_NY, F_LENGTH, F_START, F_TURN = range(7)
-# columns of a convex part: its first face and the one after its last, its object, that one's friction and rounding, and
+# columns of a convex part: its first face and the one after its last, its object, that one's
+# friction and rounding, and
 # the length of all faces (infinite for a face without end)
 P_FIRST, P_STOP, P_OBJECT, P_FRICTION, P_ROUNDING, P_RIM = range(6)
 # columns of an object: place, first axis, velocity and turn rate

@@ -11,17 +11,25 @@ TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
 MAX_SPLITS = 4  # a step that fails is taken in 4, 16, … parts
 FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
 CALM = 0.05  # rad per step
-ROUNDING = 1e-9  # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
+# rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
+ROUNDING = 1e-9
 
 
 @compiled
 def march(model, lane, n_steps, timestep, drive, inertia):
-    """Take steps in place, the base with ``drive`` (step or 1, 3) at each one's end; False where one has no end."""
+    """Take steps in place, the base with ``drive`` (step or 1, 3) at each one's end; False where
+    one has no end.
+    """
     for k in range(n_steps):
         lane.drive[:] = drive[min(k, drive.shape[0] - 1)]
         for split in range(MAX_SPLITS):
             parts, done = 4**split, False
-            kept = (lane.heading.copy(), lane.points.copy(), lane.velocity.copy(), lane.anchor.copy())
+            kept = (
+                lane.heading.copy(),
+                lane.points.copy(),
+                lane.velocity.copy(),
+                lane.anchor.copy(),
+            )
             rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
             for _ in range(parts):
                 done = _advance(model, lane, timestep / parts, inertia, split < MAX_SPLITS - 1)
@@ -77,13 +85,15 @@ def _add_work(model, lane, timestep):
 def relax(model, lane, before, tolerance, max_steps):
     """Go to an equilibrium in place; returns (imbalance [rad], touching nodes).
 
-    The time step grows while little happens, so that the last steps are plain Newton steps to the equilibrium; where
-    much happens it stays short, and the antenna moves off along its own damping.
+    The time step grows while little happens, so that the last steps are plain Newton steps to the
+    equilibrium; where much happens it stays short, and the antenna moves off along its own damping.
     """
     timestep, static, count = FIRST_STEP, np.inf, 0
     place_faces(model, lane)
     for _ in range(max_steps):
-        done, trial, touching, moved = take(model, lane, before, timestep, False, False, 0.1 * tolerance)
+        done, trial, touching, moved = take(
+            model, lane, before, timestep, False, False, 0.1 * tolerance
+        )
         if not done:
             timestep *= 0.25
             if timestep < 1e-6:

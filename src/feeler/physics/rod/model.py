@@ -11,7 +11,8 @@ from feeler.physics.scene import Scene
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
-# [C] 1/mm²; contact stiffness over that of the node's hinge per rad. At rest nodes sink in by some 1e-3 mm, in motion, where
+# [C] 1/mm²; contact stiffness over that of the node's hinge per rad. At rest nodes sink in by some
+# 1e-3 mm, in motion, where
 # a harder contact would cost more iterations than it is worth, by some 0.02 mm.
 FIRMNESS, SOFT = 1e3, 20.0
 FAR = 1e4  # mm; half length of a face without end
@@ -23,7 +24,9 @@ class RodModel(NamedTuple):
     table: np.ndarray
     """(segment, column)"""
     faces: np.ndarray
-    """(face, column), in the frames of their objects; a part's faces run clockwise, the last joins the first."""
+    """(face, column), in the frames of their objects; a part's faces run clockwise, the last joins
+    the first.
+    """
     parts: np.ndarray
     """(part, column)"""
     gravity: np.ndarray
@@ -42,7 +45,9 @@ class RodLane(NamedTuple):
     rate: np.ndarray
     """Of the hinges (segment,) [rad/ms]."""
     anchor: np.ndarray
-    """Where on a part's rim a node sticks (segment, part) [mm]; NaN where it has just come or is away."""
+    """Where on a part's rim a node sticks (segment, part) [mm]; NaN where it has just come or is
+    away.
+    """
     pressed: np.ndarray
     """Normal forces at the end of the step before (segment, part) [N]."""
     push: np.ndarray
@@ -67,19 +72,23 @@ def make_rod_model(scene: Scene, firmness: float) -> RodModel:
     Raises
     ------
     InvalidInput
-        Hinges with neither stiffness nor damping, or a shape with corners that would slip in between two hinges.
+        Hinges with neither stiffness nor damping, or a shape with corners that would slip in
+        between two hinges.
     """
     antenna = scene.antenna
     if np.any(antenna.stiffness + antenna.damping <= 0):
         raise InvalidInput(
-            "the rod engine needs stiffness or damping > 0 in every hinge; use engine='chain-consistent'."
+            "the rod engine needs stiffness or damping > 0 in every hinge; use"
+            " engine='chain-consistent'."
         )
     faces, parts, first = [], [], 0
     for o, item in enumerate(scene.objects):
         for rim in _list_rims(item.feature):
             _check_corners(antenna, item, rim)
             endless = np.inf if item.feature.unbounded else rim[:, f.F_LENGTH].sum()
-            parts.append([first, first + len(rim), o, item.friction, item.feature.rounding, endless])
+            parts.append(
+                [first, first + len(rim), o, item.friction, item.feature.rounding, endless]
+            )
             faces.append(rim)
             first += len(rim)
     return RodModel(
@@ -91,8 +100,8 @@ def make_rod_model(scene: Scene, firmness: float) -> RodModel:
 
 
 def _make_table(antenna: Antenna, firmness: float) -> np.ndarray:
-    """A node touches with the thicker of its two capsules; it has the inertia of its own segment and half the weight of
-    both."""
+    """A node touches with the thicker of its two capsules; it has the inertia of its own segment
+    and half the weight of both."""
     mass = antenna.segment_mass
     columns = (
         antenna.segment_length,
@@ -120,17 +129,25 @@ def _make_rim(part: np.ndarray) -> np.ndarray:
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / length[:, None] if len(part) > 1 else np.array([[0.0, -1.0]])
     before = np.roll(unit, 1, axis=0)
-    turn = np.abs(np.arctan2(before[:, 0] * unit[:, 1] - before[:, 1] * unit[:, 0], (before * unit).sum(axis=1)))
+    turn = np.abs(
+        np.arctan2(
+            before[:, 0] * unit[:, 1] - before[:, 1] * unit[:, 0], (before * unit).sum(axis=1)
+        )
+    )
     start = np.cumsum(length) - length
-    return np.column_stack([corners, -unit[:, 1], unit[:, 0], length, start, np.cumsum(turn) - turn[0]])
+    return np.column_stack(
+        [corners, -unit[:, 1], unit[:, 0], length, start, np.cumsum(turn) - turn[0]]
+    )
 
 
 def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
-    """Refuse a corner that would reach the antenna's axis between two nodes, which are all that feels.
+    """Refuse a corner that would reach the antenna's axis between two nodes, which are all that
+    feels.
 
-    Two nodes at distance 2 a astride a corner of turn τ, on the outline that the radius r and the rounding shift outwards by
-    ρ: the axis between them comes nearer by ρ − √(ρ² − a²), or, where they stand beyond the corner's arc, by
-    ρ (1 − cos τ/2) + (a − ρ sin τ/2) tan τ/2. It must not exceed r.
+    Two nodes at distance 2 a astride a corner of turn τ, on the outline that the radius r and the
+    rounding shift outwards by ρ: the axis between them comes nearer by ρ − √(ρ² − a²), or, where
+    they stand beyond the corner's arc, by ρ (1 − cos τ/2) + (a − ρ sin τ/2) tan τ/2. It must not
+    exceed r.
     """
     if item.feature.unbounded:
         return
@@ -144,9 +161,10 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
     if np.any(sag > radius):
         needed = np.max((half**2 - radius**2) / (2 * radius))
         raise InvalidInput(
-            f"the rod engine feels at the hinges and the tip only, up to {2 * half.max():.3g} mm apart, and the corners of "
-            f"{item.name!r} are sharp enough to slip in between. Give it a rounding ≥ {needed:.3g} mm, the antenna shorter "
-            "segments, or use engine='chain-consistent'."
+            f"the rod engine feels at the hinges and the tip only, up to {2 * half.max():.3g} mm"
+            f" apart, and the corners of {item.name!r} are sharp enough to slip in between. Give it"
+            f" a rounding ≥ {needed:.3g} mm, the antenna shorter segments, or use"
+            " engine='chain-consistent'."
         )
 
 

@@ -1,15 +1,17 @@
 """One implicit step of an antenna among objects: Newton's method with O(n) sweeps.
 
-The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin φ_i, cos φ_i),
-whose nodes carry the forces f_i of contact and gravity. A step of length h solves, for every segment,
+The antenna is a chain of segments with headings φ_i (from +y towards +x), p_i = p_(i−1) + ℓ_i (sin
+φ_i, cos φ_i), whose nodes carry the forces f_i of contact and gravity. A step of length h solves,
+for every segment,
 
-    T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i = ∂p_i/∂φ_i,
+    T_i − T_(i+1) = t_i · Σ_(j ≥ i) f_j,    T_i = k_i (θ_i − rest_i) + c_i (θ_i − θ_i⁻) / h,    t_i
+    = ∂p_i/∂φ_i,
 
 backward Euler without inertia: h → ∞ gives an equilibrium, reached along the antenna's own damping.
-With inertia, m_i (p_i − p_i⁻ − h v_i⁻) / h² is taken from f_i (mass lumped at the nodes). The linear system of a
-Newton iteration is solved like an articulated body: one sweep from the tip that condenses everything distal into a
-3 × 3 response of the segment's near end, one sweep outwards. Where a pivot is not
-positive the turning of the levers is left out, so that every step descends.
+With inertia, m_i (p_i − p_i⁻ − h v_i⁻) / h² is taken from f_i (mass lumped at the nodes). The
+linear system of a Newton iteration is solved like an articulated body: one sweep from the tip that
+condenses everything distal into a 3 × 3 response of the segment's near end, one sweep outwards.
+Where a pivot is not positive the turning of the levers is left out, so that every step descends.
 """
 
 import numpy as np
@@ -48,7 +50,9 @@ def _add_inertia(table, points, target, rate, force, stiffness):
 
 @compiled
 def _balance(table, base, heading, points, old_angle, rate, force, out):
-    """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of the hinges)."""
+    """Out-of-balance torque of every segment; returns (largest size over stiffness [rad], energy of
+    the hinges).
+    """
     n, worst, energy = table.shape[0], 0.0, 0.0
     fx = fy = torque = 0.0
     for i in range(n - 1, -1, -1):
@@ -69,7 +73,8 @@ def _balance(table, base, heading, points, old_angle, rate, force, out):
 def _newton(table, points, rate, force, stiffness, residual, full, work, change):
     """Fill ``change`` (segment,) with the Newton step; False where a pivot is not positive.
 
-    Without ``full`` the turning of the forces' levers is left out, and the matrix is positive whatever the state.
+    Without ``full`` the turning of the forces' levers is left out, and the matrix is positive
+    whatever the state.
     """
     n = table.shape[0]
     p00 = p01 = p11 = u0 = u1 = e0 = e1 = z = h = fx = fy = 0.0
@@ -107,7 +112,9 @@ def _sweep_out(points, work, change):
 
 @compiled
 def _potential(model, lane, heading, points, past, rate, inertia, force, stiffness, residual):
-    """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force, stiffness, residual."""
+    """(largest imbalance [rad], potential, touching nodes) at ``heading``; fills points, force,
+    stiffness, residual.
+    """
     place_nodes(model.table, lane.base, heading, points)
     energy, count = add_forces(model, lane, points, force, stiffness)
     if inertia:
@@ -120,14 +127,17 @@ def _potential(model, lane, heading, points, past, rate, inertia, force, stiffne
 def _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance):
     """Newton's method from ``now``, in place; (largest imbalance [rad], touching nodes).
 
-    ``bold`` takes full steps, so that nodes find all their contacts at once; otherwise each step is halved until the
-    potential falls, which is slow where many nodes come into contact but cannot get lost.
+    ``bold`` takes full steps, so that nodes find all their contacts at once; otherwise each step is
+    halved until the potential falls, which is slow where many nodes come into contact but cannot
+    get lost.
     """
     n = now.shape[0]
     trial = now.copy()
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     work, change = np.empty((n, 4)), np.empty(n)
-    worst, energy, count = _potential(model, lane, now, place, past, rate, inertia, force, stiffness, residual)
+    worst, energy, count = _potential(
+        model, lane, now, place, past, rate, inertia, force, stiffness, residual
+    )
     for _ in range(BOLD_ITERATIONS if bold else MAX_ITERATIONS):
         if worst < tolerance:
             break
@@ -170,12 +180,13 @@ def _coast(table, base, heading, points, target, now):
 
 @compiled
 def take(model, lane, before, timestep, inertia, bold, tolerance):
-    """Take one implicit step with base and objects where they are at its end, ``before`` being the base's heading at its
-    beginning; changes ``lane`` in place.
+    """Take one implicit step with base and objects where they are at its end, ``before`` being the
+    base's heading at its beginning; changes ``lane`` in place.
 
-    The step is the minimum of elastic energy + energy of contact and weight + dissipation / h (+ inertia), searched boldly
-    or not. Returns (converged, imbalance without damping [rad], touching nodes, largest change of a heading [rad]); where
-    it did not converge to ``tolerance`` [rad], the antenna is left as it was.
+    The step is the minimum of elastic energy + energy of contact and weight + dissipation / h (+
+    inertia), searched boldly or not. Returns (converged, imbalance without damping [rad], touching
+    nodes, largest change of a heading [rad]); where it did not converge to ``tolerance`` [rad], the
+    antenna is left as it was.
     """
     n, rate = model.table.shape[0], 1.0 / timestep
     heading, points, velocity = lane.heading, lane.points, lane.velocity
@@ -185,7 +196,10 @@ def take(model, lane, before, timestep, inertia, bold, tolerance):
         target[i, 0] = points[i + 1, 0] + timestep * velocity[i, 0]
         target[i, 1] = points[i + 1, 1] + timestep * velocity[i, 1]
     past = (old_angle, target)
-    now, place = heading + (lane.base[2] - before), points.copy()  # first guess: all turns with the base
+    now, place = (
+        heading + (lane.base[2] - before),
+        points.copy(),
+    )  # first guess: all turns with the base
     if inertia:
         _coast(model.table, lane.base, heading, points, target, now)
     worst, count = _minimise(model, lane, now, place, past, rate, inertia, bold, tolerance)
@@ -200,9 +214,13 @@ def take(model, lane, before, timestep, inertia, bold, tolerance):
             velocity[i, 1] = (place[i + 1, 1] - points[i + 1, 1]) * rate
     force, stiffness, residual = np.empty((n, 2)), np.empty((n, 3)), np.empty(n)
     _potential(model, lane, now, place, past, rate, inertia, force, stiffness, residual)
-    own = model.table[0, f.R_STIFFNESS] * (old_angle[0] + lane.rate[0] / rate - model.table[0, f.R_REST])
+    own = model.table[0, f.R_STIFFNESS] * (
+        old_angle[0] + lane.rate[0] / rate - model.table[0, f.R_REST]
+    )
     for axis in range(2):  # half the first segment's weight hangs on the base itself
-        lane.wrench[axis] = -force[:, axis].sum() - 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
+        lane.wrench[axis] = (
+            -force[:, axis].sum() - 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
+        )
     lane.wrench[2] = -own - model.table[0, f.R_DAMPING] * lane.rate[0]
     static, _ = _balance(model.table, lane.base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place

@@ -22,7 +22,8 @@ class Rest(NamedTuple):
     """How a relaxation ended."""
 
     imbalance: float
-    """Greatest out-of-balance torque over the hinge's stiffness [rad]; infinite where it got stuck."""
+    """Greatest out-of-balance torque over the hinge's stiffness [rad]; infinite where it got stuck.
+    """
     n_contacts: int
     """Touching nodes."""
 
@@ -33,7 +34,9 @@ class Rest(NamedTuple):
 
 
 class RodStepper(Stepper):
-    """One scene as a rod of implicit steps, without inertia (it follows its own damping) or with mass at its nodes."""
+    """One scene as a rod of implicit steps, without inertia (it follows its own damping) or with
+    mass at its nodes.
+    """
 
     def __init__(self, scenes: Sequence[Scene], timestep: float, *, inertia: bool = False) -> None:
         self.timestep, self.inertia, self.scenes = float(timestep), inertia, list(scenes)
@@ -51,20 +54,27 @@ class RodStepper(Stepper):
         place_nodes(self.model.table, self.lane.base, self.lane.heading, self.lane.points)
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
-        """Take steps; ``drives`` (step, 3) replace the commanded base velocity. A lost antenna stays where it was."""
+        """Take steps; ``drives`` (step, 3) replace the commanded base velocity. A lost antenna
+        stays where it was.
+        """
         drive = np.ascontiguousarray(drives[0], dtype=float) if drives else self.drive
         if n_steps and not self.lost:
-            self.lost = not march(self.model, self.lane, n_steps, self.timestep, drive, self.inertia)
+            self.lost = not march(
+                self.model, self.lane, n_steps, self.timestep, drive, self.inertia
+            )
             self.drive = drive[-1:].copy()
         return self.lost
 
-    def settle(self, base: Sequence[float] | None = None, place: Sequence[Sequence[float]] | None = None) -> Rest:
+    def settle(
+        self, base: Sequence[float] | None = None, place: Sequence[Sequence[float]] | None = None
+    ) -> Rest:
         """Relax to the equilibrium nearest along the antenna's own damping, and stand still there.
 
         Parameters
         ----------
         base
-            Place [mm] and heading [rad] (3,) to which the base is put first; the antenna turns along. Default: as it is.
+            Place [mm] and heading [rad] (3,) to which the base is put first; the antenna turns
+            along. Default: as it is.
         place
             Places (object, 2) [mm] to which the objects are put first. Default: as they are.
         """
@@ -95,7 +105,9 @@ class RodStepper(Stepper):
             base_force=t.wrench[None, :2].copy(),
             base_moment=t.wrench[2:].copy(),
             base_work=t.work[:1].copy(),
-            contact_place=np.array([normal @ contacts.place / normal.sum() if len(contacts) else np.nan]),
+            contact_place=np.array(
+                [normal @ contacts.place / normal.sum() if len(contacts) else np.nan]
+            ),
         )
 
     def read_contacts(self, lane: int) -> Contacts:
@@ -135,4 +147,8 @@ class RodStepper(Stepper):
 
     def load(self, lane: int, saved: tuple[RodLane, np.ndarray, bool]) -> None:
         """Go back to where it was saved."""
-        self.lane, self.drive, self.lost = RodLane(*(array.copy() for array in saved[0])), saved[1].copy(), saved[2]
+        self.lane, self.drive, self.lost = (
+            RodLane(*(array.copy() for array in saved[0])),
+            saved[1].copy(),
+            saved[2],
+        )
