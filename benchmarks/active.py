@@ -33,7 +33,7 @@ from feeler.active.compare import (
 from feeler.active.declared import Contest, load_contest
 from feeler.presets import cockroach
 from feeler.report.section import to_json
-from feeler.tradeoff import average_sets
+from feeler.studies.tradeoff import average_sets
 
 HERE = Path(__file__).parent / "results"
 STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report

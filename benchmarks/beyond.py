@@ -9,10 +9,10 @@ import json
 from pathlib import Path
 
 import feeler
-from feeler.paper import open_bounds, open_gradient, open_speed
-from feeler.paper.context import Context
 from feeler.report.section import to_json
-from feeler.tradeoff import load_declared
+from feeler.studies.paper import open_bounds, open_gradient, open_speed
+from feeler.studies.paper.context import Context
+from feeler.studies.tradeoff import load_declared
 
 RESULTS = Path(__file__).parent / "results" / "beyond.json"
 

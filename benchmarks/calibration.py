@@ -14,7 +14,7 @@ import numpy as np
 import feeler.calibration
 from feeler.antenna.cockroach import cockroach
 from feeler.calibration import Problem, Protocol, load_targets, make_hinges, make_starts
-from feeler.paper.calibration_report import (
+from feeler.studies.paper.calibration_report import (
     KEPT,
     PAPER_P,
     list_searches,

@@ -48,7 +48,7 @@ HERE = Path(__file__).parent
 PLAN = load_plan(HERE / "design.toml")
 RESULTS = HERE / "results" / "design.json"
 STORED = (
-    HERE.parent / "src" / "feeler" / "paper" / "open_design.json"
+    HERE.parent / "src" / "feeler" / "studies" / "paper" / "open_design.json"
 )  # what the report draws, with fewer digits
 SPEEDS = (0.6, 0.3, 0.06)
 SEEDS = range(5)

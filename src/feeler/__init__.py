@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from feeler.tensors.formats import load, save
 
 # Where each name lives. Nothing is loaded before it is used: the command line answers at once, and
-# who only encodes
-# need not wait for the physics.
+# who only encodes need not wait for the physics.
 _HOMES = {
     "Antenna": "antenna.antenna",
     "Ball": "stimulus.shapes",
@@ -61,7 +60,6 @@ _ROOMS = (
     "active",
     "antenna",
     "calibration",
-    "comparison",
     "decoding",
     "design",
     "dispersion",
@@ -70,7 +68,6 @@ _ROOMS = (
     "experiment",
     "information",
     "learn",
-    "paper",
     "physics",
     "plotting",
     "presets",
@@ -81,9 +78,9 @@ _ROOMS = (
     "studio",
     "tensors",
     "tracking",
-    "tradeoff",
     "wall",
 )
+_STUDIES = ("comparison", "paper", "tradeoff")
 
 __all__ = [
     "Antenna",
@@ -120,6 +117,8 @@ def __getattr__(name: str) -> object:
         return version("feeler")
     if name in _ROOMS:
         return import_module(f"feeler.{name}")
+    if name in _STUDIES:
+        return import_module(f"feeler.studies.{name}")
     if name not in _HOMES:
         raise AttributeError(
             f"module 'feeler' has no attribute {name!r}; public names: {', '.join(__dir__())}"
@@ -129,4 +128,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*_HOMES, *_ROOMS})
+    return sorted({*_HOMES, *_ROOMS, *_STUDIES})

@@ -28,7 +28,7 @@ from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
-from feeler.tradeoff import average_sets
+from feeler.studies.tradeoff import average_sets
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}
 NAMES = ["fixed:0.6", "slow-after-contact:1.2,0.12"]

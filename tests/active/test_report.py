@@ -5,10 +5,10 @@ import pytest
 from feeler.active import load_contest
 from feeler.active.stored import load_stored
 from feeler.errors import InvalidInput
-from feeler.paper import open_active
-from feeler.paper.context import Context
 from feeler.presets import cockroach
 from feeler.report import Section
+from feeler.studies.paper import open_active
+from feeler.studies.paper.context import Context
 
 
 def make_section(folder):

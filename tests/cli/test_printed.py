@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 
 from feeler.cli.app import app
 from feeler.cli.reproduce import _summarise
-from feeler.paper.context import Context
 from feeler.robot import fit_factors, load_recording, repair
 from feeler.robot.examples import get_example
+from feeler.studies.paper.context import Context
 from feeler.tensors.formats import load
 from feeler.tracking import load_tracks, measure_exploration
 

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from paper._page import FOREIGN
 from sklearn.base import BaseEstimator
 
-from feeler.comparison import compare_antennas, write_comparison
 from feeler.decoding import list_groups
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
-from feeler.paper import fig5, figS6
-from feeler.paper.claims import SPREADS_MORE
+from feeler.studies.comparison import compare_antennas, write_comparison
+from feeler.studies.paper import fig5, figS6
+from feeler.studies.paper.claims import SPREADS_MORE
 
 matplotlib.use("Agg")
 PLAN = Plan(

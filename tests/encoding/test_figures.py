@@ -8,9 +8,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.errors import InvalidInput
-from feeler.paper import fig4, fig5f, figS5
-from feeler.paper.fig4 import prepare
-from feeler.scale import SCALES
+from feeler.studies.paper import fig4, fig5f, figS5
+from feeler.studies.paper.fig4 import prepare
+from feeler.studies.scale import SCALES
 
 QUICK = SCALES["quick"]
 

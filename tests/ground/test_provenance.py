@@ -14,14 +14,14 @@ import pytest
 
 from feeler import provenance, sources
 from feeler.errors import InvalidInput, StoreError
-from feeler.paper.context import Context
-from feeler.paper.reproduce import STAGES
 from feeler.provenance import compute_digest, describe_code, make_key, make_plain
 from feeler.sources import find_data, find_modules, parse_module, resolve
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.reproduce import STAGES
 from feeler.tracking import read_table
 
 FILES = sorted(sources.SOURCE.rglob("*.py"))[::6]
-TRACKING = "feeler.paper.figS2"
+TRACKING = "feeler.studies.paper.figS2"
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_a_constant_of_the_csv_reader_changes_the_stages_that_read_recordings(co
 
 def test_a_constant_of_a_drawing_changes_that_stage_alone(copied):
     assert find_changed(
-        copied / "paper" / "figS2.py", "def plot(", "COLOUR = 3\n\n\ndef plot("
+        copied / "studies" / "paper" / "figS2.py", "def plot(", "COLOUR = 3\n\n\ndef plot("
     ) == {"tracking"}
 
 

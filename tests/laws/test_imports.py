@@ -41,7 +41,7 @@ LAYERS = (
     {"plotting"},
     {"report"},
     {"active", "comparison", "design", "studio", "tradeoff"},
-    {"paper"},
+    {"paper", "__init__"},
     {"cli"},
 )
 RANK = {room: rank for rank, rooms in enumerate(LAYERS) for room in rooms}
@@ -56,19 +56,24 @@ def find_rooms(path):
         for name in names:
             parts = name.split(".")
             if parts[0] == "feeler" and len(parts) > 1:
-                yield parts[1]
+                yield name_room(parts[1:])
+
+
+def name_room(parts):
+    """The room that a path belongs to; each study is a room of its own."""
+    return parts[1].removesuffix(".py") if parts[0] == "studies" and len(parts) > 1 else parts[0]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
 def test_imports_run_downwards(path):
-    room = path.relative_to(SOURCE).parts[0]
+    room = name_room(path.relative_to(SOURCE).parts)
     above = {other for other in find_rooms(path) if RANK[other] > RANK[room]}
     assert not above, f"{room} imports {above}, which lies above it"
 
 
 def test_no_verb_but_reproduce_reaches_for_the_paper():
     users = {path.relative_to(SOURCE).as_posix() for path in FILES if "paper" in find_rooms(path)}
-    assert {user for user in users if not user.startswith("paper/")} == {"cli/reproduce.py"}
+    assert {user for user in users if not user.startswith("studies/paper/")} == {"cli/reproduce.py"}
 
 
 def test_one_table_says_what_a_scale_is():
@@ -82,7 +87,7 @@ BEFORE_USE = (
     ("import feeler", {"numpy", "scipy", "xarray", "matplotlib", "numba"}),
     ("import feeler.cli.app", {"scipy", "xarray", "matplotlib", "numba"}),
     (
-        "import feeler.paper.reproduce, feeler.paper.context as c; c.Context()",
+        "import feeler.studies.paper.reproduce, feeler.studies.paper.context as c; c.Context()",
         {"xarray", "matplotlib", "numba"},
     ),
 )

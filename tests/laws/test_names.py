@@ -13,7 +13,7 @@ import feeler
 
 SOURCE = Path(feeler.__file__).parent
 FILES = sorted(SOURCE.rglob("*.py"))
-INNER = ("feeler.paper.", "feeler.cli.")  # figures and verbs: called by their module's name
+INNER = ("feeler.studies.paper.", "feeler.cli.")  # figures and verbs: called by their module's name
 GIVEN = {
     "y",
     "kws",

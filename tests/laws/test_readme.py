@@ -31,7 +31,7 @@ def test_readme_holds_the_generated_table(table_maker):
 
 
 def test_every_stage_has_a_row(table_maker):
-    from feeler.paper.reproduce import STAGES
+    from feeler.studies.paper.reproduce import STAGES
 
     assert [stage.title for stage in STAGES] == list(table_maker.HEADLINES)
 

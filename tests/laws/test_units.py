@@ -64,7 +64,7 @@ def find_labels(path):
 
 LABELS = [
     (path.relative_to(SOURCE).as_posix(), *label)
-    for room in ("active", "cli", "comparison", "design", "paper", "plotting", "tradeoff")
+    for room in ("active", "cli", "design", "plotting", "studies")
     for path in sorted((SOURCE / room).rglob("*.py"))
     for label in find_labels(path)
 ]
@@ -80,4 +80,4 @@ def test_a_quantity_has_its_own_unit(file, quantity, unit):
 
 
 def test_labels_are_found():
-    assert len(LABELS) > 90 and ("tradeoff/draw.py", "time since contact", "ms") in LABELS
+    assert len(LABELS) > 90 and ("studies/tradeoff/draw.py", "time since contact", "ms") in LABELS

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from feeler.decoding.sweep import Sweep
 from feeler.dispersion import Interval
-from feeler.paper import fig2b, fig3, fig4, fig6, figS1, figS2
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.closest import plot_index, plot_kinds
@@ -18,7 +17,8 @@ from feeler.plotting.posture import plot_profiles
 from feeler.plotting.tensor import list_tensors, plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch
 from feeler.presets import cockroach
-from feeler.tradeoff.draw import plot_costs, plot_windows
+from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
+from feeler.studies.tradeoff.draw import plot_costs, plot_windows
 from feeler.wall import fit_distance
 
 

@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feeler.design import find_front
-from feeler.paper.open_design import load_stored, plot_fronts
 from feeler.plotting.front import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
+from feeler.studies.paper.open_design import load_stored, plot_fronts
 
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():

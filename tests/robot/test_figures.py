@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from feeler.errors import InvalidInput
-from feeler.paper import fig6, fig6_data, figS2, figS7
 from feeler.robot import load_calibration, load_recording, make_decoder
 from feeler.robot.examples import EXAMPLES, get_example
-from feeler.scale import SCALES
+from feeler.studies.paper import fig6, fig6_data, figS2, figS7
+from feeler.studies.scale import SCALES
 from feeler.tracking import load_tracks
 
 

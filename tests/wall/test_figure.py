@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.paper import fig3
-from feeler.paper.fig3_family import Family, compute, list_setups, plot
 from feeler.plotting.look import PALETTE
 from feeler.plotting.wall import Shapes, plot_shapes
 from feeler.presets import cockroach
-from feeler.scale import SCALES
+from feeler.studies.paper import fig3
+from feeler.studies.paper.fig3_family import Family, compute, list_setups, plot
+from feeler.studies.scale import SCALES
 from feeler.wall import DISTANCES, Posture, approach
 
 

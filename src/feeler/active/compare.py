@@ -20,7 +20,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.experiment.job import fingerprint_code
 from feeler.provenance import compute_digest
-from feeler.tradeoff import average_sets
+from feeler.studies.tradeoff import average_sets
 
 BEGINNING = b'{"key": "'
 CODE = (

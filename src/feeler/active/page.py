@@ -19,7 +19,7 @@ from feeler.checked import checked
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
-from feeler.tradeoff import average_sets
+from feeler.studies.tradeoff import average_sets
 
 LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"

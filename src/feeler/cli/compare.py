@@ -34,14 +34,14 @@ def compare(
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna
-    from feeler.comparison import compare_antennas, write_comparison
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import describe_versions
-    from feeler.scale import SCALES
     from feeler.stimulus import load_objects
     from feeler.stimulus.ninety import trials
+    from feeler.studies.comparison import compare_antennas, write_comparison
+    from feeler.studies.scale import SCALES
 
     effort = SCALES[scale]
     if len(set(antennas)) < 2:

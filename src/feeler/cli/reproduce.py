@@ -11,7 +11,7 @@ import typer
 
 from feeler.execute.processes import USUAL, prepare_workers
 
-PREPARED = ("feeler.paper.reproduce", "feeler.paper.fig2e", "feeler.physics.chain")
+PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
 
 EXAMPLES = """Examples:
@@ -59,10 +59,10 @@ def reproduce(
 
     from feeler.cli.choose import change_antenna, choose_antenna
     from feeler.cli.progress import say_what_stays
-    from feeler.paper.context import Context
-    from feeler.paper.reproduce import STAGES
-    from feeler.paper.reproduce import reproduce as run
     from feeler.physics.engine import choose_timestep, get_engine
+    from feeler.studies.paper.context import Context
+    from feeler.studies.paper.reproduce import STAGES
+    from feeler.studies.paper.reproduce import reproduce as run
 
     get_engine(engine)
     chosen = change_antenna(choose_antenna(antenna), change)
@@ -121,7 +121,7 @@ def _make_bars(log_json: bool):
 
 
 def _summarise(context, made, seconds: float, log_json: bool) -> None:
-    from feeler.paper.verdicts import count_verdicts, judge_claims, summarise_counts
+    from feeler.studies.paper.verdicts import count_verdicts, judge_claims, summarise_counts
 
     judged = judge_claims(made, context) if context.is_cockroach else []
     report, figures = context.out / "report.html", context.out / "figures"

@@ -44,7 +44,7 @@ def tradeoff(
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import describe_versions
     from feeler.stimulus.feature import parse_feature
-    from feeler.tradeoff import load_declared, measure_tradeoff, write_tradeoff
+    from feeler.studies.tradeoff import load_declared, measure_tradeoff, write_tradeoff
 
     given = {"sets": sets, "speeds": tuple(speed) if speed else None}
     declared = load_declared(**{name: value for name, value in given.items() if value is not None})

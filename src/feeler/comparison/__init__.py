@@ -1,6 +1,0 @@
-"""Any antennas side by side on the same touches, as numbers and as a page."""
-
-from feeler.comparison.compare import Comparison, compare_antennas
-from feeler.comparison.page import write_comparison
-
-__all__ = ["Comparison", "compare_antennas", "write_comparison"]

@@ -1,0 +1,62 @@
+"""A comparison of antennas as one self-contained page."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from matplotlib.figure import Figure
+
+from feeler.checked import checked
+from feeler.dispersion import INDICES
+from feeler.encoding import LABELS
+from feeler.plotting.accuracy import plot_curves
+from feeler.plotting.closest import plot_index
+from feeler.report import Section, write_page
+from feeler.studies.comparison.compare import KINDS, Comparison
+
+
+def plot(data: Comparison, figure: Figure) -> None:
+    """Dispersion of tensors above, accuracy below."""
+    top, bottom = figure.subfigures(2, 1, squeeze=False).flat
+    for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
+        plot_index(data.dispersion["raw"], index, ax)
+        ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)
+    panels = [(kind, noise) for kind in KINDS for noise in data.curves.noises]
+    axes = bottom.subplots(1, len(panels), sharey=True)
+    for (kind, noise), ax in zip(panels, axes, strict=True):
+        plot_curves(data.curves, kind, noise, ax)
+        ax.set_title(f"{LABELS[kind]}, {noise} noise", fontsize=7)
+        ax.set_xlabel("noise [%]", fontsize=7)
+    axes[0].set_ylabel("accuracy [%]", fontsize=7)
+    bottom.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=7
+    )
+
+
+@checked
+def write_comparison(data: Comparison, path: str | Path, conditions: str = "") -> Path:
+    """One HTML file with everything inside; ``conditions`` says how it was made."""
+    title = " against ".join(data.names)
+    lead = (
+        "The same touches, at one speed: how far apart their tensors lie, and how well they are"
+        " told apart."
+    )
+    with TemporaryDirectory() as folder:
+        section = Section(name="comparison", title="Dispersion and accuracy", folder=Path(folder))
+        section.figure(
+            "comparison",
+            "Above: closest matches of every tensor, and their average with its 95 % bootstrap"
+            " interval over stimuli; low Pearson r, SSIM and NMI and high MSE mean more dispersed."
+            " Below: accuracy over all classes (object and place) against noise; dashed: the null,"
+            " one tensor repeated.",
+            lambda figure: plot(data, figure),
+            width=10.0,
+            height=6.5,
+        )
+        section.table(["measure", *data.names], data.list_rows())
+        section.heading("Differences over the same stimuli, with effect size")
+        for (measure, name), interval in data.differences.items():
+            section.text(
+                f"{measure}: {data.names[0]} minus {name} {interval}, d_z {interval.effect:.2g}"
+            )
+        section.text(conditions)
+        return write_page(path, title, lead, section)

@@ -1,0 +1,338 @@
+"""Fig. 4: what convolutive NMF makes of the tensors: residual, entropy, bases, activations, map of
+locations.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.encoding import (
+    LABELS,
+    ConvolutiveNMF,
+    LocationMapping,
+    compute_entropies,
+    compute_mass_entropy,
+    hoyer_sparseness,
+    locate_components,
+    map_locations,
+    reconstruct,
+)
+from feeler.encoding.inputs import check_choice
+from feeler.plotting.bases import plot_bases
+from feeler.plotting.look import PALETTE
+from feeler.report.section import Section
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import list_profiles, load_tensors
+from feeler.studies.scale import Scale
+from feeler.tensors.scaling import rectify
+
+MAIN_RANK = 3  # [P]
+
+
+def _as_rows(activations: np.ndarray) -> np.ndarray:
+    """One row per component, over all trials."""
+    return activations.transpose(1, 0, 2).reshape(activations.shape[1], -1)
+
+
+ENTROPIES: dict[str, Callable[[np.ndarray], float]] = {
+    "mean of rows": lambda found: float(np.nanmean(compute_entropies(_as_rows(found)))),
+    "sum of rows": lambda found: float(np.nansum(compute_entropies(_as_rows(found)))),
+    "mass of all rows": lambda found: compute_mass_entropy(_as_rows(found)),
+    "mass per tensor": lambda found: float(np.nanmean(compute_entropies(found, "mass"))),
+}
+"""Readings of "entropy of the activations" (trial, component, time), bits: grey levels of each row
+over all trials, their mean or sum; or activations as shares of mass, of all trials together or of
+each tensor."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig4Data:
+    """What Fig. 4B–D shows, and the tests of its reading."""
+
+    ranks: tuple[int, ...]
+    residual: np.ndarray
+    """‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first."""
+    entropy: dict[str, np.ndarray]
+    """Entropy of each restart's activations, bits, by definition (``ENTROPIES``): (rank, restart).
+    """
+    stability: np.ndarray
+    """How alike the restarts' bases are, (rank,)."""
+    encoders: dict[int, ConvolutiveNMF]
+    """The fitted encoder of each rank."""
+    examples: dict[str, np.ndarray]
+    """Fixed-basis sparse codes by example, "ball 0.5" …: (component, time)."""
+    mapping: dict[str, LocationMapping]
+    """Location against dominant component, by code."""
+    residual_by_code: dict[str, float]
+    """‖V − V̂‖/‖V‖ of the jointly found activations and of each code on the same, fixed bases."""
+    sparseness_by_code: dict[str, float]
+    """Mean Hoyer sparseness of the rows of each code."""
+    sampling: float
+    """Time between samples, ms."""
+    tensor_sparseness: float = field(default=float("nan"))
+    """Mean Hoyer sparseness of the tensors, each as one vector."""
+
+
+def compute(
+    tensors: Any, *, effort: Scale, quantity: str = "angle", random_state: int = 0
+) -> Fig4Data:
+    """Encode the tensors of the main antenna with each rank and measure what the paper shows.
+
+    Parameters
+    ----------
+    tensors : Dataset (trial, sensor, time) with the trials' feature, location, size and speed.
+    effort : ranks, restarts and iterations.
+    quantity : "angle" or "curvature"; rectified.
+    """
+    data = prepare(tensors, quantity)
+    ranks = effort.ranks
+    encoders = {
+        m: effort.make_encoder(n_components=m, random_state=random_state).fit(data) for m in ranks
+    }
+    main = encoders[MAIN_RANK if MAIN_RANK in encoders else ranks[0]]
+    codes = {code: main.transform(data, code=code) for code in ("sparse", "ridge", "nonnegative")}
+    codes = {"joint": main.activations_, **codes}
+    locations, places = np.asarray(tensors["location"].values), locate_components(main.components_)
+    size = np.linalg.norm(data)
+    return Fig4Data(
+        ranks=tuple(ranks),
+        residual=np.stack([encoder.restarts_ for encoder in encoders.values()]),
+        entropy={
+            definition: np.stack(
+                [_measure_restarts(encoder, measure) for encoder in encoders.values()]
+            )
+            for definition, measure in ENTROPIES.items()
+        },
+        stability=np.array([encoder.stability_ for encoder in encoders.values()]),
+        encoders=encoders,
+        examples=_pick_examples(tensors, codes["sparse"]),
+        mapping={code: map_locations(codes[code], locations, places) for code in codes},
+        residual_by_code={
+            code: float(np.linalg.norm(data - reconstruct(main.components_, found)) / size)
+            for code, found in codes.items()
+        },
+        sparseness_by_code={
+            code: float(np.nanmean(hoyer_sparseness(found))) for code, found in codes.items()
+        },
+        sampling=float(np.diff(tensors["time"].values[:2])[0]),
+        tensor_sparseness=float(np.nanmean(hoyer_sparseness(data.reshape(len(data), -1)))),
+    )
+
+
+@lru_cache(maxsize=1)
+def load(context: Context) -> Fig4Data:
+    """What this run shows, fitted once; Fig. S5 takes its bases of 40 ms from here."""
+    return compute(
+        load_tensors(context, list_profiles(context)[0]),
+        effort=context.effort,
+        random_state=context.seed,
+    )
+
+
+def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
+    """What is encoded: one quantity of a Dataset as (trial, sensor, time), negatives set to 0 [D:
+    as in the video].
+    """
+    check_choice("quantity", quantity, ("angle", "curvature"))
+    return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
+
+
+def spread(restarts: np.ndarray) -> dict[str, float]:
+    """The best restart, which comes first, and the ends of all."""
+    return {
+        "value": float(restarts[0]),
+        "low": float(np.min(restarts)),
+        "high": float(np.max(restarts)),
+    }
+
+
+def _measure_restarts(
+    encoder: ConvolutiveNMF, measure: Callable[[np.ndarray], float]
+) -> np.ndarray:
+    """Entropy of each restart's activations."""
+    return np.array([measure(found) for found in encoder.restart_activations_])
+
+
+def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
+    """Codes of the slowest touches of the smaller ball and box, at every location."""
+    feature, location = tensors["feature"].values.astype(str), tensors["location"].values
+    speed, size = tensors["speed"].values, tensors["size"].values
+    slow = speed == speed.min()
+    picked = {}
+    for name in ("ball", "box"):
+        chosen = np.flatnonzero(slow & (feature == name))
+        if chosen.size:
+            chosen = chosen[size[chosen] == size[chosen].min()]
+        for index in chosen[np.argsort(location[chosen], kind="stable")]:
+            picked[f"{name} {location[index]:g}"] = codes[index]
+    return picked
+
+
+def plot_ranks(data: Fig4Data, ax: Axes) -> None:
+    """Fig. 4B: residual and activation entropy against the number of bases; bars span the restarts."""
+    ranks = np.array(data.ranks)
+    right = ax.twinx()
+    right.spines["right"].set_visible(True)
+    curves = (
+        (ax, data.residual, PALETTE[0], "o"),
+        (right, data.entropy["mean of rows"], PALETTE[1], "s"),
+    )
+    for axis, values, colour, marker in curves:
+        middle = values[:, 0]
+        spread = np.abs(np.stack([middle - values.min(axis=1), values.max(axis=1) - middle]))
+        axis.errorbar(
+            ranks, middle, spread, color=colour, marker=marker, ms=5, mfc="none", capsize=2
+        )
+    ax.set_xticks(ranks)
+    ax.set_xlabel("number of bases M")
+    ax.set_ylabel("relative residual ‖V − V̂‖/‖V‖", color=PALETTE[0])
+    right.set_ylabel("activation entropy [bits]", color=PALETTE[1])
+
+
+def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
+    """Fig. 4D: activations of ball and box at each location, on fixed bases, as shares of the
+    greatest.
+    """
+    names = sorted({name.split()[0] for name in data.examples})
+    top = max((code.max() for code in data.examples.values()), default=1)
+    for column, name in zip(axes.T, names, strict=False):
+        chosen = [key for key in data.examples if key.startswith(name)]
+        for ax, key in zip(column, chosen, strict=False):
+            code = data.examples[key]
+            time = data.sampling * np.arange(code.shape[1])
+            for m, row in enumerate(code):
+                ax.plot(
+                    time,
+                    row / (top or 1),
+                    color=PALETTE[m % len(PALETTE)],
+                    label=f"basis {m + 1}",
+                    lw=0.9,
+                )
+            ax.set_ylim(0, 1)
+            ax.set_title(f"{name} at {key.split()[1]} L", pad=2)
+        column[-1].set_xlabel("time [ms]")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("activation")
+
+
+def plot(data: Fig4Data, figure: Figure) -> None:
+    """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
+    left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
+    top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
+    plot_ranks(data, top.subplots())
+    top.suptitle("B", x=0.02, ha="left", weight="bold")
+    sets = {
+        f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()
+    }
+    plot_bases(sets, data.sampling, bottom.subplots())
+    bottom.suptitle("C", x=0.02, ha="left", weight="bold")
+    n_rows = (
+        max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
+    )
+    axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
+    plot_examples(data, axes)
+    right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    right.suptitle("D", x=0.02, ha="left", weight="bold")
+
+
+def show(context: Context, section: Section) -> None:
+    """Figs. 4B–D, and whether bases map to contact location."""
+    effort, data = context.effort, load(context)
+    _show_ranks(section, data)
+    _show_codes(section, data)
+    section.text(
+        f"Effort at this scale: {effort.restarts} random starts by rank, {effort.side_restarts} by"
+        f" profile and duration, at most {effort.max_iter} iterations, stopping when one gains less"
+        f" than {effort.tol:g}."
+    )
+
+
+def _show_ranks(section: Section, main: Fig4Data) -> None:
+    section.text(
+        "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse"
+        " activations say. Joint angles, negative values set to 0; one fit of all tensors, several"
+        " random starts."
+    )
+    section.figure(
+        "fig4_encoding",
+        "Left: residual and activation entropy against the number of bases; bars span the restarts."
+        " Below: the bases of each fit, base to tip upwards, 40 ms across. Right: codes of ball and"
+        " box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
+        lambda figure: plot(main, figure),
+        height=7.0,
+    )
+    section.numbers(
+        "fig4_encoding",
+        ranks=main.ranks,
+        residual=main.residual,
+        entropy=main.entropy,
+        stability=main.stability,
+    )
+    for i, rank in enumerate(main.ranks):
+        section.values[f"encoding.residual.M{rank}"] = spread(main.residual[i])
+        for definition, entropy in main.entropy.items():
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = spread(entropy[i])
+    section.table(
+        ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
+        [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
+        "The paper does not say which entropy rises with M. Rows: grey levels of each component's"
+        " activations over all trials, their mean or their sum. Mass: activations as shares of"
+        " their total, over everything or tensor by tensor.",
+    )
+    encoder = main.encoders.get(3)
+    if encoder is not None:
+        for number, centre in enumerate(_centres(encoder.components_), start=1):
+            section.values[f"encoding.centre.{number}"] = centre
+    if np.isfinite(main.stability).all():  # a single restart has nothing to agree with
+        section.text(
+            "Restarts agree on their bases to"
+            f" {main.stability.min():.2f}…{main.stability.max():.2f} (1: identical after matching"
+            " order and shift)."
+        )
+    section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
+
+
+def _show_codes(section: Section, main: Fig4Data) -> None:
+    section.heading("The same tensors, four codes")
+    section.text(
+        "Activations found together with the bases (the paper's recipe) are not unique: the same"
+        " tensor can get different codes in one fit. On fixed bases each tensor has one code: with"
+        " the sparseness constraint, or without it, with a small ridge or as plain non-negative"
+        " least squares."
+    )
+    section.table(
+        [
+            "code",
+            "residual",
+            "Hoyer sparseness",
+            "information on location [bits]",
+            "of at most",
+            "under permutation",
+            "p",
+        ],
+        [
+            [
+                LABELS[code],
+                main.residual_by_code[code],
+                main.sparseness_by_code[code],
+                m.information,
+                m.ceiling,
+                m.information_null,
+                m.p_information,
+            ]
+            for code, m in main.mapping.items()
+        ],
+        "How well the dominant component tells the contact location: mutual information against a"
+        " permutation null.",
+    )
+    section.values["encoding.location_p"] = main.mapping["ridge"].p_information
+
+
+def _centres(components: np.ndarray) -> list[float]:
+    along = components.sum(axis=2)
+    return [float(v) for v in along @ np.arange(along.shape[1]) / along.sum(axis=1)]

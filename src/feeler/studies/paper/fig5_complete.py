@@ -1,0 +1,184 @@
+"""Beside Fig. 5B, D: profiles compared over whole touches, since 380 ms cut all but the exponential
+profile's short.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from feeler.decoding import make_labels
+from feeler.decoding.classifiers import make_fitting_lda
+from feeler.decoding.noise import NOISES
+from feeler.decoding.plan import Plan
+from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.dispersion import INDICES, Dispersion, compute_dispersion
+from feeler.experiment.touch import DURATION
+from feeler.plotting.accuracy import plot_sweep
+from feeler.plotting.look import PALETTE, PROFILE_COLOURS
+from feeler.report.section import Section
+from feeler.studies.paper import fig5
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
+from feeler.studies.paper.fig5_nulls import spread
+from feeler.studies.paper.window import SAME, WINDOWS, Window, complete_arrays, measure_window
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Complete:
+    """Dispersion and accuracy of whole touches by profile."""
+
+    windows: dict[str, Window]
+    dispersion: Dispersion
+    sweeps: dict[str, dict[str, Sweep]]
+    """sweeps[noise][profile] on tensors."""
+
+
+def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0) -> Complete:
+    """Everything of whole slow touches, by profile.
+
+    tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins
+    again.
+    """
+    arrays = complete_arrays(tensors)
+    peak = max(array.max() for array in arrays.values())
+    arrays = {name: array / peak for name, array in arrays.items()}
+    labels = np.sort(make_labels(next(iter(tensors.values()))))
+    options: dict[str, Any] = {
+        "ratios": plan.ratios,
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "rotate": True,
+    }
+    options |= {
+        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "random_state": random_state,
+    }
+    sweeps = {
+        noise: {
+            name: compute_sweep(
+                array, labels, noise=NOISES[noise](each="tensor", reference=1.0), **options
+            )
+            for name, array in arrays.items()
+        }
+        for noise in ("relative", "common")
+    }
+    windows = {name: measure_window(data) for name, data in tensors.items()}
+    return Complete(
+        windows=windows,
+        dispersion=compute_dispersion(arrays, random_state=random_state),
+        sweeps=sweeps,
+    )
+
+
+def plot(data: Complete, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure) -> None:
+    """Accuracy on tensors by profile: the paper's window on the left, whole touches on the right; a
+    row per noise.
+    """
+    axes = figure.subplots(2, 2, sharex=True, sharey=True)
+    for row, noise in zip(axes, data.sweeps, strict=True):
+        for ax, sweeps in zip(row, (cut[noise], data.sweeps[noise]), strict=True):
+            for k, (name, sweep) in enumerate(sweeps.items()):
+                plot_sweep(
+                    sweep,
+                    ax,
+                    color=PROFILE_COLOURS.get(name, PALETTE[k % len(PALETTE)]),
+                    label=name,
+                )
+            ax.axhline(100 * sweep.chance, color="#888888", ls=":", lw=0.8)
+            ax.set(xlim=(0, 32), ylim=(0, 103))
+        row[0].set_ylabel(f"accuracy [%]\n{noise} noise")
+    for ax, window in zip(axes[0], WINDOWS, strict=True):
+        ax.set_title(window)
+    for ax in axes[1]:
+        ax.set_xlabel("noise [%]")
+    axes[0, 0].legend(fontsize=7, frameon=False)
+
+
+def show(context: Context, section: Section) -> None:
+    """What the window cuts, and the profiles compared without it."""
+    names = list_profiles(context)
+    if len(names) < 2:
+        return
+    data = compute(
+        {name: load_complete(context, name) for name in names},
+        context.effort.plan,
+        random_state=context.seed,
+    )
+    cut = {noise: fig5.load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
+    section.heading("Whole touches")
+    section.text(
+        f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
+        " cuts the others'. So the profiles are compared again over whole touches: each over its"
+        f" own shortest full window, all with {DURATION:g} samples. Whether a touch begins again"
+        f" was looked for up to {COMPLETE:g} ms."
+    )
+    _tabulate(section, data)
+    section.figure(
+        "fig5_complete",
+        "Accuracy of LDA on slow tensors by profile, in the paper's window and over whole touches,"
+        " with noise relative to each tensor's peak and with one noise floor for all; mean ± 1 SD"
+        " over repeats, chance dotted.",
+        lambda figure: plot(data, cut, figure),
+        height=4.6,
+    )
+    _keep(section, data, cut)
+
+
+def _tabulate(section: Section, data: Complete) -> None:
+    header = [
+        "profile",
+        "lets go at the latest [ms]",
+        "cut by the window",
+        "of these, out of contact at its end",
+    ]
+    section.table(
+        [*header, "identical pairs", "ceiling"],
+        [[name, w.end, w.cut, w.again, w.pairs, w.ceiling] for name, w in data.windows.items()],
+        f"Slow touches (of {next(iter(data.sweeps['relative'].values())).classes.size}). Identical"
+        f" pairs: touches whose tensors differ by less than {SAME:g} rad inside the window; no"
+        " classifier can be right more often than the ceiling says.",
+    )
+    for name, window in data.windows.items():
+        section.values |= {
+            f"window.end.{name}": window.end, f"window.cut.{name}": window.cut, f"window.again.{name}": window.again,
+            f"window.pairs.{name}": window.pairs, f"window.ceiling.{name}": window.ceiling,
+        }  # fmt: skip
+
+
+def _keep(section: Section, data: Complete, cut: Mapping[str, Mapping[str, Sweep]]) -> None:
+    """Values of both windows, and a table of the four indices."""
+    rows = []
+    for index in INDICES:
+        averages = data.dispersion.average[index]
+        for name, found in averages.items():
+            value = {"value": found.estimate, "low": found.low, "high": found.high}
+            section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = value
+            section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[
+                f"dispersion.tensor.{index}.{name}"
+            ]
+        cells: dict[str, Any] = section.values
+        before = [cells[f"dispersion.tensor.{index}.{name}"]["value"] for name in averages]
+        pairs = zip(before, averages.values(), strict=True)
+        rows.append([INDICES[index].label, *(f"{a:.3g} → {b.estimate:.3g}" for a, b in pairs)])
+    section.table(
+        ["index", *data.windows],
+        rows,
+        f"Closest match of the tensors: {WINDOWS[0]} → {WINDOWS[1]}.",
+    )
+    for noise, sweeps in data.sweeps.items():
+        for name, sweep in sweeps.items():
+            section.values[f"complete.{noise}.{name}"] = spread(sweep)
+            section.values[f"cut.{noise}.{name}"] = spread(cut[noise][name])
+    section.numbers(
+        "fig5_complete",
+        complete={
+            noise: {name: s.noisy for name, s in sweeps.items()}
+            for noise, sweeps in data.sweeps.items()
+        },
+        cut={noise: {name: s.noisy for name, s in sweeps.items()} for noise, sweeps in cut.items()},
+        windows={name: vars(window) for name, window in data.windows.items()},
+    )

@@ -1,0 +1,226 @@
+"""Fig. 5F–G: the bases of each stiffness profile, their entropy, and how well they map to contact
+location.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.encoding import (
+    ConvolutiveNMF,
+    LocationMapping,
+    compute_entropies,
+    compute_histogram_entropy,
+    locate_components,
+    map_locations,
+)
+from feeler.plotting.bases import plot_bases
+from feeler.plotting.look import PALETTE
+from feeler.report.section import Section
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import list_profiles, load_tensors
+from feeler.studies.paper.fig4 import prepare, spread
+from feeler.studies.scale import Scale
+
+PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+
+
+def _each(measure: Callable[[np.ndarray], float]) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda bases: np.array([measure(basis) for basis in bases])
+
+
+def _measure_unscaled(basis: np.ndarray) -> float:
+    return compute_histogram_entropy(basis, scale="none")
+
+
+DEFINITIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "histogram of [0, 1]": compute_entropies,
+    "histogram of unit length": _each(_measure_unscaled),
+    "histogram, together of unit length": lambda bases: _each(_measure_unscaled)(
+        bases / np.linalg.norm(bases)
+    ),
+    "32 bins in nats": _each(
+        lambda basis: float(np.log(2)) * compute_histogram_entropy(basis, levels=32)
+    ),
+    "10 bins": _each(lambda basis: compute_histogram_entropy(basis, levels=10)),
+    "probability mass": lambda bases: compute_entropies(bases, "mass"),
+}
+"""Readings of "entropy of a basis", (component, sensor, lag) → (component,): grey levels of the
+basis as a picture, stretched to its greatest entry, of unit length, or all three together of unit
+length (256 levels, clipped at 1, as MATLAB's ``entropy`` does); with fewer levels; or its entries
+as shares of mass. Bits but for the one in nats."""
+DRAWN = (
+    "histogram of [0, 1]",
+    "histogram of unit length",
+    "histogram, together of unit length",
+    "probability mass",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fig5BasesData:
+    """Bases by profile and what is measured on them."""
+
+    encoders: dict[str, ConvolutiveNMF]
+    entropy: dict[str, dict[str, np.ndarray]]
+    """Bits, by definition and profile: (restart, component), best restart first."""
+    mapping: dict[str, LocationMapping]
+    """Location against dominant component of the ridge code."""
+    sampling: float
+    """ms"""
+
+    def mean_entropy(self, definition: str = "histogram of [0, 1]") -> dict[str, float]:
+        """Mean over the bases of the best restart, by profile."""
+        return {
+            name: float(np.nanmean(values[0])) for name, values in self.entropy[definition].items()
+        }
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    *,
+    effort: Scale,
+    quantity: str = "angle",
+    speed: float | None = None,
+    fitted: Mapping[str, ConvolutiveNMF] | None = None,
+    random_state: int = 0,
+) -> Fig5BasesData:
+    """Encode each profile's tensors by itself, on the touches that all profiles have.
+
+    Parameters
+    ----------
+    tensors : Datasets by profile, with location and speed.
+    speed : only touches of this speed, mm/ms; None: the slowest that all profiles have, as profiles
+    are compared there. fitted : encoders already fitted to exactly these tensors, by profile; the
+    others are fitted here.
+    """
+    common = set.intersection(
+        *(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values())
+    )
+    speed = min(common) if speed is None else speed
+    chosen = {
+        name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6) for name, d in tensors.items()
+    }
+    encoders, mapping = dict(fitted or {}), {}
+    for name, dataset in chosen.items():
+        data = prepare(dataset, quantity)
+        if name not in encoders:
+            encoder = effort.make_encoder(
+                n_restarts=effort.side_restarts, random_state=random_state
+            )
+            encoders[name] = encoder.fit(data)
+        code = encoders[name].transform(data, code="ridge")
+        mapping[name] = map_locations(
+            code, dataset["location"].values, locate_components(encoders[name].components_)
+        )
+    entropy = {
+        definition: {name: _measure(definition, encoders[name]) for name in chosen}
+        for definition in DEFINITIONS
+    }
+    sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
+    return Fig5BasesData(
+        encoders={n: encoders[n] for n in chosen},
+        entropy=entropy,
+        mapping=mapping,
+        sampling=sampling,
+    )
+
+
+def _measure(definition: str, encoder: ConvolutiveNMF) -> np.ndarray:
+    """Entropy of every basis of every restart, (restart, component)."""
+    return np.array([DEFINITIONS[definition](bases) for bases in encoder.restart_components_])
+
+
+def find_nearest(data: Fig5BasesData) -> str:
+    """The definition whose values come nearest to the paper's, by their root mean square
+    difference.
+    """
+    off = {}
+    for definition in data.entropy:
+        found = data.mean_entropy(definition)
+        errors = [found[name] - value for name, value in PAPER.items() if name in found]
+        if errors:
+            off[definition] = float(np.sqrt(np.mean(np.square(errors))))
+    return min(off, key=off.__getitem__) if off else ""
+
+
+def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
+    """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the
+    paper's.
+    """
+    names = list(data.encoders)
+    width = 0.8 / len(DRAWN)
+    for i, definition in enumerate(DRAWN):
+        values = [np.nanmean(data.entropy[definition][name], axis=1) for name in names]
+        middle = np.array([v[0] for v in values])
+        spread = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
+        place = np.arange(len(names)) + (i - (len(DRAWN) - 1) / 2) * width
+        ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
+    known = [name for name in names if name in PAPER]
+    ax.plot(
+        [names.index(n) for n in known],
+        [PAPER[n] for n in known],
+        "kx",
+        label="paper (definition not stated)",
+    )
+    ax.set_xticks(range(len(names)), names, rotation=20, ha="right", rotation_mode="anchor")
+    ax.set_ylabel("mean entropy of the bases [bits]")
+    ax.set_ylim(
+        top=1.45 * max(np.nanmax(values) for by in data.entropy.values() for values in by.values())
+    )
+    ax.legend(loc="upper left")
+
+
+def plot(data: Fig5BasesData, figure: Figure) -> None:
+    """F on the left, G on the right; needs about 7.2 × 4 inches."""
+    left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1), squeeze=False).flat
+    plot_bases(
+        {name: encoder.components_ for name, encoder in data.encoders.items()},
+        data.sampling,
+        left.subplots(),
+    )
+    left.suptitle("F", x=0.02, ha="left", weight="bold")
+    plot_entropy(data, right.subplots())
+    right.suptitle("G", x=0.02, ha="left", weight="bold")
+
+
+def show(context: Context, section: Section) -> None:
+    """The bases of each profile, and their entropies."""
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    data = compute(sets, effort=context.effort, random_state=context.seed)
+    section.heading("Bases by stiffness profile")
+    section.figure(
+        "fig5f_bases",
+        "Three bases of each profile's slow tensors, and their entropy by four of the definitions"
+        " below; whiskers span the restarts, crosses are the paper's values. The paper does not say"
+        " how its entropy was computed. (Fig. 5F–G)",
+        lambda figure: plot(data, figure),
+        height=4.2,
+    )
+    for definition, by_profile in data.entropy.items():
+        for name, values in by_profile.items():
+            section.values[f"encoding.basis_entropy.{definition}.{name}"] = spread(
+                np.nanmean(values, axis=1)
+            )
+    rows = [
+        [d, *(float(np.nanmean(data.entropy[d][name][0])) for name in data.encoders)]
+        for d in data.entropy
+    ]
+    rows.append(["the paper, which names none", *(PAPER.get(name, "–") for name in data.encoders)])
+    section.table(
+        ["definition", *data.encoders],
+        rows,
+        "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
+        " definition tried.",
+    )
+    if nearest := find_nearest(data):
+        section.text(
+            f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
+            " number that nobody stated, so being near is no reproduction, and being far says"
+            " something of the definition only."
+        )
+    section.numbers("fig5f_bases", entropy=data.entropy)

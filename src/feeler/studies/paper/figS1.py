@@ -1,0 +1,93 @@
+"""Fig. S1: the sigmoid of segment lengths. Drawn from synthetic antennae: the measured lengths were
+never published.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.antenna.cockroach import cockroach
+from feeler.antenna.fit import SigmoidFit, fit_sigmoid
+from feeler.plotting.look import PALETTE
+from feeler.report.section import Section
+from feeler.studies.paper.context import Context
+
+N_ANTENNAE = 4  # [P]
+SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FigS1Data:
+    """What Fig. S1 shows."""
+
+    fit: SigmoidFit
+    planted: np.ndarray | None
+    """Length shares (segment,) that synthetic antennae were made from; None for measured ones."""
+
+
+def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> FigS1Data:
+    """Fit measured ``lengths`` (one array per antenna), or four synthetic antennae scattered about
+    the default one.
+
+    The synthetic ones test the method; how well they are fitted says nothing about cockroaches.
+    """
+    if lengths is not None:
+        return FigS1Data(fit=fit_sigmoid(lengths), planted=None)
+    rng, antenna = np.random.default_rng(seed), cockroach()
+    scatter = np.exp(SCATTER * rng.standard_normal((N_ANTENNAE, antenna.n_segments)))
+    return FigS1Data(
+        fit=fit_sigmoid(list(antenna.segment_length * scatter)),
+        planted=antenna.segment_length / antenna.length,
+    )
+
+
+def plot(data: FigS1Data, figure: Figure | SubFigure) -> None:
+    """Length share against relative segment number."""
+    ax, fit = figure.subplots(), data.fit
+    for number, share in enumerate(fit.share):
+        ax.plot(
+            fit.x,
+            100 * share,
+            ".",
+            ms=2.5,
+            color="#999999",
+            label="antennae" if number == 0 else None,
+        )
+    ax.plot(fit.x, 100 * fit.share.mean(axis=0), ".", ms=4, color=PALETTE[0], label="mean")
+    ax.plot(fit.x, 100 * fit.sigmoid.at(fit.x), color=PALETTE[1], label="sigmoid")
+    if data.planted is not None:
+        ax.plot(fit.x, 100 * data.planted, "k--", lw=0.8, label="planted")
+        ax.set_title("synthetic antennae, not animal data")
+    ax.text(
+        0.97,
+        0.05,
+        f"squared residual {fit.squared_residual:.1e}",
+        transform=ax.transAxes,
+        ha="right",
+    )
+    ax.set(xlabel="segment number / number of segments", ylabel="share of the length [%]")
+    ax.legend(loc="upper left")
+
+
+def show(context: Context, section: Section) -> None:
+    """The sigmoid on synthetic antennae."""
+    lengths = compute(seed=context.seed)
+    section.figure(
+        "figS1_lengths",
+        "Sigmoid fitted to segment lengths of four synthetic antennae scattered about the default"
+        " one; the measured lengths were not published. (Fig. S1)",
+        lambda figure: plot(lengths, figure),
+        width=3.5,
+        height=2.6,
+    )
+    fit = lengths.fit
+    section.numbers(
+        "figS1_lengths",
+        segment=fit.x,
+        share=fit.share,
+        sigmoid=fit.sigmoid.at(fit.x),
+        planted=lengths.planted,
+    )
+    section.values["calibration.sigmoid_residual"] = fit.squared_residual

@@ -1,0 +1,232 @@
+"""Fig. S4: the convolutional network on tensors, accuracy against noise by speed and by profile."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure, SubFigure
+
+from feeler.decoding import Sweep, compute_sweep, list_groups, make_labels
+from feeler.decoding.cnn import TouchNetwork, import_torch
+from feeler.decoding.noise import Relative
+from feeler.decoding.verdict import Verdict, judge_order
+from feeler.plotting.accuracy import plot_sweep
+from feeler.plotting.look import PALETTE
+from feeler.report.section import Section
+from feeler.studies.paper.claims import PROFILES, READ_BETTER
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import list_profiles, list_speeds, load_complete, load_tensors
+from feeler.studies.paper.fig5_nulls import spread
+from feeler.studies.paper.window import WINDOWS, complete_arrays
+
+LAYERS = (
+    "input {h} × {w} × 1", "convolution 15 × 15, 32, padding 2", "batch norm", "ReLU", "max pool 2 × 2",
+    "fully connected 50", "dropout 0.25", "fully connected {n}", "softmax",
+)  # fmt: skip
+BATCH_SIZE = 8  # [C] few images make many steps
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FigS4Data:
+    """What Fig. S4 shows."""
+
+    sweeps: dict[str, dict[str, Sweep]]
+    """sweeps[comparison][group]; comparisons are ``speed`` and ``profile``."""
+    verdicts: tuple[Verdict, ...]
+    shape: tuple[int, int]
+    n_classes: int
+
+    def describe(self) -> str:
+        """The verdicts in words."""
+        return "\n".join(verdict.describe() for verdict in self.verdicts)
+
+    def summarise(self) -> dict[str, dict[str, float]]:
+        """Accuracy by group, averaged over the noise ratios above 0, ± 1 SD over repeats."""
+        return {
+            name: spread(sweep) for sweeps in self.sweeps.values() for name, sweep in sweeps.items()
+        }
+
+
+def compute(
+    tensors: Mapping[str, Any],
+    *,
+    settings: Mapping[str, Any],
+    reference: str = "exponential",
+    quantity: str = "angle",
+    random_state: int = 0,
+    device: str = "auto",
+) -> FigS4Data:
+    """Train and score the network on noisy copies of every group's tensors.
+
+    Parameters
+    ----------
+    tensors
+        Datasets by antenna name, as for Fig. 5.
+    settings
+        ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``,
+        ``n_repeats``, ``n_copies``.
+
+    Raises
+    ------
+    MissingExtra
+        PyTorch is not installed; the message holds the install command.
+    """
+    groups = list_groups(tensors, reference=reference, quantity=quantity)
+    sweeps = sweep_groups(groups, settings, random_state=random_state, device=device)
+    verdicts = []
+    for comparison, members in sweeps.items():
+        claimed = [
+            name for name in members if comparison == "speed" or name in (reference, *PROFILES)
+        ]
+        values = {name: sweeps[comparison][name].area for name in claimed}
+        if len(values) > 1:
+            verdicts.append(
+                judge_order(
+                    values,
+                    claim=READ_BETTER[comparison],
+                    measure="accuracy of the network on tensors",
+                )
+            )
+    array, labels = next(iter(next(iter(groups.values())).values()))
+    return FigS4Data(
+        sweeps=sweeps,
+        verdicts=tuple(verdicts),
+        shape=array.shape[1:],
+        n_classes=np.unique(labels).size,
+    )
+
+
+def sweep_groups(
+    groups: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarray]]],
+    settings: Mapping[str, Any],
+    *,
+    random_state: int = 0,
+    device: str = "auto",
+) -> dict[str, dict[str, Sweep]]:
+    """The network's accuracy against noise for every group of every comparison: tensors and labels
+    of each.
+    """
+    import_torch()
+    options = dict(settings)
+    max_epochs = options.pop("max_epochs")
+    options |= {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state}
+    sweeps: dict[str, dict[str, Sweep]] = {}
+    known: dict[bytes, Sweep] = {}  # slow touches of the reference stand in both comparisons
+    for comparison, members in groups.items():
+        sweeps[comparison] = {}
+        for name, (array, labels) in members.items():
+            key = sha256(array.tobytes() + repr(labels).encode()).digest()
+            if key not in known:
+                network = TouchNetwork(
+                    array.shape[1:],
+                    max_epochs=max_epochs,
+                    batch_size=BATCH_SIZE,
+                    device=device,
+                    random_state=random_state,
+                )
+                known[key] = compute_sweep(array, labels, estimator=network, **options)
+            sweeps[comparison][name] = known[key]
+    return sweeps
+
+
+def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
+    """The layers, then one panel per comparison."""
+    axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
+    plot_layers(data, axes[0])
+    for (comparison, sweeps), ax in zip(data.sweeps.items(), axes[1:], strict=False):
+        for colour, (name, sweep) in zip(PALETTE, sweeps.items(), strict=False):
+            plot_sweep(sweep, ax, color=colour, label=name)
+        ax.axhline(100 / data.n_classes, color="#888888", ls=":", lw=0.8, label="chance")
+        ax.set(title=f"by {comparison}", xlabel="noise [%]", ylabel="accuracy [%]", ylim=(0, 103))
+        ax.legend(fontsize=7, frameon=False)
+
+
+def plot_layers(data: FigS4Data, ax) -> None:
+    """The layers from top to bottom, in words."""
+    h, w = data.shape
+    for place, layer in enumerate(LAYERS):
+        text = layer.format(h=h, w=w, n=data.n_classes)
+        ax.text(0.5, 1 - (place + 0.5) / len(LAYERS), text, ha="center", va="center", fontsize=7,
+                bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": "#0072B2"})  # fmt: skip
+    ax.axis("off")
+
+
+def show(context: Context, section: Section) -> None:
+    """Fig. S4, which needs torch; below paper scale, how to add it."""
+    if not context.effort.network:
+        section.text(
+            "Left out at this scale: the network of Fig. S4 needs PyTorch. `make reproduce"
+            " SCALE=paper` installs it and runs this section; `pip install 'feeler[cnn]'` adds it"
+            " to an environment of yours."
+        )
+        return
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    first = next(iter(sets))
+    with _one_thread(import_torch()):
+        data = compute(
+            sets, settings=context.effort.network, reference=first, random_state=context.seed
+        )
+        _show_complete(context, section, data)
+    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
+    section.figure(
+        "figS4_cnn",
+        "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig."
+        " S4B–C)",
+        lambda figure: plot(data, figure),
+        height=3.2,
+    )
+    section.numbers(
+        "figS4_cnn",
+        **{
+            comparison: {
+                name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()
+            }
+            for comparison, sweeps in data.sweeps.items()
+        },
+    )
+    for name, found in data.summarise().items():
+        section.values[f"cnn.{speeds.get(name, name)}"] = found
+
+
+def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
+    """Profiles again over whole touches, each over its own shortest full window with the samples of
+    the paper's.
+    """
+    names = list_profiles(context)
+    if len(names) < 2:
+        return
+    tensors = {name: load_complete(context, name) for name in names}
+    labels = np.sort(make_labels(tensors[names[0]]))
+    arrays = complete_arrays(tensors)
+    peak = max(array.max() for array in arrays.values())
+    groups = {"profile": {name: (array / peak, labels) for name, array in arrays.items()}}
+    whole = sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
+    found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
+    rows = []
+    for window, sweeps in found.items():
+        for name, sweep in sweeps.items():
+            section.values[f"cnn.{window}.{name}"] = spread(sweep)
+        rows.append(
+            [window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())]
+        )
+    section.table(
+        ["window", *whole],
+        rows,
+        "Accuracy of the network on slow tensors by profile, averaged over the noise.",
+    )
+
+
+@contextmanager
+def _one_thread(torch: Any) -> Iterator[None]:
+    """Sums do not depend on the machine's cores; and beside another stage, threads only wait for
+    each other.
+    """
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

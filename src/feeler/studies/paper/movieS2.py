@@ -1,0 +1,51 @@
+"""Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
+
+from typing import Any
+
+from feeler.experiment.touch import DURATION, touch
+from feeler.plotting.movie import SLOWER
+from feeler.plotting.touch import write_touch_movie, write_touches_movie
+from feeler.report.section import Section
+from feeler.stimulus.ninety import SPEEDS
+from feeler.stimulus.shapes import Ball
+from feeler.stimulus.trial import Trial
+from feeler.studies.paper.context import Context
+
+LASTING = {
+    "fast": 100.0,
+    "medium": 200.0,
+    "slow": DURATION,
+}  # ms, what is worth watching at each speed
+TOGETHER = "movieS2_speeds"
+
+
+def show(context: Context, section: Section) -> None:
+    """A ball at the middle, at all speeds together, then at each."""
+    fps, touches = context.effort.fps, {}
+    for speed in reversed(context.effort.speeds):
+        trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
+        options: dict[str, Any] = {"timestep": context.timestep, "engine": context.engine}
+        touches[speed] = (
+            trial,
+            touch(context.antenna, trial, duration=DURATION, all_hinges=True, **options),
+        )
+    path = section.folder / f"{TOGETHER}.mp4"
+    titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
+    write_touches_movie(context.antenna, titles, path, fps=fps)
+    section.movie(
+        path,
+        f"One ball of 1.53 mm touches the middle of the antenna at {len(touches)} speeds on one"
+        f" clock, {SLOWER:g} times slower than life; colours: curvature, on one scale; dots:"
+        " sensors. Slow touch fills its tensor, fast touch is over in a few samples. (Movie S2)",
+    )
+    for speed in context.effort.movie_speeds:
+        trial, everything = touches[speed]
+        path = section.folder / f"movieS2_{speed}.mp4"
+        write_touch_movie(
+            context.antenna, trial, everything.sel(time=slice(0, LASTING[speed])), path, fps=fps
+        )
+        section.movie(
+            path,
+            f"The same ball at {SPEEDS[speed]:g} m/s ({speed}), {SLOWER:g} times slower than life."
+            " (Movie S2)",
+        )

@@ -1,0 +1,238 @@
+"""Regression instead of thirty classes: place, size and speed, beside the Cramér–Rao bound (no
+figure of the paper).
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from sklearn.decomposition import PCA
+from sklearn.kernel_ridge import KernelRidge
+from sklearn.linear_model import RidgeCV
+from sklearn.model_selection import GridSearchCV
+from sklearn.neighbors import KNeighborsRegressor
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+
+from feeler.antenna.antenna import Antenna
+from feeler.experiment.touch import touch
+from feeler.information import (
+    compute_bounds,
+    compute_fisher,
+    differentiate_touches,
+    scale_derivatives,
+    scale_peaks,
+)
+from feeler.plotting.look import PALETTE, mark_places
+from feeler.report.section import Section
+from feeler.stimulus.feature import make_feature
+from feeler.stimulus.trial import Trial
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.open_gradient import UNITS, load_questions
+
+TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
+TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
+READERS = {
+    "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
+    "kernel ridge": lambda: GridSearchCV(
+        KernelRidge(kernel="rbf"), {"alpha": [1e-3, 1e-2, 0.1], "gamma": [3e-3, 1e-2, 3e-2]}, cv=3
+    ),
+    "nearest neighbours": lambda: KNeighborsRegressor(5, weights="distance"),
+}
+
+
+def draw_trials(
+    shape: str, asked: Mapping[str, Any], count: int, held: bool, rng: np.random.Generator
+) -> list[Trial]:
+    """Touches drawn from the ranges: none in a held-out band for training, each in one for the
+    test.
+    """
+    trials: list[Trial] = []
+    while len(trials) < count:
+        location, size = rng.uniform(*asked["location"]), rng.uniform(*asked["size"])
+        speed = float(np.exp(rng.uniform(*np.log(asked["speed"]))))
+        inside = any(
+            low <= value <= high
+            for value, bands in ((location, asked["held_location"]), (size, asked["held_size"]))
+            for low, high in bands
+        )
+        if inside == held:
+            trials.append(Trial(feature=make_feature(shape, size), location=location, speed=speed))
+    return trials
+
+
+def _list_targets(antenna: Antenna, trials: list[Trial]) -> np.ndarray:
+    """Place [mm], size [mm] and speed [% of 1 m/s, in its logarithm] (trial, target)."""
+    return np.array(
+        [[t.location * antenna.length, t.feature.size, 100 * np.log(t.speed)] for t in trials]
+    )
+
+
+def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[str, Any]:
+    """Root-mean-square errors and bounds by shape, noise and target, and the derivatives' changes
+    by halving the step.
+
+    ``errors`` and ``bounds`` {(shape, kind, size): …}: {reader: (target,)} and (target,).
+    """
+    errors, bounds, changes = {}, {}, {}
+    options = options | {"duration": asked["duration"]}
+    for number, shape in enumerate(asked["shapes"]):
+        rng = np.random.default_rng([asked["seed"], number])
+        sets = [
+            draw_trials(shape, asked, asked["train"], False, rng),
+            draw_trials(shape, asked, asked["test"], True, rng),
+        ]
+        targets = [_list_targets(antenna, trials) for trials in sets]
+        angles = [
+            touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets
+        ]
+        derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), **options)
+        changes[shape] = derived["change"].values
+        for kind in UNITS:
+            clean, moves = angles, derived["derivative"].values
+            if kind == "relative":
+                clean, moves = (
+                    [scale_peaks(angle) for angle in angles],
+                    scale_derivatives(moves, angles[1]),
+                )
+            for size in asked[kind]:
+                least = np.array(
+                    [compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)]
+                )
+                bounds[shape, kind, size] = np.sqrt((least**2).mean(axis=0))
+                errors[shape, kind, size] = read(clean, targets, size, asked, rng)
+    return {"errors": errors, "bounds": bounds, "changes": changes}
+
+
+def read(
+    clean: list[np.ndarray],
+    targets: list[np.ndarray],
+    size: float,
+    asked: Mapping[str, Any],
+    rng: np.random.Generator,
+) -> dict[str, np.ndarray]:
+    """Error (target,) of each reader on noisy copies of the test tensors, trained on those of the
+    training tensors.
+    """
+    copies = asked["copies"]
+    known, asking = (
+        np.concatenate([c + size * rng.standard_normal(c.shape) for _ in range(copies)]).reshape(
+            copies * len(c), -1
+        )
+        for c in clean
+    )
+    parts = PCA(
+        min(asked["components"], len(known) - 1), random_state=0, svd_solver="randomized"
+    ).fit(known)
+    known, asking = parts.transform(known), parts.transform(asking)
+    truth = [np.tile(t, (copies, 1)) for t in targets]
+    scale = StandardScaler().fit(truth[0])
+    found = {}
+    for name in asked["readers"]:
+        reader = make_pipeline(StandardScaler(), READERS[name]()).fit(
+            known, scale.transform(truth[0])
+        )
+        found[name] = np.sqrt(
+            ((scale.inverse_transform(reader.predict(asking)) - truth[1]) ** 2).mean(axis=0)
+        )
+    return found
+
+
+def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> None:
+    """Error of the readers, and the bound, against noise; first shape."""
+    shape = asked["shapes"][0]
+    for row, kind in zip(figure.subplots(2, 3), UNITS, strict=True):
+        for k, (ax, (target, unit)) in enumerate(zip(row, TARGETS.items(), strict=True)):
+            sizes = asked[kind]
+            for colour, name in zip(PALETTE, asked["readers"], strict=False):
+                ax.plot(
+                    sizes,
+                    [data["errors"][shape, kind, s][name][k] for s in sizes],
+                    ".-",
+                    color=colour,
+                    label=name,
+                )
+            ax.plot(
+                sizes,
+                [data["bounds"][shape, kind, s][k] for s in sizes],
+                "k--",
+                label="Cramér–Rao bound",
+            )
+            ax.set(
+                xscale="log",
+                yscale="log",
+                xlabel=f"noise [{UNITS[kind]}]",
+                ylabel=f"error of {target} [{unit}]",
+            )
+            mark_places(ax.xaxis, sizes)
+            mark_places(
+                ax.yaxis, [tick for tick in TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
+            )
+    figure.axes[3].legend(fontsize=6)
+
+
+def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers that claims are held against; ``error`` is that of the best reader, as is each
+    ratio to the bound.
+    """
+    found = {
+        "bounds.change": float(
+            np.median(np.concatenate([values.ravel() for values in data["changes"].values()]))
+        )
+    }
+    best = {key: np.min(list(by.values()), axis=0) for key, by in data["errors"].items()}
+    for k, name in enumerate(TARGETS):
+        ratio = {key: float(best[key][k] / data["bounds"][key][k]) for key in best}
+        quiet = [ratio[key] for key in ratio if key[2] == min(asked[key[1]])]
+        found |= {
+            f"bounds.ratio.{name}": min(ratio.values()),
+            f"bounds.ratio.{name}.quiet": min(quiet),
+        }
+        for kind in UNITS:
+            for size in asked[kind]:
+                keys = [key for key in best if key[1:] == (kind, size)]
+                for word, by in (("error", best), ("bound", data["bounds"])):
+                    mean = float(np.sqrt(np.mean([by[key][k] ** 2 for key in keys])))
+                    found[f"bounds.{word}.{name}.{kind}.{size:g}"] = mean
+    return found
+
+
+def show(context: Context, section: Section) -> None:
+    """Errors beside bounds, and whether the derivatives have converged."""
+    asked = load_questions("regression", context.effort.regression)
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
+    data = compute(context.antenna, asked, **options)
+    changes = np.concatenate([values.ravel() for values in data["changes"].values()])
+    section.text(
+        f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"
+        f" noisy tensor by readers that never met such places or sizes ({asked['train']} touches in"
+        f" training, {asked['test']} in the test, each shape by itself). The bound holds for"
+        " unbiased readers to whom the shape is known; it comes from the engine's central"
+        f" differences, which change by {100 * np.median(changes):.2g} % (median; 95th percentile"
+        f" {100 * np.quantile(changes, 0.95):.2g} %) when their step is halved. Where the noise is"
+        " so strong that a reader does best by staying near the middle of the range, it is biased,"
+        " and may come to lie below the bound."
+    )
+    section.figure(
+        "bounds",
+        "Error (root mean square) of each reader against noise, and the Cramér–Rao bound;"
+        f" {asked['shapes'][0]}.",
+        lambda figure: plot(data, asked, figure),
+        height=4.4,
+    )
+    rows = [
+        [shape, f"{kind} {size:g} {UNITS[kind]}", name, *map(float, values)]
+        for (shape, kind, size), by in data["errors"].items()
+        for name, values in {**by, "bound": data["bounds"][shape, kind, size]}.items()
+    ]
+    section.table(
+        ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
+    )
+    section.values.update(collect_values(data, asked))
+    section.numbers("bounds", **{part: {str(key): value for key, value in found.items()}
+                                 for part, found in data.items()})  # fmt: skip

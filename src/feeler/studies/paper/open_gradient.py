@@ -1,0 +1,203 @@
+"""What the gradient does: bits against the stiffness rate at one total compliance (no figure of the
+paper).
+"""
+
+import tomllib
+from collections.abc import Mapping
+from importlib.resources import files
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from feeler.antenna.antenna import Antenna
+from feeler.experiment.touch import touch
+from feeler.information import compute_information, find_noise, scale_peaks
+from feeler.plotting.look import PALETTE
+from feeler.report.section import Section
+from feeler.stimulus.ninety import LOCATIONS
+from feeler.studies.paper.context import Context
+from feeler.studies.tradeoff import Declared, average_sets, draw_touches, load_declared
+
+CONTACT = "contact"
+UNITS = {"relative": "of peak", "common": "rad"}
+
+
+def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The choices of open_questions.toml on ``gradient`` or ``regression``, less what a scale
+    changes.
+    """
+    text = files("feeler.studies.paper").joinpath("open_questions.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)[part] | dict(changes)
+
+
+def make_graded(reference: Antenna, rate: float) -> Antenna:
+    """Stiffness ~ exp(rate · n) with the total compliance Σ 1/k_n and the damping per stiffness of
+    the reference.
+    """
+    shape = np.exp(rate * np.arange(reference.n_segments))
+    scale = np.sum(1 / shape) / np.sum(1 / reference.stiffness)
+    return _give_stiffness(reference, scale * shape)
+
+
+def make_even(reference: Antenna, location: float) -> Antenna:
+    """Even stiffness with the reference's compliance at the place of contact, Σ (x − s_n)² / k_n
+    over hinges before x.
+    """
+    arm = np.maximum(location * reference.length - reference.hinge_position, 0.0) ** 2
+    return _give_stiffness(
+        reference, np.full(reference.n_segments, arm.sum() / np.sum(arm / reference.stiffness))
+    )
+
+
+def _give_stiffness(reference: Antenna, stiffness: np.ndarray) -> Antenna:
+    return reference.replace(
+        stiffness=stiffness, damping=stiffness * reference.damping / reference.stiffness
+    )
+
+
+def compute(
+    reference: Antenna,
+    asked: Mapping[str, Any],
+    declared: Declared,
+    *,
+    first: int = 0,
+    **options: Any,
+) -> xr.Dataset:
+    """Bits, accuracy, noise of 75 % accuracy and bits ``within`` a place (set, speed, rate, noise),
+    and the peak angle.
+
+    The sets are those numbered from ``first`` on.
+    """
+    antennas = {f"{rate:g}": [make_graded(reference, rate)] for rate in asked["rates"]}
+    if asked["contact_control"]:
+        antennas[CONTACT] = [make_even(reference, location) for location in LOCATIONS]
+    shape = (asked["sets"], len(asked["speeds"]), len(antennas))
+    dims, names = ("set", "speed", "rate"), ("bits", "accuracy", "noise75", "within")
+    data = xr.Dataset(
+        {name: ((*dims, "noise"), np.full((*shape, 2), np.nan)) for name in names}
+        | {"peak": (dims, np.full(shape, np.nan))},
+        {"speed": list(asked["speeds"]), "rate": list(antennas), "noise": list(UNITS)},
+    )
+    for number in range(asked["sets"]):
+        for speed in asked["speeds"]:
+            for rate, own in antennas.items():
+                angle = _touch_set(own, declared, first + number, speed, options)
+                drawn = {"n_draws": declared.draws, "random_state": first + number}
+                place = {"speed": speed, "rate": rate}
+                data["peak"].sel(place)[number] = np.abs(angle).max()
+                for kind, values in (("relative", scale_peaks(angle)), ("common", angle)):
+                    level, noise = declared.headline[kind], find_noise(values, **drawn)[0]
+                    known = compute_information(values, level, **drawn)
+                    found = known.bits, known.accuracy, noise, _measure_within(values, level, drawn)
+                    for name, value in zip(names, found, strict=True):
+                        data[name].sel(place | {"noise": kind})[number] = value
+    return data
+
+
+def _touch_set(
+    antennas: list[Antenna], declared: Declared, number: int, speed: float, options: dict
+) -> np.ndarray:
+    """Angles of complete touches; several antennas share the places out among them."""
+    trials = draw_touches(declared, number, speed=speed)
+    duration = np.ceil(trials[0].lead + declared.reach * antennas[0].length / speed + declared.tail)
+    share = len(trials) // len(antennas)
+    return np.concatenate([
+        touch(one, trials[k * share : (k + 1) * share], duration=duration, save=("angle",), **options)["angle"].values
+        for k, one in enumerate(antennas)
+    ])  # fmt: skip
+
+
+def _measure_within(values: np.ndarray, level: float, drawn: dict[str, int]) -> float:
+    """Bits on the object where its place is known, mean over the places; touches come place by
+    place.
+    """
+    parts = np.split(values, len(LOCATIONS))
+    return float(np.mean([compute_information(part, level, **drawn).bits for part in parts]))
+
+
+def plot(data: xr.Dataset, declared: Declared, figure: Figure) -> None:
+    """Bits, and bits within a place, against the rate; the contact control as crosses at rate 0."""
+    rates = [name for name in data["rate"].values if name != CONTACT]
+    x = np.array([float(name) for name in rates])
+    order = np.argsort(x)
+    for row, field in zip(figure.subplots(2, 2), ("bits", "within"), strict=True):
+        for ax, kind in zip(row, UNITS, strict=True):
+            found = average_sets(data[field].sel(noise=kind))
+            for colour, speed in zip(PALETTE, data["speed"].values, strict=False):
+                one = found.sel(speed=speed)
+                line = one.sel(rate=rates)
+                ax.errorbar(x[order], line["mean"].values[order], line["half"].values[order], marker=".", capsize=2,
+                            color=colour, label=f"{speed:g} m/s")  # fmt: skip
+                if field == "within" and CONTACT in data["rate"].values:
+                    ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
+            ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
+            level = f"{declared.headline[kind]:g} {UNITS[kind]}"
+            ax.set_ylabel(
+                f"bits at {level}" if field == "bits" else f"bits where the place is known, {level}"
+            )
+            ax.set_xlabel("stiffness rate [1/joint]; < 0: softer towards the tip")
+    figure.axes[0].legend()
+
+
+def collect_values(data: xr.Dataset) -> dict[str, Any]:
+    """The numbers that claims are held against, at the slowest speed, and (``fastest``) at the
+    fastest.
+    """
+    found: dict[str, Any] = {}
+    ends = {"": data["speed"].values.min(), "fastest.": data["speed"].values.max()}
+    for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS, ends.items()):
+        for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
+            one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
+            mean, half = float(one["mean"]), float(one["half"])
+            spread = {"value": mean, "low": mean - half, "high": mean + half}
+            found[f"gradient.{prefix}{part}{kind}.{rate}"] = spread if np.isfinite(half) else mean
+    return found
+
+
+def show(context: Context, section: Section) -> None:
+    """The dose–response, its controls, and the values."""
+    asked = load_questions("gradient", context.effort.gradient)
+    declared = load_declared(seed=asked["seed"], draws=asked["draws"])
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
+    data = compute(context.antenna, asked, declared, **options)
+    section.text(
+        "The antenna's stiffness is made anew with other rates at the same total compliance Σ"
+        " 1/k_n, and with the damping per stiffness of each hinge as it was; touches are complete."
+        " An even antenna with the same total compliance (rate 0) is the usual control; the crosses"
+        " are even antennas as soft at each place of contact as the graded one is there. Those are"
+        " one antenna for each place, so that the antenna itself would tell the place: this control"
+        " is judged by the bits on the object where the place is known. Because the object's path"
+        " is given, softness by itself changes forces more than shapes."
+    )
+    section.figure(
+        "gradient",
+        "Bits of thirty touches (above), and bits on the object where its place is known (below),"
+        " against the gradient; dotted: the published rate; crosses: even, with the contact's"
+        " compliance matched.",
+        lambda figure: plot(data, declared, figure),
+        height=4.6,
+    )
+    columns = ("bits", "noise75", "within")
+    means = {field: data[field].mean("set") for field in (*columns, "peak")}
+    rows = [
+        [rate, float(speed), *(float(means[f].sel(rate=rate, speed=speed, noise=n)) for n in UNITS for f in columns),
+         float(means["peak"].sel(rate=rate, speed=speed))]
+        for rate in data["rate"].values for speed in data["speed"].values
+    ]  # fmt: skip
+    header = ["rate [1/joint]", "m/s"]
+    header += [
+        f"{word}, {kind}"
+        for kind in UNITS
+        for word in ("bits", f"75 % noise [{UNITS[kind]}]", "bits, place known")
+    ]
+    header.append("peak [rad]")
+    section.table(header, rows, f"Means over {asked['sets']} set(s).")
+    section.values.update(collect_values(data))
+    section.numbers("gradient", **data.to_dict())

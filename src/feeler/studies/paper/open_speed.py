@@ -1,0 +1,97 @@
+"""Speed against accuracy against energy, for the paper's antenna and its controls (no figure of the
+paper).
+"""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feeler.report.section import Section
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.data import list_profiles
+from feeler.studies.tradeoff import (
+    Declared,
+    average_sets,
+    find_best,
+    load_declared,
+    measure_tradeoff,
+)
+from feeler.studies.tradeoff.page import LEAD, fill_section
+
+WINDOWS = {
+    "whole": "whole touch",
+    "matched": "{matched_distance:g} mm, {matched_samples} samples",
+    "early": "30 ms",
+}
+
+
+def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
+    """What every profile of this scale tells at every speed."""
+    asked = context.effort.trade_profiles
+    names = [
+        name
+        for name in list_profiles(context)
+        if not asked or name in asked or not context.is_cockroach
+    ]
+    options: dict[str, Any] = {
+        "engine": context.engine,
+        "timestep": context.timestep,
+        "workers": context.workers,
+    }
+    return {
+        name: (
+            measure_tradeoff(context.profiles[name], declared, **options).assign_attrs(antenna=name)
+        )
+        for name in names
+    }
+
+
+def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[str, Any]:
+    """The numbers that claims are held against."""
+    found, first = {}, next(iter(measured.values()))
+    speeds = first["speed"].values
+    named = {"slowest": speeds[0], "middle": speeds[len(speeds) // 2], "fastest": speeds[-1]}
+    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
+    for kind, level in levels.items():
+        for name, window in WINDOWS.items():
+            chosen = first["bits"].sel(level=level, window=window.format(**declared.windows))
+            for word, speed in named.items():
+                found[f"tradeoff.{name}.{kind}.{word}"] = _spread(chosen.sel(speed=speed))
+        for profile, data in measured.items():
+            whole = data["bits"].sel(level=level, window=WINDOWS["whole"], speed=speeds[0])
+            found[f"tradeoff.profile.{kind}.{profile}"] = _spread(whole)
+    best = find_best(first, levels["common"])
+    for deadline in declared.windows["deadlines"]:
+        one = best.sel(window=f"{deadline:g} ms")
+        found[f"tradeoff.best.{deadline:g}"] = {"value": float(one["best"]), "low": float(one["least"]),
+                                              "high": float(one["most"])}  # fmt: skip
+    for deadline in declared.windows["deadlines"]:
+        one = best.sel(window=f"{deadline:g} ms")
+        accuracy, half = 100 * float(one["mean"]), 100 * float(one["half"])
+        spread = {"value": accuracy, "low": accuracy - half, "high": accuracy + half}
+        found[f"tradeoff.accuracy.{deadline:g}"] = spread if np.isfinite(half) else accuracy
+    for word, speed in named.items():
+        found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))
+        found[f"tradeoff.force.{word}"] = _spread(first["force"].sel(speed=speed))
+    return found
+
+
+def _spread(values: xr.DataArray) -> dict[str, float] | float:
+    one = average_sets(values)
+    mean, half = float(one["mean"]), float(one["half"])
+    return {"value": mean, "low": mean - half, "high": mean + half} if np.isfinite(half) else mean
+
+
+def show(context: Context, section: Section) -> None:
+    """The figure, its tables, and the values."""
+    declared = load_declared(**context.effort.trade)
+    measured = compute(context, declared)
+    section.text(LEAD)
+    section.text(
+        f"{declared.sets} set(s) of thirty touches; every choice was written down before"
+        " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."
+    )
+    fill_section(section, measured, declared)
+    section.values.update(collect_values(measured, declared))
+    section.numbers("tradeoff", **{name: data.to_dict() for name, data in measured.items()})

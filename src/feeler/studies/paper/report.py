@@ -1,0 +1,231 @@
+"""The report of a run: one self-contained page, the figures as one PDF and one by one, and the
+numbers.
+"""
+
+import json
+import os
+import platform
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+from pypdf import PdfReader, PdfWriter
+
+from feeler.physics.contact import get_contact
+from feeler.provenance import describe_versions, list_versions
+from feeler.report.page import Part, embed, open_templates, render_page
+from feeler.report.section import MARKER, PAGES, Section, to_json
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.findings import list_findings, list_numbers, list_topics
+from feeler.studies.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
+
+QUESTION = (
+    "Does an antenna that is stiff at its base, soft at its tip, and slow to touch, feel more?"
+)
+OPENING_MOVIE = "movieS2_speeds.mp4"
+
+
+def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
+    """Write ``report.html``, ``figures.pdf`` (at paper scale) and ``numbers.json``; copy each
+    figure's files and numbers to ``figures/``."""
+    templates: Any = open_templates("feeler.studies.paper").get_template("report.html").module
+    made = {
+        str(block["name"]): section.name
+        for section in sections
+        for block in section.blocks
+        if "name" in block
+    }
+    opening, beside = Markup(""), dict[str, Markup]()
+    if context.is_cockroach:
+        opening, beside = _open(templates, sections, claims), _group(templates, claims, made)
+        findings = list_findings(
+            {key: value for section in sections for key, value in section.values.items()}
+        )
+        first = Part(
+            name="claims",
+            title="Every claim and its verdict",
+            body=_fill_verdicts(templates, claims, findings, made),
+        )
+    else:
+        title = "The paper's measures, of this antenna"
+        first = Part(name="claims", title=title, body=templates.measures(claims))
+    names = [str(name).removesuffix(".mp4") for name in made]
+    body = templates.places([{"prefix": "", "note": ""} | place for place in _load_places()], names)
+    places = Part(name="places", title="Every figure and movie", body=body)
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
+    body = templates.methods(
+        _describe_methods(context), describe_versions(), machine, context.seed, sections
+    )
+    methods = Part(name="methods", title="Methods and conditions", body=body)
+    other = f"The antenna '{context.antenna.name}', touched"
+    title = "Soft antennae, touched" if context.is_cockroach else other
+    parts: list[Section | Part]
+    parts = [*map(_leave_opening, sections), first, places, methods]
+    if not context.is_cockroach:
+        parts = [first, *sections, places, methods]
+    page = render_page(title, _describe(context), parts, opening=opening, beside=beside)
+    _write_pdf(context.out / "figures.pdf", sections)
+    _copy_figures(context.out / "figures", sections)
+    _write_numbers(context.out / "numbers.json", context, sections, claims)
+    return _write(context.out / "report.html", page)
+
+
+def _fill_verdicts(
+    templates: Any, claims: list[Judged], findings: list[tuple[str, str]], made: Mapping[str, str]
+) -> Any:
+    paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
+    counts = {word: paper[word] for word in EVIDENCE}
+    return templates.verdicts(
+        claims, counts, {word: paper[word] for word in OTHERS}, ours, findings, made
+    )
+
+
+def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Markup:
+    """The first screen: the question, a movie, what holds and what does not, and a few numbers."""
+    values = {key: value for section in sections for key, value in section.values.items()}
+    counts = {word: count_verdicts(claims)[word] for word in EVIDENCE}
+    found: dict[str, str] = {"movie": "", "still": "", "caption": ""}
+    for section in sections:
+        for block in section.blocks:
+            if block.get("name") == OPENING_MOVIE:
+                movie = section.folder / OPENING_MOVIE
+                found = {
+                    "movie": embed(movie),
+                    "still": embed(movie.with_suffix(".jpg")),
+                    "caption": str(block["caption"]),
+                }
+    name = OPENING_MOVIE.removesuffix(".mp4")
+    return templates.opening(
+        QUESTION,
+        name,
+        numbers=list_numbers(values),
+        topics=list_topics(values, claims),
+        counts=counts,
+        **found,
+    )
+
+
+def _leave_opening(section: Section) -> Section:
+    """The section without the movie that the page opens with: a page carries each movie once."""
+    return replace(
+        section, blocks=[block for block in section.blocks if block.get("name") != OPENING_MOVIE]
+    )
+
+
+def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:
+    """The claims that stand beside each figure; where a run has not made it, at the end of the
+    section.
+    """
+    groups: dict[str, list[Judged]] = {}
+    for judged in claims:
+        place = (
+            judged.claim.figure
+            if judged.claim.figure in made
+            else f"section-{judged.claim.section}"
+        )
+        groups.setdefault(place, []).append(judged)
+    return {place: templates.beside(found, place) for place, found in groups.items()}
+
+
+def _load_places() -> list[dict[str, str]]:
+    return tomllib.loads(
+        files("feeler.studies.paper").joinpath("places.toml").read_text(encoding="utf-8")
+    )["place"]
+
+
+def _describe(context: Context) -> str:
+    if not context.is_cockroach:
+        return (
+            f"What “{context.antenna.name}” feels and can tell apart: the analyses of “Physically"
+            " intelligent soft antennae enhance tactile perception by active touch” (Meng et al."
+            f" 2025), done on another antenna than the paper's. Scale: {context.scale}; seed"
+            f" {context.seed}; physics: {context.engine} engine."
+        )
+    return (
+        "Everything that “Physically intelligent soft antennae enhance tactile perception by"
+        " active touch” (Meng et al. 2025) claims and a computer can check, made anew from the"
+        " mechanics up. Each claim stands beside what came out here, also where it fails. Scale:"
+        f" {context.scale}; seed {context.seed}; physics: {context.engine} engine."
+    )
+
+
+def _describe_methods(context: Context) -> str:
+    antenna, contact = context.antenna, get_contact()
+    end = (
+        ", which solves MuJoCo's discrete equations and is held against MuJoCo step for step by the"
+        " tests."
+    )
+    return (
+        f"The antenna '{antenna.name}' is a chain of {antenna.n_segments} rigid segments,"
+        f" {antenna.length:.4g} mm long, {1e3 * antenna.segment_mass.sum():.3g} mg, joined by"
+        " damped hinge springs in one plane, clamped at its base. Objects move on straight lines"
+        " at constant velocity. Contact is MuJoCo's soft contact with a pyramidal friction cone,"
+        f" solref {contact.solref} [ms, 1], solimp {contact.solimp}; no gravity; integration step"
+        f" {context.timestep:g} ms, one sample per ms at {antenna.sensors.size} hinges. Tensors"
+        " hold joint angle and curvature (angle over segment length) with their signs; pictures"
+        " show curvature, encoder and indices take angles with negative values set to 0 and one"
+        f" common scale for a whole set. Physics: the {context.engine}"
+        f" engine{end if context.engine == 'chain' else '.'}"
+    )
+
+
+def _write_pdf(path: Path, sections: list[Section]) -> None:
+    drawn = [section for section in sections if section.vector and section.list_figures()]
+    if not drawn:
+        path.unlink(missing_ok=True)  # an earlier run's, of other figures
+        return
+    writer = PdfWriter()
+    for section in drawn:
+        writer.append(PdfReader(section.folder / PAGES))
+    partial = path.with_suffix(".part")
+    with partial.open("wb") as stream:
+        writer.write(stream)
+    partial.replace(path)
+
+
+def _write_numbers(
+    path: Path, context: Context, sections: list[Section], claims: list[Judged]
+) -> None:
+    """Every claim with its verdict, and everything it is judged by; no times, no machine: equal
+    runs leave equal bytes.
+    """
+    values = {section.name: to_json(section.values) for section in sections}
+    data = {"configuration": context.describe(), "versions": list_versions(), "values": values}
+    data["claims"] = [judged.describe() for judged in claims] if context.is_cockroach else []
+    _write(path, json.dumps(data, sort_keys=True, indent=1))
+
+
+def _write(path: Path, text: str) -> Path:
+    """The file appears under its name only when it is whole."""
+    partial = path.with_suffix(".part")
+    partial.write_text(text, encoding="utf-8")
+    return partial.replace(path)
+
+
+def _copy_figures(folder: Path, sections: list[Section]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for section in sections:
+        for name in section.list_figures():
+            (folder / f"{name}.pdf").unlink(
+                missing_ok=True
+            )  # an earlier run's picture of other numbers
+        if any(block["kind"] in ("figure", "movie") for block in section.blocks):
+            for file in sorted(section.folder.iterdir()):
+                if file.name not in (MARKER, PAGES):
+                    (folder / file.name).write_bytes(file.read_bytes())
+        if section.vector and section.list_figures():
+            _split_pages(section, folder)
+
+
+def _split_pages(section: Section, folder: Path) -> None:
+    """Each figure's page as a PDF of its own."""
+    for name, page in zip(
+        section.list_figures(), PdfReader(section.folder / PAGES).pages, strict=True
+    ):
+        writer = PdfWriter()
+        writer.add_page(page)
+        writer.write(folder / f"{name}.pdf")

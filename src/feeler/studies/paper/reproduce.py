@@ -1,0 +1,165 @@
+"""The whole paper, top to bottom: an antenna is touched; a touch becomes a tensor, a code, an
+answer.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from feeler.execute import ProcessExecutor, run_batch
+from feeler.execute.threads import check_workers
+from feeler.report.section import Section
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.report import write_report
+from feeler.studies.paper.stage import Stage, find_kept, run_stage
+from feeler.studies.paper.verdicts import judge_claims
+
+STAGES = (
+    Stage(
+        name="antenna",
+        title="The antenna",
+        figures=("fig2a",),
+        reads=("antenna",),
+    ),
+    Stage(
+        name="calibration",
+        title="Calibration: does the model move like the animal?",
+        figures=("fig2b", "figS1", "fig2b_fit"),
+        reads=("scale", "seed", "engine", "antenna"),
+    ),
+    Stage(
+        name="tensors",
+        title="Tactile tensors",
+        figures=("fig2d", "fig2e", "movieS2"),
+    ),
+    Stage(
+        name="wall",
+        title="Wall distance",
+        figures=("fig3", "fig3_family", "movieS3"),
+        reads=("scale", "engine", "antenna"),
+    ),
+    Stage(
+        name="encoding",
+        title="Encoding",
+        figures=("fig4", "fig5f", "figS5"),
+    ),
+    Stage(
+        name="reading",
+        title="Dispersion and classification",
+        figures=("fig5", "fig5_complete", "fig5_new", "choices"),
+    ),
+    Stage(
+        name="cnn",
+        title="Convolutional network",
+        figures=("figS4",),
+    ),
+    Stage(
+        name="tradeoff",
+        title="Beyond the paper: speed against accuracy against energy",
+        figures=("open_speed", "open_active"),
+    ),
+    Stage(
+        name="gradient",
+        title="Beyond the paper: what the gradient does",
+        figures=("open_gradient",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
+    Stage(
+        name="bounds",
+        title="Beyond the paper: place, size and speed beside their bounds",
+        figures=("open_bounds",),
+        reads=("scale", "engine", "timestep", "antenna"),
+    ),
+    Stage(
+        name="design",
+        title="Beyond the paper: which antenna tells most",
+        figures=("open_design",),
+        reads=("antenna",),
+    ),
+    Stage(
+        name="robot",
+        title="The robotic antenna",
+        figures=("fig6", "figS7"),
+        reads=("scale", "seed"),
+    ),
+    Stage(
+        name="tracking",
+        title="Active touch speed",
+        figures=("figS2",),
+        reads=("seed", "antenna"),
+    ),
+)
+
+COCKROACH_ONLY = ("calibration", "design", "robot", "tracking")
+
+
+def reproduce(
+    context: Context, report: Callable[[str, Section | None], None] = lambda *_: None
+) -> list[Section]:
+    """Run every stage, judge every claim, write ``report.html`` and ``figures.pdf``; returns the
+    sections.
+
+    Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
+    not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
+    when its section is there. For another antenna the sections that speak of the animal's or the
+    robot's own data are left out, with a word why.
+    """
+    kept = {stage.name: section for stage in STAGES if (section := find_kept(stage, context))}
+    made = kept | {
+        stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)
+    }
+    for section in made.values():
+        report(section.title, section)
+    todo = sorted(
+        (s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name)
+    )
+    for section in _run_stages(todo, context, report):
+        made[section.name] = section
+    ordered = [made[stage.name] for stage in STAGES]
+    write_report(context, ordered, judge_claims(ordered, context))
+    return ordered
+
+
+def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:
+    """Sections as they are ready; the first error is raised when the other stages are done and
+    kept.
+    """
+    workers = min(check_workers(context.workers), len(stages))
+    if workers <= 1:
+        for stage in stages:
+            report(stage.title, None)
+            yield (section := run_stage(stage, context))
+            report(stage.title, section)
+        return
+
+    def tasks() -> Iterator[tuple[int, tuple[Stage, Context]]]:
+        for number, stage in enumerate(stages):
+            report(stage.title, None)
+            yield number, (stage, replace(context, progress=None))
+
+    failed = []
+    with ProcessExecutor(workers) as executor:
+        for outcome in run_batch(_run_task, tasks(), executor=executor, window=workers):
+            if outcome.error:
+                failed.append(outcome.error)
+            else:
+                report(stages[outcome.index].title, outcome.value)
+                yield outcome.value
+    if failed:
+        raise failed[0]
+
+
+def _run_task(task: tuple[Stage, Context]) -> Section:
+    return run_stage(*task)
+
+
+def _says_nothing(stage: Stage, context: Context) -> bool:
+    return not context.is_cockroach and stage.name in COCKROACH_ONLY
+
+
+def _leave_out(stage: Stage, context: Context) -> Section:
+    section = Section(name=stage.name, title=stage.title, folder=context.out)
+    section.text(
+        "Left out: this section compares with measurements of the cockroach or of the paper's"
+        " robot."
+    )
+    return section

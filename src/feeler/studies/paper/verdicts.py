@@ -1,0 +1,299 @@
+"""The verdict on every claim, by rules fixed before looking.
+
+Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not
+hold*. Everything else is no evidence for or against and is not counted with it: *by construction*,
+*circular*, *depends on a definition* that the paper does not give, *no evidence* (identical touches
+do as well), *not comparable*.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from feeler.report.section import Section, to_json
+from feeler.studies.paper.claims import Claim, load_claims
+from feeler.studies.paper.context import Context
+from feeler.studies.scale import SCALES
+
+EVIDENCE = ("reproduced", "partly", "not reproduced")
+OTHERS = ("by construction", "circular", "depends on a definition", "no evidence", "not comparable")
+VERDICTS = EVIDENCE + OTHERS
+OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
+MOST, HALF = 0.75, 0.5
+"""Shares of a declared family of set-ups, or of the indices, in which a statement must hold to be
+reproduced, and partly.
+"""
+
+Values = Mapping[str, Any]
+Spread = tuple[float, float, float]
+"""Value, low, high."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """A claim with our numbers, the verdict, and a word why."""
+
+    claim: Claim
+    ours: str
+    verdict: str
+    why: str
+    readings: tuple["Judged", ...] = ()
+    """The verdict under each of the claim's definitions, in their order."""
+    values: tuple[tuple[str, Any], ...] = ()
+    """Keys with what this run found; None where it found nothing."""
+
+    @property
+    def is_evidence(self) -> bool:
+        """Whether it counts in the headline of its kind, the paper's claims or ours."""
+        return self.verdict in EVIDENCE
+
+    @property
+    def word(self) -> str:
+        """The verdict as it is said of the paper's claim or of ours."""
+        return (
+            OWN_WORDS.get(self.verdict, self.verdict)
+            if self.claim.whose == "ours"
+            else self.verdict
+        )
+
+    def describe(self) -> dict[str, object]:
+        """Everything as plain data: what ``numbers.json`` keeps and pages draw."""
+        claim, readings = self.claim, zip(self.claim.definitions, self.readings, strict=False)
+        return {
+            "id": claim.id, "whose": claim.whose, "section": claim.section, "where": claim.where, "says": claim.says,
+            "paper": claim.paper, "tag": claim.tag, "kind": claim.kind, "target": claim.target,
+            "tolerance": claim.tolerance, "standing": claim.standing, "verdict": self.word, "evidence": self.is_evidence,
+            "ours": self.ours, "why": self.why, "values": to_json(dict(self.values)),
+            "definitions": [{"name": name, **_describe_reading(found)} for name, found in readings],
+        }  # fmt: skip
+
+
+def _describe_reading(found: Judged) -> dict[str, object]:
+    return {
+        "verdict": found.word,
+        "ours": found.ours,
+        "why": found.why,
+        "values": to_json(dict(found.values)),
+    }
+
+
+def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
+    """The verdict on every claim, also where a section is missing or the claim fails."""
+    values = {key: value for section in sections for key, value in section.values.items()}
+    return [judge(claim, values, context) for claim in load_claims()]
+
+
+def count_verdicts(judged: list[Judged], whose: str = "paper") -> dict[str, int]:
+    """How many of the paper's claims, or of ours, got which verdict; evidence first."""
+    chosen = [one for one in judged if one.claim.whose == whose]
+    words = [
+        OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict for verdict in VERDICTS
+    ]
+    return {word: sum(one.word == word for one in chosen) for word in words}
+
+
+def summarise_counts(judged: list[Judged]) -> str:
+    """Both counts in a line: those with evidence, those without, our own."""
+    paper, ours = count_verdicts(judged), count_verdicts(judged, "ours")
+    parts = [("claims of the paper with evidence", paper, EVIDENCE), ("without", paper, OTHERS)]
+    if any(ours.values()):
+        parts.append(("claims of our own", ours, tuple(word for word, n in ours.items() if n)))
+    return "; ".join(
+        f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words)
+        for title, counts, words in parts
+    )
+
+
+def judge(claim: Claim, values: Values, context: Context) -> Judged:
+    """Hold one claim against our values."""
+    if claim.definitions:
+        return _judge_definitions(claim, values, context)
+    return _judge_keys(claim, claim.keys, values, context)
+
+
+def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged:
+    """The verdict that all definitions give; where they differ, that it depends on them."""
+    found = [_judge_keys(claim, claim.read_by(name), values, context) for name in claim.definitions]
+    named = zip(claim.definitions, found, strict=True)
+    ours, keys = (
+        "; ".join(f"{name}: {one.ours}" for name, one in named),
+        sum((one.values for one in found), ()),
+    )
+    words = {one.verdict for one in found}
+    together: dict[str, Any] = {
+        "claim": claim,
+        "ours": ours,
+        "readings": tuple(found),
+        "values": keys,
+    }
+    if len(words) == 1:
+        whys = dict.fromkeys(one.why for one in found)
+        return Judged(
+            verdict=words.pop(), why="under every definition: " + "; ".join(whys), **together
+        )
+    said = "; ".join(
+        f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True)
+    )
+    why = f"the paper does not say which is meant: {said}{_name_nearest(claim, found)}"
+    return Judged(verdict="depends on a definition", why=why, **together)
+
+
+def _name_nearest(claim: Claim, found: list[Judged]) -> str:
+    """Which definition comes nearest to the paper's number."""
+    if claim.kind != "value":
+        return ""
+    off = {}
+    for name, one in zip(claim.definitions, found, strict=True):
+        value = one.values[0][1]
+        if value is not None and "undefined" not in (value if isinstance(value, dict) else {}):
+            off[name] = abs(_read(value)[0] - claim.target)
+    return f"; nearest: {min(off, key=off.__getitem__)}" if off else ""
+
+
+def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> Judged:
+    known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.shows))
+    found = [values[key] for key in keys if values.get(key) is not None]
+    names = name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
+    ours = (
+        "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True))
+        if names
+        else ""
+    )
+    ours = ours or "; ".join(map(_show, found)) or "–"
+
+    def say(verdict: str, why: str) -> Judged:
+        return Judged(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
+
+    if why := _find_hindrance(claim, keys, values, context):
+        return say("not comparable", why)
+    if undefined := [
+        value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
+    ]:
+        return say("not comparable", f"undefined: {undefined[0]}")
+    numbers = [_read(value) for value in found]
+    verdict, why = RULES[claim.kind](claim, numbers)
+    if claim.standing != "evidence":
+        return say(claim.standing, f"{claim.why} ({why})")
+    if claim.null and (
+        reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
+    ):
+        return say("no evidence", f"{why}, but {reason}")
+    return say(verdict, why)
+
+
+def name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
+    digits divides nothing.
+    """
+    parts = [re.split(r"(?<!\d)\.|\.(?!\d)", key) for key in keys]
+    return tuple(
+        " ".join(p for k, p in enumerate(own) if {q[k] for q in parts if len(q) > k} != {p})
+        for own in parts
+    )
+
+
+def _find_hindrance(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:
+    """Why the claim cannot be judged in this run; empty if it can."""
+    if not context.is_cockroach:
+        return "another antenna than the paper's"
+    if claim.kind == "none":
+        return claim.why
+    if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
+        return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
+    missing = [key for key in (*keys, *claim.null) if values.get(key) is None]
+    return (
+        f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
+    )
+
+
+def _read(value: object) -> Spread:
+    """A plain number has no spread."""
+    if not isinstance(value, dict):
+        return (float(value),) * 3  # type: ignore[arg-type]
+    ends = (value["value"] if value.get(end) is None else value[end] for end in ("low", "high"))
+    low, high = map(float, ends)
+    return float(value["value"]), low, high
+
+
+def _match_null(claim: Claim, numbers: list[Spread], null: list[Spread]) -> str:
+    """Why the null does as well: its ends stand in the order of ours, or it tells identical touches
+    apart as much.
+    """
+    sign = 1.0 if claim.apart == "greater" else -1.0
+    points, nulls = [number[0] for number in numbers], [number[0] for number in null]
+    shown = ", ".join(f"{value:.3g}" for value in nulls)
+    if any(sign * b >= sign * a for a, b in zip(points, nulls, strict=True)):
+        return f"identical touches are told apart as much in at least one group (null {shown})"
+    if len(points) > 1 and (points[-1] - points[0]) * (nulls[-1] - nulls[0]) > 0:
+        return f"identical touches give the same order of the ends (null {shown})"
+    return ""
+
+
+def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """Within the tolerance; partly, within twice the tolerance."""
+    value, margin = numbers[0][0], claim.tolerance * abs(claim.target)
+    off = abs(value - claim.target)
+    if off <= margin:
+        return "reproduced", f"within {claim.tolerance:.0%}"
+    why = f"off by {(value - claim.target) / claim.target:+.0%}, tolerance {claim.tolerance:.0%}"
+    return (
+        ("partly", f"{why}, within twice of it") if off <= 2 * margin else ("not reproduced", why)
+    )
+
+
+def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    points = [number[0] for number in numbers]
+    apart = numbers[-1][1] > numbers[0][2]
+    if points[-1] <= points[0]:
+        return "not reproduced", "the ends are not in the claimed order"
+    if not all(b > a for a, b in pairwise(points)):
+        return "partly", "the ends are in the claimed order, the middle is not"
+    if not apart:
+        return "partly", "in the claimed order, but the spreads of the ends overlap"
+    return "reproduced", "in the claimed order"
+
+
+def _judge_dip(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    before, middle, after = (number[0] for number in numbers)
+    if middle < min(before, after):
+        return "reproduced", "less than both neighbours"
+    return "not reproduced", "not less than both neighbours"
+
+
+def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """Above or below the target."""
+    side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
+    sign = 1.0 if claim.kind == "above" else -1.0
+    if min(sign * low, sign * high) > sign * claim.target:
+        return "reproduced", f"{side} with its whole spread"
+    if sign * value > sign * claim.target:
+        return "partly", f"{side}, its spread is not"
+    return "not reproduced", f"not {side}"
+
+
+def _judge_share(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
+    """In how much of what was declared (set-ups, indices) it holds."""
+    share = numbers[0][0]
+    why = f"holds in {share:.0%}; {MOST:.0%} are asked for, {HALF:.0%} are partly"
+    return "reproduced" if share >= MOST else "partly" if share >= HALF else "not reproduced", why
+
+
+RULES = {
+    "value": _judge_value, "order": _judge_order, "dip": _judge_dip,
+    "above": _judge_bound, "below": _judge_bound, "share": _judge_share,
+}  # fmt: skip
+
+
+def _show(value: object) -> str:
+    if isinstance(value, dict):
+        if "undefined" in value:
+            return f"undefined: {value['undefined']}"
+        spread = "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
+        return f"{value['value']:.3g}{spread}"
+    return (
+        f"{value:.4g}"
+        if isinstance(value, int | float) and not isinstance(value, bool)
+        else str(value)
+    )

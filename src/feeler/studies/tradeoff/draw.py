@@ -1,0 +1,110 @@
+"""Draw what slow and fast touches tell, by when, and what they cost."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from feeler.plotting.look import PALETTE, mark_places
+from feeler.studies.tradeoff.best import average_sets, find_best
+
+TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
+MARKS: dict[str, dict[str, Any]] = {
+    "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
+    "common": {"marker": "s", "ms": 2.5},
+}
+"""Large and hollow, or small: both are seen where they coincide."""
+
+
+def plot_tradeoff(
+    measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure
+) -> None:
+    """Six panels; needs about 7.2 × 4.6 inches. ``levels``: the level shown of each kind of noise."""
+    first, axes = next(iter(measured.values())), figure.subplots(2, 3)
+    common = levels["common"]
+    plot_windows(first, common, "time", axes[0, 0])
+    axes[0, 0].set(
+        xlabel="time since contact [ms]", title=f"{first.attrs['antenna']}: answers in time"
+    )
+    plot_windows(first, common, "distance", axes[0, 1])
+    axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
+    axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6, title_fontsize=6)
+    plot_best(first, levels, axes[0, 2])
+    for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
+        for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
+            plot_speeds(data, levels[kind], ax, color=colour, label=name)
+        ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
+    figure.legend(
+        *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured)
+    )
+    plot_costs(measured, axes[1, 2])
+
+
+def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
+    """Accuracy against window, a line for each speed, with its interval over the sets."""
+    chosen = data.isel(window=np.flatnonzero(data["kind"].values == kind)).sel(level=level)
+    found = average_sets(100 * chosen["accuracy"])
+    colours = mpl.colormaps["viridis"](np.linspace(0, 0.9, data.sizes["speed"]))
+    for colour, speed in zip(colours, data["speed"].values, strict=True):
+        one, x = found.sel(speed=speed), chosen["value"].values
+        ax.plot(x, one["mean"], marker=".", ms=3, color=colour, label=f"{speed:g}")
+        ax.fill_between(
+            x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0
+        )
+    ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
+    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
+
+
+def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
+    """Best speed against deadline; bars: speeds that the sets do not tell from it."""
+    for colour, (kind, level) in zip(PALETTE, levels.items(), strict=False):
+        best = find_best(data, level)
+        best = best.isel(window=np.flatnonzero(best["kind"].values == "time"))
+        x, y, least, most = (best[name].values for name in ("value", "best", "least", "most"))
+        ax.errorbar(
+            x, y, [y - least, most - y], lw=1, capsize=2, color=colour, label=level, **MARKS[kind]
+        )
+    ax.set(
+        xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]"
+    )
+    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
+    mark_places(ax.yaxis, data["speed"].values)
+    ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
+
+
+def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
+    """Bits against speed: whole touches, and (dashed) at equal distance and samples."""
+    matched = data["window"].values[data["kind"].values == "distance and samples"][0]
+    for window, line in (("whole touch", "-"), (matched, "--")):
+        found = average_sets(data["bits"].sel(level=level, window=window))
+        shown = style | ({} if line == "-" else {"label": None})
+        ax.errorbar(
+            data["speed"],
+            found["mean"],
+            found["half"],
+            ls=line,
+            marker=".",
+            ms=3,
+            capsize=2,
+            **shown,
+        )
+    ax.set(xscale="log", xlabel="speed [m/s]", ylabel="bits")
+    mark_places(ax.xaxis, data["speed"].values)
+
+
+def plot_costs(measured: Mapping[str, xr.Dataset], ax: Axes) -> None:
+    """Work on the antenna and (dashed, right) peak force against speed."""
+    right = ax.twinx()
+    for colour, data in zip(PALETTE, measured.values(), strict=False):
+        ax.plot(data["speed"], data["work"].mean("set"), marker=".", ms=3, color=colour)
+        right.plot(
+            data["speed"], data["force"].mean("set"), ls="--", marker=".", ms=3, color=colour
+        )
+    ax.set(xscale="log", xlabel="speed [m/s]", ylabel="work of a touch [µJ]")
+    mark_places(ax.xaxis, data["speed"].values)
+    right.set_ylabel("peak force [mN] (dashed, or hollow)")
+    right.spines["right"].set_visible(True)

@@ -1,0 +1,132 @@
+"""The comparison of speeds as one page, with its numbers beside it as CSV and JSON."""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from feeler.checked import checked
+from feeler.report import Section, write_page
+from feeler.report.section import to_json
+from feeler.studies.tradeoff.best import average_sets, find_best
+from feeler.studies.tradeoff.declared import Declared
+from feeler.studies.tradeoff.draw import plot_tradeoff
+
+LEAD = (
+    "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
+    " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
+    " costs. Intervals are 95 % over sets of touches that were drawn anew."
+)
+
+
+@checked
+def write_tradeoff(
+    measured: Mapping[str, xr.Dataset], declared: Declared, out: os.PathLike, conditions: str = ""
+) -> Path:
+    """``tradeoff.html`` in the folder ``out``, with ``tradeoff.png``, ``tradeoff.csv`` and
+    ``tradeoff.json``.
+
+    Parameters
+    ----------
+    measured
+        What :func:`feeler.studies.tradeoff.measure_tradeoff` gave, by the antenna's name.
+    """
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    section = Section(name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False)
+    fill_section(section, measured, declared)
+    section.text(conditions)
+    table = xr.concat([_tabulate(data) for data in measured.values()], "row", data_vars="all")
+    table.to_dataframe().to_csv(out / "tradeoff.csv", index=False, float_format="%.6g")
+    (out / "tradeoff.json").write_text(
+        json.dumps({name: to_json(data.to_dict()) for name, data in measured.items()}),
+        encoding="utf-8",
+    )
+    return write_page(out / "tradeoff.html", "Speed against accuracy against energy", LEAD, section)
+
+
+def fill_section(section: Section, measured: Mapping[str, xr.Dataset], declared: Declared) -> None:
+    """The figure and its tables."""
+    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
+    section.figure(
+        "tradeoff",
+        "Accuracy of an ideal observer at each speed, against time and distance since contact"
+        " (first antenna, one noise floor); the best speed for each deadline, bars: speeds that the"
+        " sets do not tell from it; bits of whole touches and (dashed) at equal distance and equal"
+        " number of samples; work on the antenna and peak force.",
+        lambda figure: plot_tradeoff(measured, levels, figure),
+        height=4.8,
+    )
+    for name, data in measured.items():
+        for kind, level in levels.items():
+            section.table(
+                ["window", *(f"{v:g} m/s" for v in data["speed"].values), "best"],
+                list_rows(data, declared, level),
+                f"{name}, noise {level} {'rad' if kind == 'common' else 'of peak'}: bits, and accuracy in %. Best "
+                # fmt: skip
+                "speed by accuracy [m/s], in brackets the range that the sets do not tell from it.",
+            )
+    costs = [
+        [name, cost, *(float(x) for x in data[field].mean("set"))]
+        for name, data in measured.items()
+        for field, cost in (
+            ("work", "work [µJ]"),
+            ("force", "peak force [mN]"),
+            ("release", "last contact [ms]"),
+        )
+    ]
+    speeds = next(iter(measured.values()))["speed"].values
+    section.table(["antenna", "of a whole touch", *(f"{v:g} m/s" for v in speeds)], costs)
+
+
+def list_rows(data: xr.Dataset, declared: Declared, level: str) -> list[list[object]]:
+    """Matched rows: the same time, the same distance, the same distance and samples, and the whole
+    touch.
+    """
+    wanted = [f"{t:g} ms" for t in declared.windows["matched_times"]]
+    wanted.append(f"{declared.windows['matched_distance']:g} mm")
+    wanted += [
+        str(w)
+        for w in data["window"].values[
+            np.isin(data["kind"].values, ("distance and samples", "whole touch"))
+        ]
+    ]
+    bits, accuracy = (
+        average_sets(data[field].sel(level=level))["mean"] for field in ("bits", "accuracy")
+    )
+    best = find_best(data, level)
+    rows: list[list[object]] = []
+    for window in wanted:
+        cells = [
+            f"{float(b):.2f} ({100 * float(a):.0f})"
+            for b, a in zip(bits.sel(window=window), accuracy.sel(window=window), strict=True)
+        ]
+        found = best.sel(window=window)
+        rows.append(
+            [
+                window,
+                *cells,
+                f"{float(found['best']):g} ({float(found['least']):g}…{float(found['most']):g})",
+            ]
+        )
+    return rows
+
+
+def _tabulate(data: xr.Dataset) -> xr.Dataset:
+    """A row per speed, level and window: means over the sets, and half the width of their interval."""
+    found = {
+        f"{field}{ending}": average_sets(data[field])[part]
+        # fmt: skip
+        for field in ("accuracy", "bits")
+        for ending, part in (("", "mean"), ("_half", "half"))
+    }
+    costs = {name: data[name].mean("set") for name in ("work", "force", "release")}
+    names = ("antenna", "speed", "level", "window")
+    table = (
+        xr.Dataset(found | costs).drop_vars(("kind", "value")).assign(antenna=data.attrs["antenna"])
+    )
+    flat = table.stack(row=names[1:]).reset_index("row")
+    return flat.reset_coords()[[*names, *found, *costs]]

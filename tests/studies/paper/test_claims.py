@@ -1,0 +1,360 @@
+"""Every claim has a rule, and every rule can fail."""
+
+import pytest
+
+from feeler.errors import InvalidInput
+from feeler.studies.paper.claims import Claim, load_claims
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.reproduce import STAGES
+from feeler.studies.paper.verdicts import (
+    EVIDENCE,
+    OTHERS,
+    count_verdicts,
+    judge,
+    name_apart,
+    summarise_counts,
+)
+
+CONTEXT = Context()
+
+
+def make_claim(**fields):
+    base = {
+        "id": "x",
+        "where": "",
+        "says": "",
+        "paper": "",
+        "tag": "P",
+        "kind": "value",
+        "section": "s",
+        "keys": ("a",),
+    }
+    return Claim(**(base | fields))
+
+
+def test_there_are_enough_claims_and_each_names_a_section():
+    claims = load_claims()
+    assert len(claims) >= 30
+    assert len({claim.id for claim in claims}) == len(claims)
+    assert {claim.section for claim in claims} <= {stage.name for stage in STAGES}
+    assert {claim.whose for claim in claims} == {"paper", "ours"}
+
+
+@pytest.mark.parametrize(
+    ("claim", "values", "verdict"),
+    [
+        (make_claim(target=2.0, tolerance=0.1), {"a": 2.1}, "reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": 3.0}, "not reproduced"),
+        (make_claim(target=2.0, tolerance=0.1), {"a": 2.3}, "partly"),
+        (
+            make_claim(target=2.0, tolerance=0.1),
+            {"a": {"value": 3.0, "low": 1.0, "high": 4.0}},
+            "not reproduced",
+        ),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 1, "c": 3}, "reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 1}, "not reproduced"),
+        (make_claim(kind="share"), {"a": 0.8}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.6}, "partly"),
+        (make_claim(kind="share"), {"a": 0.4}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 2}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 2, "b": 1}, "not reproduced"),
+        (
+            make_claim(kind="order", keys=("a", "b")),
+            {"a": {"value": 1, "low": 0, "high": 3}, "b": 2},
+            "partly",
+        ),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 5, "c": 3}, "partly"),
+        (make_claim(kind="above", target=1.0), {"a": 0.5}, "not reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": 0.5}, "reproduced"),
+        (make_claim(kind="none", why="lost"), {"a": 0.5}, "not comparable"),
+        (make_claim(), {}, "not comparable"),
+        (make_claim(target=1.0), {"a": {"undefined": "no peak"}}, "not comparable"),
+        (
+            make_claim(kind="order", keys=("a", "b")),
+            {"a": 1, "b": {"undefined": "no peak"}},
+            "not comparable",
+        ),
+        (make_claim(standing="circular", why="so made", target=1.0), {"a": 1.0}, "circular"),
+        (
+            make_claim(standing="by construction", why="an input", target=1.0),
+            {"a": 7.0},
+            "by construction",
+        ),
+    ],
+)
+def test_rules(claim, values, verdict):
+    assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("claim", "values", "why"),
+    [
+        ({"target": 2.0, "tolerance": 0.1}, {"a": 2.1}, "within 10%"),
+        (
+            {"target": 2.0, "tolerance": 0.1},
+            {"a": 2.3},
+            "off by +15%, tolerance 10%, within twice of it",
+        ),
+        ({"target": 2.0, "tolerance": 0.1}, {"a": 1.0}, "off by -50%, tolerance 10%"),
+        ({"kind": "share"}, {"a": 0.8}, "holds in 80%; 75% are asked for, 50% are partly"),
+        ({"kind": "above", "target": 1.5}, {"a": 2.0}, "above 1.5 with its whole spread"),
+        ({"kind": "below", "target": 1.5}, {"a": 2.0}, "not below 1.5"),
+        (
+            {"kind": "order", "keys": ("a", "b")},
+            {"a": 2, "b": 1},
+            "the ends are not in the claimed order",
+        ),
+        (
+            {"kind": "order", "keys": ("a", "b"), "null": ("n", "m")},
+            {"a": 1.0, "b": 2.0, "n": 0.125, "m": 0.5},
+            (
+                "in the claimed order, but identical touches give the same order of the ends (null"
+                " 0.125, 0.5)"
+            ),
+        ),
+        (
+            {"kind": "above", "target": 0.1, "null": ("n",), "apart": "greater"},
+            {"a": 0.5, "n": 0.625},
+            (
+                "above 0.1 with its whole spread, but identical touches are told apart as much in"
+                " at least one group (null 0.625)"
+            ),
+        ),
+    ],
+)
+def test_reasons_name_the_numbers_that_were_compared(claim, values, why):
+    assert judge(make_claim(**claim), values, CONTEXT).why == why
+
+
+@pytest.mark.parametrize(
+    ("keys", "values", "ours"),
+    [
+        (("a",), {"a": 2.12345}, "2.123"),
+        (("a",), {"a": {"value": 0.51234, "low": 0.4, "high": 0.6}}, "0.512 (0.4…0.6)"),
+        (("a",), {"a": {"undefined": "no peak"}}, "undefined: no peak"),
+        (
+            ("r.slow", "r.fast"),
+            {"r.slow": 1.5, "r.fast": {"value": 2, "low": 1, "high": 3}},
+            "slow 1.5; fast 2 (1…3)",
+        ),
+        (("a",), {}, "–"),
+    ],
+)
+def test_our_numbers_are_shown_with_their_spread(keys, values, ours):
+    claim = make_claim(kind="order" if len(keys) > 1 else "value", target=1.0, keys=keys)
+    assert judge(claim, values, CONTEXT).ours == ours
+
+
+def spread(value, low, high):
+    return {"value": value, "low": low, "high": high}
+
+
+@pytest.mark.parametrize(
+    ("claim", "values", "verdict"),
+    [
+        (make_claim(target=2.0, tolerance=0.5), {"a": 3.0}, "reproduced"),  # at the tolerance
+        (make_claim(target=2.0, tolerance=0.5), {"a": 1.0}, "reproduced"),
+        (
+            make_claim(target=2.0, tolerance=0.1),
+            {"a": spread(2.0, 1.0, 4.0)},
+            "reproduced",
+        ),  # whatever its spread
+        (make_claim(target=2.0, tolerance=0.5), {"a": 4.0}, "partly"),  # at twice the tolerance
+        (make_claim(target=2.0, tolerance=0.5), {"a": 4.01}, "not reproduced"),
+        (make_claim(target=-2.0, tolerance=0.5), {"a": -3.0}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.75}, "reproduced"),
+        (make_claim(kind="share"), {"a": 0.74}, "partly"),
+        (make_claim(kind="share"), {"a": 0.5}, "partly"),
+        (make_claim(kind="share"), {"a": 0.49}, "not reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 2, "b": 2, "c": 3}, "not reproduced"),
+        (make_claim(kind="dip", keys=("a", "b", "c")), {"a": 3, "b": 2, "c": 2}, "not reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": spread(2, 1.1, 3)}, "reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": spread(2, 0.5, 3)}, "partly"),
+        (make_claim(kind="above", target=1.0), {"a": spread(0.9, 0.5, 3)}, "not reproduced"),
+        (make_claim(kind="above", target=1.0), {"a": 1.0}, "not reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 0.9)}, "reproduced"),
+        (make_claim(kind="below", target=1.0), {"a": spread(0.5, 0.1, 1.1)}, "partly"),
+        (make_claim(kind="below", target=1.0), {"a": spread(1.5, 0.1, 1.9)}, "not reproduced"),
+        (make_claim(kind="above", target=3.0), {"a": spread(2, 1, 4)}, "not reproduced"),
+        (make_claim(kind="above", target=0.2), {"a": spread(0.3, 0.1, 0.4)}, "partly"),
+        (make_claim(kind="below", target=3.0), {"a": spread(2.5, 1, 3.5)}, "partly"),
+        (make_claim(kind="below", target=0.2), {"a": spread(0.3, 0.1, 0.4)}, "not reproduced"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": 1}, "not reproduced"),
+        (
+            make_claim(kind="order", keys=("a", "b")),
+            {"a": spread(1, 0, 1.4), "b": spread(2, 1.5, 3)},
+            "reproduced",
+        ),
+        (
+            make_claim(kind="order", keys=("a", "b")),
+            {"a": spread(1, 0, 1.6), "b": spread(2, 1.5, 3)},
+            "partly",
+        ),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 0.5, 3)}, "partly"),
+        (make_claim(kind="order", keys=("a", "b")), {"a": 1, "b": spread(2, 1.5, 3)}, "reproduced"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 2, "c": 3}, "reproduced"),
+        (
+            make_claim(kind="order", keys=("a", "b", "c")),
+            {"a": 1, "b": spread(1.2, 0.1, 9), "c": 2},
+            "reproduced",
+        ),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 1, "c": 3}, "partly"),
+        (make_claim(kind="order", keys=("a", "b", "c")), {"a": 1, "b": 3, "c": 3}, "partly"),
+        (
+            make_claim(kind="order", keys=("a", "b", "c")),
+            {"a": 3, "b": 2, "c": 1},
+            "not reproduced",
+        ),
+    ],
+)
+def test_rules_at_their_edges(claim, values, verdict):
+    assert judge(claim, values, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("apart", "ours", "null", "verdict"),
+    [("greater", 0.5, 0.5, "no evidence"), ("greater", 0.5, 0.4, "reproduced"), ("less", 0.5, 0.5, "no evidence"),
+     ("greater", spread(0.5, 0.2, 0.8), 0.6, "no evidence"), ("less", spread(0.5, 0.2, 0.8), 0.4, "no evidence"),
+     ("less", 0.5, 0.6, "reproduced")],
+)  # fmt: skip
+def test_a_null_that_does_exactly_as_well_is_enough(apart, ours, null, verdict):
+    claim = make_claim(target=0.5, tolerance=0.1, null=("m",), apart=apart)
+    assert judge(claim, {"a": ours, "m": null}, CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("apart", "ours", "null", "verdict"),
+    [
+        ("greater", (0.2, 0.9), (0.1, 0.1), "reproduced"),
+        ("greater", (0.2, 0.9), (0.2, 0.1), "no evidence"),  # the first group's null reaches it
+        ("greater", (0.2, 0.9), (0.1, 0.15), "no evidence"),  # the null has the same order
+        (
+            "greater",
+            (0.9, 0.2),
+            (0.15, 0.1),
+            "no evidence",
+        ),  # also where the order is not the claimed one
+        ("greater", (0.9, 0.2), (0.1, 0.15), "not reproduced"),
+        ("less", (0.2, 0.9), (1.0, 0.95), "reproduced"),
+        ("less", (0.2, 0.9), (0.1, 0.05), "no evidence"),
+    ],
+)
+def test_what_identical_touches_do_as_well_is_no_evidence(apart, ours, null, verdict):
+    claim = make_claim(kind="order", keys=("a", "b"), null=("m", "n"), apart=apart)
+    assert judge(claim, dict(zip("abmn", (*ours, *null), strict=True)), CONTEXT).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ({"x.a": 1.0, "y.a": 1.05}, "reproduced"),
+        ({"x.a": 9.0, "y.a": 7.0}, "not reproduced"),
+        ({"x.a": 1.0, "y.a": 7.0}, "depends on a definition"),
+    ],
+)
+def test_only_what_every_definition_says_is_a_verdict(values, verdict):
+    claim = make_claim(keys=("{definition}.a",), definitions=("x", "y"), target=1.0, tolerance=0.1)
+    judged = judge(claim, values, CONTEXT)
+    assert judged.verdict == verdict
+    assert [found["values"] for found in judged.describe()["definitions"]] == [
+        {k: v} for k, v in values.items()
+    ]
+    assert ("nearest: x" in judged.why) == (verdict == "depends on a definition")
+
+
+def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
+    paper = [
+        make_claim(id=str(k), target=target, tolerance=0.1)
+        for k, target in enumerate((1.0, 1.0, 5.0))
+    ]
+    own = make_claim(id="own", whose="ours", target=1.0, tolerance=0.1)
+    made = make_claim(id="made", standing="by construction", why="an input", target=1.0)
+    judged = [judge(claim, {"a": 1.0}, CONTEXT) for claim in (*paper, own, made)]
+    counts = count_verdicts(judged)
+    assert [counts[word] for word in EVIDENCE] == [2, 0, 1]
+    assert sum(counts[word] for word in OTHERS) == counts["by construction"] == 1
+    assert (
+        count_verdicts(judged, "ours")["holds"] == sum(count_verdicts(judged, "ours").values()) == 1
+    )
+    assert summarise_counts(judged).startswith(
+        "claims of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
+    )
+    assert summarise_counts(judged).endswith("claims of our own: 1 holds")
+
+
+def test_keys_are_told_apart_by_what_differs():
+    assert name_apart(("lda.slow", "lda.fast")) == ("slow", "fast")
+    assert name_apart(("a.0.5.x", "a.1.5.x")) == ("0.5", "1.5")
+    ordered = judge(
+        make_claim(kind="order", keys=("a.slow", "a.fast")), {"a.slow": 1.0, "a.fast": 2.0}, CONTEXT
+    )
+    assert ordered.ours == "slow 1; fast 2" and ordered.is_evidence
+    assert ordered.values == (("a.slow", 1.0), ("a.fast", 2.0))
+
+
+def test_a_run_must_write_every_key_of_every_definition_and_what_stands_beside():
+    claim = make_claim(
+        keys=("{definition}.a",), definitions=("x", "y"), null=("n",), shows=("s", "t")
+    )
+    assert claim.list_keys() == {"x.a", "y.a", "n", "s", "t"}
+    assert make_claim(keys=("a", "b")).list_keys() == {"a", "b"}
+
+
+def test_the_nearest_definition_is_named():
+    claim = make_claim(
+        keys=("{definition}.a",), definitions=("x", "y", "z"), target=1.0, tolerance=0.1
+    )
+    values = {
+        "x.a": spread(0.2, 1.0, 1.0),
+        "y.a": spread(1.05, 0.2, 3.0),
+        "z.a": {"undefined": "no"},
+    }
+    judged = judge(claim, values, CONTEXT)
+    assert judged.why.endswith("nearest: y") and judged.verdict == "depends on a definition"
+    assert not judged.is_evidence
+
+
+@pytest.mark.parametrize(
+    ("scale", "verdict"), [("smoke", "not comparable"), ("quick", "not reproduced")]
+)
+def test_effort_is_no_verdict_on_the_paper(scale, verdict):
+    judged = judge(make_claim(target=90.0, due="quick"), {"a": 16}, Context(scale=scale))
+    assert (judged.verdict, judged.ours) == (verdict, "16")
+    assert (
+        scale == "quick"
+        or judged.why == "smoke scale computes too little to judge it; due at quick scale"
+    )
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"due": "huge"}, "unknown scale 'huge'; valid: smoke"),
+        ({"kind": "valeu"}, "unknown kind 'valeu'; valid: value"),
+        ({"standing": "circular"}, "add a sentence as `why`"),
+        ({"kind": "none"}, "add a sentence as `why`"),
+        ({"null": ("m", "n")}, "1 keys but 2 nulls"),
+        ({"definitions": ("x",)}, "must hold {definition}"),
+        ({"definitions": ("x",), "keys": ("{definition}.a", "b")}, "must hold {definition}"),
+    ],
+)
+def test_a_misspelt_rule_is_refused(fields, message):
+    with pytest.raises(InvalidInput, match=message):
+        make_claim(**fields)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (2.0, "2"),
+        (0.123456, "0.1235"),
+        (True, "True"),
+        ("text", "text"),
+        ({"undefined": "no contact"}, "undefined: no contact"),
+        (None, "–"),
+    ],
+)
+def test_another_antenna_is_measured_but_not_judged(value, shown):
+    judged = judge(make_claim(target=2.0, tolerance=0.1), {"a": value}, Context(is_cockroach=False))
+    assert (judged.verdict, judged.ours) == ("not comparable", shown)
+    assert "another antenna" in judged.why

@@ -1,0 +1,133 @@
+"""One whole run at smoke scale: its claims, its page, its figures and its numbers."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.reproduce import STAGES, reproduce
+from feeler.studies.paper.verdicts import EVIDENCE, count_verdicts, judge_claims
+from feeler.studies.scale import SCALES
+
+from ._page import FOREIGN
+
+RESULTS = Path(__file__).parents[3] / "benchmarks" / "results" / "reproduce.json"
+
+
+def is_due(claim, scale):
+    return list(SCALES).index(claim.due) <= list(SCALES).index(scale)
+
+
+@pytest.fixture(scope="module")
+def sections(whole):
+    """The sections of the run, read from its cache."""
+    return {
+        section.name: section for section in reproduce(Context(scale="smoke", out=whole, workers=1))
+    }
+
+
+@pytest.mark.parametrize(
+    "claim", [c for c in load_claims() if is_due(c, "smoke")], ids=lambda claim: claim.id
+)
+def test_the_section_writes_what_a_claim_asks_for(sections, claim):
+    assert claim.list_keys() <= set(sections[claim.section].values), (
+        f"no such value in section {claim.section}"
+    )
+
+
+@pytest.mark.parametrize("claim", load_claims(), ids=lambda claim: claim.id)
+def test_a_kept_run_wrote_what_a_claim_asks_for(claim):
+    """From the values that ``benchmarks/reproduce.py`` kept, so that a misspelt key fails whatever
+    scale it is due at.
+    """
+    values = json.loads(RESULTS.read_text())["paper" if claim.due == "paper" else "quick"]["values"]
+    assert claim.section in values, (
+        "the kept run is older than this section; run: python benchmarks/reproduce.py quick paper"
+    )
+    assert claim.list_keys() <= set(values[claim.section]), (
+        f"no such value in section {claim.section}"
+    )
+
+
+def test_a_claim_that_is_due_is_judged(sections):
+    judged = judge_claims(list(sections.values()), Context(scale="smoke"))
+    assert not [j.claim.id for j in judged if j.why.startswith("not computed")]
+    assert {j.claim.id for j in judged if j.verdict == "not comparable"} == {
+        claim.id for claim in load_claims() if claim.kind == "none" or not is_due(claim, "smoke")
+    }
+
+
+def test_every_section_is_made_and_on_the_page(whole, sections):
+    page = (whole / "report.html").read_text()
+    assert [name for name in sections] == [stage.name for stage in STAGES]
+    assert "could not be made" not in page
+    for section in sections.values():
+        assert f'<section id="section-{section.name}">' in page
+    assert len(re.findall(r'<img [^>]*src="data:image/png;base64,', page)) == sum(
+        len(section.list_figures()) for section in sections.values()
+    )
+    assert (
+        page.count("<video ")
+        == page.count("data:video/mp4;base64,")
+        == len(list((whole / "figures").glob("*.mp4")))
+        >= 4
+    )
+
+
+def test_what_is_claimed_stands_beside_one_figure_or_section(whole):
+    page = (whole / "report.html").read_text()
+    places = re.findall(r'aria-label="claims held against ([^"]+)"', page)
+    assert places and len({*places}) == len(places)
+
+
+def test_the_page_needs_nothing_from_elsewhere(whole):
+    page = (whole / "report.html").read_text()
+    assert not re.search(FOREIGN, page)
+    links, targets = set(re.findall(r'href="#([^"]+)"', page)), re.findall(r' id="([^"]+)"', page)
+    assert links <= {*targets} and len({*targets}) == len(targets)
+
+
+def test_every_figure_has_its_numbers(whole):
+    pictures = list((whole / "figures").glob("*.png"))
+    assert len(pictures) >= 15
+    for picture in pictures:
+        assert picture.with_suffix(".json").exists() or picture.with_suffix(".nc").exists(), (
+            picture.name
+        )
+
+
+def test_the_numbers_are_those_of_the_sections(whole, sections):
+    values = json.loads((whole / "numbers.json").read_text())["values"]
+    assert values == {name: section.values for name, section in sections.items()}
+
+
+def test_a_second_run_comes_from_the_cache_and_a_seed_leaves_alone_what_does_not_read_it(sections):
+    assert all(section.cached for section in sections.values())
+    changed = {stage.name for stage in STAGES if stage.key(Context()) != stage.key(Context(seed=1))}
+    assert (
+        changed
+        == {stage.name for stage in STAGES if "seed" in stage.reads}
+        != {stage.name for stage in STAGES}
+    )
+
+
+def test_the_page_opens_with_the_verdicts_that_were_given(whole, sections):
+    """Of the paper's claims with evidence, as many of each verdict as are judged so."""
+    counts = count_verdicts(judge_claims(list(sections.values()), Context(scale="smoke")))
+    page = re.sub(
+        r"<(style|script).*?</\1>",
+        " ",
+        (whole / "report.html").read_text(encoding="utf-8"),
+        flags=re.DOTALL,
+    )
+    words = " ".join(re.sub("<[^>]+>", " ", page).split())
+    every = sum(counts[verdict] for verdict in EVIDENCE)
+    assert (
+        f"{counts['reproduced']} of {every} claims of the paper with evidence here are reproduced"
+        in words
+    )
+    for verdict in (verdict for verdict in EVIDENCE if counts[verdict]):
+        assert f"{counts[verdict]} {verdict}" in words, verdict

@@ -1,0 +1,77 @@
+"""Planted touches: what a window cuts, which it makes the same, and whole touches at equal sample
+counts.
+"""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from feeler.studies.paper.window import complete_arrays, measure_window, resample
+
+TIME = np.arange(800.0)
+
+
+def make_touches(spans, angle=None):
+    """One touch for each list of (begin, end) of its contacts [ms]."""
+    force = np.zeros((len(spans), TIME.size, 2))
+    for trial, contacts in enumerate(spans):
+        for begin, end in contacts:
+            force[trial, begin:end, 0] = 1.0
+    angle = force[:, None, :, 0] if angle is None else angle
+    n = len(spans)
+    return xr.Dataset(
+        {"force": (("trial", "time", "axis"), force), "angle": (("trial", "sensor", "time"), angle)},
+        coords={
+            "time": TIME, "feature": ("trial", ["ball"] * n), "size": ("trial", [1.5] * n),
+            "location": ("trial", np.linspace(0.5, 0.9, n)),
+        },
+    )  # fmt: skip
+
+
+def test_a_touch_that_begins_again_is_cut_although_it_is_out_of_contact_when_the_window_closes():
+    found = measure_window(make_touches([[(10, 300)], [(10, 300), (500, 600)], [(10, 450)]]))
+    assert (found.cut, found.again, found.end) == (2, 1, 600.0)
+
+
+def test_touches_that_differ_only_after_the_window_are_one_in_it():
+    found = measure_window(make_touches([[(10, 500)], [(10, 600)], [(10, 200)]]))
+    assert found.pairs == 1 and found.ceiling == pytest.approx(2 / 3)
+
+
+def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
+    """Contact at 380 ms itself is after a window of 380 ms; with a sample every 2 ms the end is 2
+    ms after the last.
+    """
+    found = measure_window(make_touches([[(379, 380)], [(379, 381)], [(10, 20)]]))
+    assert (found.cut, found.again, found.end) == (1, 0, 381.0)
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).isel(time=slice(None, None, 2))
+    assert measure_window(tensors).end == 302.0
+    shorter = measure_window(tensors, duration=100.0)
+    assert (shorter.cut, shorter.pairs, shorter.ceiling) == (1, 0, 1.0)
+
+
+def test_a_recording_that_begins_later_ends_later():
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(time=TIME + 5.0)
+    assert measure_window(tensors).end == 306.0
+
+
+def test_touches_without_any_contact_end_at_once():
+    found = measure_window(make_touches([[], []]))
+    assert (found.cut, found.again, found.end, found.pairs, found.ceiling) == (0, 0, 1.0, 1, 0.5)
+
+
+def test_a_straight_line_stays_one_at_any_number_of_samples():
+    angle = np.broadcast_to(TIME / 800, (1, 2, 800))
+    array = resample(make_touches([[(0, 500)]], angle), end=600.0, n_samples=380)
+    assert array.shape == (1, 2, 380)
+    np.testing.assert_allclose(array[0, 0], np.arange(380) * (600 / 380) / 800)
+
+
+def test_every_profile_has_its_own_window_and_the_same_samples():
+    arrays = complete_arrays(
+        {"a": make_touches([[(0, 300)]] * 2), "b": make_touches([[(0, 700)]] * 2)}
+    )
+    assert {array.shape for array in arrays.values()} == {(2, 1, 380)}
+    np.testing.assert_array_equal(
+        arrays["a"] > 0.5, arrays["b"] > 0.5
+    )  # both are in contact to the end of their window
