@@ -133,24 +133,6 @@ def test_the_base_is_taken_in_the_hand(studio, browser):
     assert ask(browser, "app.records.A.commands.length") > 1
 
 
-def test_a_race_against_the_policy_has_a_winner(studio, browser, find_barriers):
-    open_page(browser, studio.address)
-    browser.find_element("xpath", "//button[text()='By hand']").click()
-    wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'exact'")
-    browser.find_element("xpath", "//button[text()='Race']").click()
-    wait_for(browser, "app.records.A.race && app.records.A.filled")
-    assert ask(browser, "app.records.A.race.time.length") > 10
-    take_base_towards_the_object(browser)
-    wait_for(browser, "app.records.A.race.result && app.records.A.ended && !app.handOn")
-    result = ask(browser, "app.records.A.race.result")
-    assert result["you"]["shape"]
-    assert result["won"] in ("you", "policy", "both")
-    shown = browser.find_element("css selector", ".race-panel").text
-    assert f"{result['you']['shape']} after {round(result['you']['time'])} ms" in shown
-    assert find_barriers() == []
-    assert find_problems(browser) == []
-
-
 def take_base_towards_the_object(browser):
     """Drag it upwards with the mouse, as a person does."""
     from selenium.webdriver.common.action_chains import ActionChains

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from threading import Event, Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from feeler.studio.touching import (
     make_simulation,
 )
 from feeler.studio.wish import TouchWish, read_number
-
-if TYPE_CHECKING:
-    from feeler.studio.race import Race
 
 FRAME = 1 / 60  # s
 LONGEST = 4000  # [C] samples of one recording; then time stands still, so that memory stays bounded
@@ -58,20 +55,15 @@ class Hand:
         """End the run."""
         self._ended.set()
 
-    def run(
-        self, wish: TouchWish, pace: float, say: Say, stop: Event, race: "Race | None" = None
-    ) -> None:
-        """Simulate until the hand lets go; ``pace`` is simulated time per real time. In a ``race``
-        only the base can be taken, time runs from its first motion on, and who is sure has come to
-        the end."""
+    def run(self, wish: TouchWish, pace: float, say: Say, stop: Event) -> None:
+        """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
         with self._lock:
             self._aims = {}
         self._ended.clear()
         simulation, readings, commands = make_simulation(wish), Readings(), hold_all(wish)
         apply(simulation, commands)
         antenna = wish.antenna.make()
-        begin = {"part": "begin", "total": LONGEST, **describe_scene(wish)}
-        say(begin if race is None else begin | {"race": race.describe()})
+        say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
         readings.add(simulation)
         sensed = [readings.angle[find_sensed(antenna)]]
         done, sent, due = 1, 0, 1.0
@@ -80,25 +72,17 @@ class Hand:
             due = min(due + pace * 1e3 * FRAME / INTERVAL, done + 40)
             while done < min(int(due), LONGEST) and not stop.is_set():
                 new = self._steer(simulation, done, max(GLIDE, 1.5e3 * FRAME * pace))
-                new = [command for command in new if race is None or command[1] < 0]
                 commands += new
                 apply(simulation, new)
-                if _is_still(simulation, commands) and (race is None or done == 1):
+                if _is_still(simulation, commands):
                     due = float(done)
                     break
                 simulation.step(INTERVAL)
                 readings.add(simulation)
                 sensed.append(readings.angle[find_sensed(antenna)])
                 done += 1
-                if race is not None:
-                    race.apply(new)
-                    race.step()
-                    if race.over:
-                        self._ended.set()
-                        break
             if readings.rows:
-                known = {} if race is None else {"belief": np.array(race.belief[sent:])}
-                say({"part": "piece", "first": sent}, **readings.take(), **known)
+                say({"part": "piece", "first": sent}, **readings.take())
                 sent = done
             if done >= LONGEST:
                 break
@@ -111,7 +95,7 @@ class Hand:
                 "preview": wish.preview,
                 "commands": commands,
             }
-            say(end if race is None else end | {"race": race.judge()})
+            say(end)
 
     def _steer(self, simulation: Simulations, sample: int, glide: float) -> list[Command]:
         """Commands that bring everything nearer to where the hand wants it, where they change."""

@@ -12,25 +12,29 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError
 from http import HTTPStatus
+from pathlib import Path
 from typing import Any
 
 from feeler.errors import FeelerError, InvalidInput
 from feeler.studio.board import Boards
 from feeler.studio.catalogue import make_catalogue
-from feeler.studio.exporting import read_page
+from feeler.studio.exporting import PAGE, read_page
 from feeler.studio.messages import MAX_BYTES
 from feeler.studio.session import Session
 from feeler.studio.touching import simulate_pieces
 from feeler.studio.wish import AntennaWish, TouchWish
 
 HOST, PORT = "127.0.0.1", 8765
+_KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 FILES = {
-    "": ("index.html", "text/html; charset=utf-8"),
-    **{f"{name}.js": (f"{name}.js", "text/javascript; charset=utf-8") for name in (
-        "main", "studio", "dom", "colours", "link", "state", "record", "scene", "editor", "tensor", "charts", "panels", "share",
-        "tour", "wall", "board", "race")},
-    "studio.css": ("studio.css", "text/css; charset=utf-8"),
-}  # fmt: skip
+    "" if path.name == "index.html" else path.name: (
+        path.name,
+        f"{_KINDS[Path(path.name).suffix]}; charset=utf-8",
+    )
+    for path in PAGE.iterdir()
+    if Path(path.name).suffix in _KINDS
+}
+"""What the page is made of, by address: the file and its type."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "

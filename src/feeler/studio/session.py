@@ -203,12 +203,7 @@ class Session:
             "id": _read_id(message),
             "hand": True,
         }
-        race = None
-        if message.get("race") is True:
-            from feeler.studio.race import Race  # loads what nobody else here needs
-
-            race = Race(wish)
-        self._hand.run(wish, pace, partial(self._tell, about), stop, race)
+        self._hand.run(wish, pace, partial(self._tell, about), stop)
 
     def _follow(self, message: dict[str, Any], stop: Event) -> None:
         antenna = AntennaWish.read(message.get("antenna")).make()

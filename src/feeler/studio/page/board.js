@@ -1,9 +1,10 @@
 // @ts-check
-import { make, makeSlider, show, write } from "./dom.js";
-import { makePanel } from "./panels.js";
+import { make, makePanel, makeSlider, show, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
+/** @typedef {import("./panels.js").Panel} Panel */
 /** An antenna of one's own: a board that sends while it feels, and recordings. */
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeBoardPanel(app) {
   const ports = make("select", { "aria-label": "Serial port", class: "ports" });
   const again = make("button", { type: "button", class: "plain small", text: "look again", onclick: () => app.send({ type: "ports" }) });
@@ -31,5 +32,5 @@ export function makeBoardPanel(app) {
     show(facts, rows.length > 0);
   }
   const element = makePanel("Own antenna", "board-panel", make("div", { class: "row" }, ports, listen, again), words, speed.element, facts);
-  return { element, update };
+  return /** @type {Panel} */ ({ element, place: "left", isShown: () => app.link.live && app.store.state.mode === "board", update });
 }

@@ -1,6 +1,8 @@
 // @ts-check
 import { HOT, KIND_COLOURS, SLOT_COLOURS, pick } from "./colours.js";
-import { findPointer, make, makeCanvas, makeChoice, show, write } from "./dom.js";
+import { findPointer, make, makeCanvas, makeChoice, makePanel, show, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
+/** @typedef {import("./panels.js").Panel} Panel */
 /** What is made of the tensor: the decoder's verdict over time, the code, and how far a set of touches spreads. */
 
 const SURE = 0.9;
@@ -38,8 +40,8 @@ export function findDecision(reading, study) {
   return readVerdict(reading, study, reading.posterior.shape[0] * (reading.step || 1) - 1);
 }
 
-/** @param {any} app */
-export function makeVerdict(app) {
+/** @param {App} app */
+export function makeVerdictPanel(app) {
   const words = make("p", { class: "verdict", role: "status" });
   const legend = make("div", { class: "legend" });
   for (const kind of ["ball", "box", "triangle"]) {
@@ -124,12 +126,17 @@ export function makeVerdict(app) {
   const unsure = makeChoice("How well the decoder knows the speed", [["0.02", "± 2 %"], ["0.1", "± 10 %"]], () => String(app.store.state.unsure),
     (value) => app.store.change((/** @type {any} */ s) => { s.unsure = Number(value); }));
   const row = make("div", { class: "row spread unsure" }, make("span", { class: "caption", text: "speed known to" }), unsure.element);
-  const element = make("div", { class: "stack" }, words, canvas, legend, row);
-  return { element, redraw, update: () => { unsure.update(); show(row, app.link.live); } };
+  const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, row));
+  function update() {
+    element.classList.toggle("old", app.isStale());
+    unsure.update();
+    show(row, app.link.live);
+  }
+  return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned(), update, redraw });
 }
 
-/** @param {any} app */
-export function makeCode(app) {
+/** @param {App} app */
+export function makeCodePanel(app) {
   const { canvas, redraw } = makeCanvas({ class: "chart code", role: "img", "aria-label": "Bases and the code of this touch" }, draw);
   /** @type {Object<string, HTMLCanvasElement>} */
   const kept = {};
@@ -197,13 +204,17 @@ export function makeCode(app) {
     return picture;
   }
 
-  return { element: canvas, redraw };
+  const element = makePanel("Code", "code-panel", canvas);
+  return /** @type {Panel} */ ({
+    element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A) && app.store.state.mode !== "board",
+    update: () => element.classList.toggle("old", app.isStale()), redraw,
+  });
 }
 
 const INDEX_LABELS = { nmi: "NMI", pearson: "Pearson", ssim: "SSIM" };
 
-/** @param {any} app */
-export function makeSet(app) {
+/** @param {App} app */
+export function makeSetPanel(app) {
   let index = "nmi";
   /** @type {{row: number, column: number}|null} */
   let over = null;
@@ -305,6 +316,7 @@ export function makeSet(app) {
   });
 
   function update() {
+    element.classList.toggle("old", app.isStale());
     choice.update();
     const parts = ["A", "B"].filter((slot) => app.studies[slot] && (slot === "A" || app.store.state.B)).map((slot) => {
       const dot = make("i");
@@ -316,6 +328,6 @@ export function makeSet(app) {
     sayPair();
   }
   show(pair.canvas, false);
-  const element = make("div", { class: "set" }, choice.element, numbers, canvas, pair.canvas, caption);
-  return { element, update, redraw };
+  const element = makePanel("Set", "set-panel", make("div", { class: "set" }, choice.element, numbers, canvas, pair.canvas, caption));
+  return /** @type {Panel} */ ({ element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A), update });
 }

@@ -115,6 +115,11 @@ export function makeChoice(label, choices, read, take) {
   return { element, update };
 }
 
+/** A titled section. @param {string} title @param {string} name @param {...(Node|null)} children @returns {HTMLElement} */
+export function makePanel(title, name, ...children) {
+  return make("section", { class: `panel ${name}`, "aria-label": title }, make("h2", { text: title }), ...children);
+}
+
 /** A word to screen readers. @param {HTMLElement} root @param {string} words */
 export function announce(root, words) {
   const line = root.querySelector(".announce");

@@ -1,6 +1,7 @@
 // @ts-check
 import { SLOT_COLOURS } from "./colours.js";
 import { announce, findPointer, makeCanvas, raise, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
 /** The antenna editor: stiffness and damping along the antenna, on a logarithmic scale, changed by handles. */
 
 const LEFT_EDGE = 44, RIGHT_EDGE = 12, TOP_EDGE = 14, BOTTOM_EDGE = 20, NEAR = 14;
@@ -10,7 +11,7 @@ export function findHandles(wish, original, name) {
   return wish[name] || (original ? original.handles[name] : [[0, 1], [1, 1]]);
 }
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeEditor(app) {
   let low = -4, high = 2, chosen = 0, moving = false;
   const { canvas, redraw } = makeCanvas({

@@ -1,241 +1,26 @@
 // @ts-check
-import { KIND_COLOURS, SLOT_COLOURS } from "./colours.js";
-import { make, makeChoice, makeSlider, show, write } from "./dom.js";
-import { findHandles, readCurve, sumCompliance } from "./editor.js";
-/** Panels of controls: what antenna, what touch. Each has `element` and `update`. */
+import { makeBoardPanel } from "./board.js";
+import { makeCodePanel, makeSetPanel, makeVerdictPanel } from "./charts.js";
+import { makeAntennaPanel, makeTouchPanel, makeWallPanel } from "./controls.js";
+import { makeStagePanel, makeStudyPanel, makeTensorPanel } from "./stage.js";
+/** @typedef {import("./studio.js").App} App */
+/** Every panel of the studio, from top to bottom in its column. A new one is a module of its own and a line here. */
 
-const SHAPES = {
-  ball: "M12 4a8 8 0 1 0 .01 0z",
-  box: "M4.5 4.5h15v15h-15z",
-  triangle: "M12 19.5L3.5 5h17z",
-  wall: "M2 3h20v18h-20z",
-};
+/**
+ * A panel: its column, whether it is to be seen now, `update` for what is written, `redraw` for what moves with time.
+ * @typedef {{element: HTMLElement, place: "left"|"middle"|"right", isShown: () => boolean, update: () => void, redraw?: () => void}} Panel
+ */
 
-/** @param {string} kind */
-function makeIcon(kind) {
-  const space = "http://www.w3.org/2000/svg", svg = document.createElementNS(space, "svg"), path = document.createElementNS(space, "path");
-  svg.setAttribute("viewBox", "0 0 24 24");
-  svg.setAttribute("aria-hidden", "true");
-  path.setAttribute("d", SHAPES[/** @type {"ball"} */ (kind)]);
-  path.style.fill = KIND_COLOURS[/** @type {"ball"} */ (kind)];
-  svg.append(path);
-  return svg;
-}
-
-/** @param {string} title @param {string} name @param {...(Node|null)} children */
-export function makePanel(title, name, ...children) {
-  return make("section", { class: `panel ${name}`, "aria-label": title }, make("h2", { text: title }), ...children);
-}
-
-/** @param {any} app @param {{element: HTMLElement, redraw: () => void}} editor */
-export function makeAntennaPanel(app, editor) {
-  const wish = () => app.store.state[app.slot] || app.store.state.A;
-  const change = (/** @type {(one: any) => void} */ how, done = true) => app.store.change((/** @type {any} */ s) => how(s[app.slot] || s.A), done);
-  const slots = makeChoice("Antenna", [["A", "A"], ["B", "B"]], () => app.slot, (slot) => {
-    if (slot === "B" && !app.store.state.B) app.store.change((/** @type {any} */ s) => { s.B = { preset: s.A.preset === "exponential" ? "matched" : "exponential" }; });
-    app.slot = slot;
-    app.draw();
-  });
-  const drop = make("button", { type: "button", class: "plain small", text: "leave B out", onclick: () => {
-    app.slot = "A";
-    app.store.change((/** @type {any} */ s) => { s.B = null; });
-  } });
-  const swap = make("button", { type: "button", class: "plain small", text: "swap", onclick: () => app.store.change((/** @type {any} */ s) => { [s.A, s.B] = [s.B, s.A]; }) });
-  const presets = make("select", { "aria-label": "Preset", onchange: () => change((one) => {
-    for (const key of Object.keys(one)) delete one[key];
-    one.preset = presets.value;
-  }) });
-  const quantity = makeChoice("Quantity that the handles change", [["stiffness", "Stiffness"], ["damping", "Damping"]], () => app.editing, (value) => { app.editing = value; app.draw(); });
-  const unit = make("span", { class: "unit" });
-  const gradient = makeSlider({
-    label: "Stiffness gradient", min: 0, max: 7, step: 0.05, say: (v) => (v < 0.03 ? "level" : `base ${write(10 ** v, 2)} × tip`),
-    read: () => {
-      const handles = findHandles(wish(), app.findOriginal(app.slot), "stiffness");
-      return Math.max(0, Math.log10(handles[0][1] / handles[handles.length - 1][1]));
-    },
-    take: (value, done) => change((one) => tilt(one, value), done),
-  });
-  const length = makeSlider({ label: "Length", min: 10, max: 120, log: true, unit: "mm", tag: "length",
-    read: () => wish().length || (app.findOriginal(app.slot) || { length: 42 }).length, take: (v, done) => change((one) => { one.length = v; }, done) });
-  const sensors = makeSlider({ label: "Sensors", min: 1, max: 140, step: 1, tag: "n_sensors",
-    read: () => wish().sensors || (app.findOriginal(app.slot) || { sensors: [] }).sensors.length, say: (v) => String(Math.round(v)),
-    take: (v, done) => change((one) => { one.sensors = Math.round(v); }, done) });
-  const matched = make("input", { type: "checkbox", onchange: () => change((one) => { one.matched = matched.checked; }) });
-  const reset = make("button", { type: "button", class: "plain small", text: "as it was", title: "back to the preset",
-    onclick: () => change((one) => { for (const key of Object.keys(one)) if (key !== "preset" && key !== "toml") delete one[key]; }) });
-  const facts = make("dl", { class: "facts" });
-
-  /** Tilt the logarithm about its middle; a level antenna keeps its compliance. @param {any} one @param {number} decades */
-  function tilt(one, decades) {
-    const handles = findHandles(one, app.findOriginal(app.slot), "stiffness").map((pair) => [...pair]);
-    const now = Math.log10(handles[0][1] / handles[handles.length - 1][1]);
-    const middle = (Math.log10(handles[0][1]) + Math.log10(handles[handles.length - 1][1])) / 2;
-    for (const pair of handles) {
-      const line = middle + (0.5 - pair[0]) * now, off = now > 0.05 ? Math.log10(pair[1]) - line : 0;
-      pair[1] = Number((10 ** (middle + (0.5 - pair[0]) * decades + off * (now > 0.05 ? decades / now : 0))).toPrecision(4));
-    }
-    one.stiffness = handles;
-    one.matched = true;
-  }
-
-  function update() {
-    const names = Object.keys(app.catalogue ? app.catalogue.presets : {}), one = wish();
-    if (presets.options.length !== names.length + 1) {
-      presets.replaceChildren(...names.map((name) => make("option", { value: name, text: name })), make("option", { value: "", text: "from a file", disabled: true }));
-    }
-    presets.value = one.toml ? "" : one.preset || "exponential";
-    slots.update();
-    quantity.update();
-    show(drop, Boolean(app.store.state.B));
-    show(swap, Boolean(app.store.state.B));
-    unit.textContent = app.editing === "stiffness" ? "N·mm/rad" : "N·mm·ms/rad";
-    for (const slider of [gradient, length, sensors]) slider.update();
-    length.element.dataset.tag = findTag(one, "length", 0);
-    sensors.element.dataset.tag = findTag(one, "sensors", 0);
-    matched.checked = Boolean(one.matched);
-    show(reset, Boolean(one.stiffness || one.damping || one.length || one.sensors));
-    element.style.setProperty("--slot", SLOT_COLOURS[/** @type {"A"} */ (app.slot)]);
-    editor.redraw();
-    sayFacts(one);
-  }
-
-  /** @param {any} one */
-  function sayFacts(one) {
-    const first = app.findOriginal(app.slot);
-    if (!first) return;
-    const k = readCurve(one, first, "stiffness"), mode = app.records[app.slot].mode;
-    const rows = [
-      ["stiffest", `${write(Math.max(...k))} N·mm/rad`, findTag(one, "stiffness", 0)],
-      ["softest", `${write(Math.min(...k))} N·mm/rad`, findTag(one, "stiffness", 1)],
-      ["compliance Σ 1/k", `${write(sumCompliance(k))} rad/(N·mm)`, "derived"],
-      ["first mode, damped", mode ? (mode.frequency ? `${write(mode.frequency * 1e3)} Hz` : "does not swing") : "–", "derived"],
-      ["damping ratio", mode ? write(mode.damping_ratio) : "–", "derived"],
-    ];
-    const text = rows.map((row) => row[1]).join();
-    if (facts.dataset.now === text) return;
-    facts.dataset.now = text;
-    facts.replaceChildren(...rows.flatMap(([name, value, tag]) => [make("dt", { text: name }), make("dd", { text: value, "data-tag": tag, tabindex: "0" })]));
-  }
-
-  const element = makePanel("Antenna", "antenna-panel",
-    make("div", { class: "row" }, slots.element, presets),
-    make("div", { class: "row beside" }, swap, drop),
-    make("div", { class: "row spread" }, quantity.element, unit),
-    editor.element,
-    make("label", { class: "check" }, matched, "keep the total compliance Σ 1/k"), gradient.element, length.element, sensors.element,
-    facts, reset);
-  return { element, update };
-}
-
-/** @param {any} app */
-export function makeTouchPanel(app) {
-  const touch = () => app.store.state.touch;
-  const set = (/** @type {string} */ name, /** @type {any} */ value, done = true) => app.store.change((/** @type {any} */ s) => { s.touch[name] = value; }, done);
-  const kinds = makeChoice("Object", /** @type {any} */ (Object.keys(SHAPES).map((kind) => [kind, makeIcon(kind), kind])), () => touch().kind, (kind) => set("kind", kind));
-  const side = makeChoice("Side it comes from", [["left", "↓", "from the left"], ["right", "↑", "from the right"]], () => touch().side, (value) => set("side", value));
-  const slide = (/** @type {string} */ name, /** @type {any} */ more) => makeSlider({ ...more, read: () => touch()[name], take: (v, done) => set(name, v, done) });
-  const sliders = [
-    slide("size", { label: "Half-width", min: 0.3, max: 8, log: true, unit: "mm", tag: "size", marks: [1.5, 3] }),
-    slide("location", { label: "Place", min: 0.05, max: 1, step: 0.005, say: (/** @type {number} */ v) => `${write(v, 3)} of the length`, marks: [0.5, 0.6, 0.7, 0.8, 0.9], tag: "location" }),
-    slide("speed", { label: "Speed", min: 0.02, max: 1, log: true, unit: "m/s", marks: [0.06, 0.3, 0.6], tag: "speed" }),
-  ];
-  const others = [
-    slide("approach", { label: "Approach", min: 30, max: 150, step: 1, unit: "°", tag: "own" }),
-    slide("friction", { label: "Friction", min: 0, max: 2, step: 0.05, tag: "friction" }),
-    slide("duration", { label: "Recorded time", min: 60, max: 1000, step: 10, unit: "ms", tag: "duration" }),
-  ];
-  const list = make("ul", { class: "objects" });
-  const add = make("button", { type: "button", class: "plain small", text: "+ another object", onclick: () => app.addObject() });
-  const more = make("details", {}, make("summary", { text: "More" }), ...others.map((it) => it.element));
-
-  function update() {
-    kinds.update();
-    side.update();
-    for (const slider of [...sliders, ...others]) slider.update();
-    sliders[0].element.classList.toggle("off", touch().kind === "wall");
-    list.replaceChildren(...touch().objects.map((/** @type {any} */ item, /** @type {number} */ k) => {
-      const kind = make("select", { "aria-label": `Shape of object ${k + 2}`, onchange: () => app.store.change((/** @type {any} */ s) => { s.touch.objects[k].kind = kind.value; }) },
-        ...Object.keys(SHAPES).map((name) => make("option", { value: name, text: name, selected: name === item.kind })));
-      return make("li", {}, kind, make("span", { text: `${write(item.size, 2)} mm` }),
-        make("button", { type: "button", class: "plain small", "aria-label": `Turn object ${k + 2} by 15 degrees`, text: "↻", onclick: () => app.store.change((/** @type {any} */ s) => { s.touch.objects[k].heading = ((s.touch.objects[k].heading + 195) % 360) - 180; }) }),
-        make("button", { type: "button", class: "plain small", "aria-label": `Take object ${k + 2} away`, text: "×", onclick: () => app.removeObject(k) }));
-    }));
-    show(add, touch().objects.length < 8);
-  }
-  const element = makePanel("Touch", "touch-panel", make("div", { class: "row" }, kinds.element, side.element),
-    ...sliders.map((it) => it.element), list, add, more);
-  return { element, update };
-}
-
-/** @param {any} app */
-export function makeWallPanel(app) {
-  const set = (/** @type {string} */ name, /** @type {any} */ value, done = true) => app.store.change((/** @type {any} */ s) => { s.wall[name] = value; }, done);
-  const sliders = [
-    makeSlider({ label: "Turn of the wall", min: -60, max: 60, step: 5, unit: "°", tag: "own", read: () => app.store.state.wall.turn, take: (v, done) => set("turn", v, done) }),
-    makeSlider({ label: "Running speed", min: 0.15, max: 0.8, step: 0.05, unit: "m/s", tag: "own", read: () => app.store.state.wall.speed, take: (v, done) => set("speed", v, done) }),
-  ];
-  const element = makePanel("Wall", "wall-panel", make("p", { class: "caption",
-    text: "A body runs at constant speed and steers by one number: where along its antenna the bend is greatest." }), ...sliders.map((it) => it.element));
-  return { element, update: () => sliders.forEach((it) => it.update()) };
-}
-
-/** Facts behind a preset's numbers; what stands in none is derived from them. */
-const FACTS_OF = {
-  exponential: ["stiffness_base", "stiffness_rate"], linear: ["linear_stiffness_base", "linear_stiffness_tip"],
-  constant: ["constant_stiffness", "constant_stiffness"], matched: ["level", "level"], robot: ["flexures", "flexures"],
-};
-
-/** Where a number of an antenna comes from. @param {any} one @param {"stiffness"|"length"|"sensors"} what @param {number} end */
-function findTag(one, what, end) {
-  if (one[what]) return "own";
-  if (one.toml) return "file";
-  const preset = /** @type {"robot"} */ (one.preset || "exponential");
-  if (what === "stiffness") return (FACTS_OF[preset] || FACTS_OF.exponential)[end];
-  return preset === "robot" ? `robot ${what}` : { length: "length", sensors: "n_sensors" }[what];
-}
-
-const OWN_TAGS = {
-  file: ["file", "as the antenna file says; the file names its sources"],
-  level: ["derived", "level, with the total compliance Σ 1/k of the exponential antenna [P]"],
-  flexures: ["derived", "p1 = 1.19 [P] times the stiffness of the flexure, whose thickness and length are our choice [C]"],
-  "robot length": ["D", "eight hinges 7.85 mm apart, read off the poster; counted from the first hinge"],
-  "robot sensors": ["P", "eight capacitive hinges"],
-  own: ["yours", "set or computed here, for this antenna"],
-  derived: ["derived", "follows from the antenna's own numbers"],
-  size: ["C", "the paper's two half-widths are not stated: 1.5 and 3 mm are our choice; 1.53 mm in its video [D]"],
-  location: ["D, C", "five from the middle to the tip [P]; the first is 0.5 [D], the others our choice"],
-  speed: ["P", "0.06, 0.3 and 0.6 m/s in the paper"],
-  friction: ["D", "1.0 fits the published video best"],
-  duration: ["P", "380 ms is the size of the paper's slow tensors"],
-};
-
-/** Source tags on hover and on focus. @param {any} app */
-export function makeTags(app) {
-  const tip = make("div", { class: "tip", role: "tooltip", id: "feeler-tip" });
-  show(tip, false);
-
-  /** @param {string} name */
-  function explain(name) {
-    const own = OWN_TAGS[/** @type {"own"} */ (name)];
-    if (own) return own;
-    const fact = app.catalogue && app.catalogue.facts[name], tags = app.catalogue ? app.catalogue.tags : {};
-    if (!fact) return null;
-    const words = fact.tag.split("+").map((/** @type {string} */ tag) => tags[tag]).join("; ");
-    return [fact.tag, `${name.replaceAll("_", " ")} ${Array.isArray(fact.value) ? "" : write(fact.value, 4)} ${fact.unit === "1" ? "" : fact.unit}: ${words}${fact.note ? `. ${fact.note}` : ""}`];
-  }
-  /** @param {Event} event */
-  function point(event) {
-    const target = event.target instanceof Element ? event.target.closest("[data-tag]") : null;
-    const found = target && explain(/** @type {HTMLElement} */ (target).dataset.tag || "");
-    show(tip, Boolean(found));
-    if (!found || !target) return;
-    tip.replaceChildren(make("b", { text: `[${found[0]}]` }), ` ${found[1]}`);
-    const box = target.getBoundingClientRect(), root = app.root.getBoundingClientRect();
-    tip.style.left = `${Math.max(6, Math.min(box.left - root.left, root.width - 270))}px`;
-    tip.style.top = `${box.bottom - root.top + 6}px`;
-  }
-  app.root.addEventListener("pointerover", point);
-  app.root.addEventListener("focusin", point);
-  app.root.addEventListener("focusout", () => show(tip, false));
-  return tip;
-}
+/** @type {((app: App) => Panel)[]} */
+export const PANELS = [
+  makeAntennaPanel,
+  makeTouchPanel,
+  makeWallPanel,
+  makeBoardPanel,
+  makeStagePanel,
+  makeTensorPanel,
+  makeStudyPanel,
+  makeVerdictPanel,
+  makeCodePanel,
+  makeSetPanel,
+];

@@ -61,8 +61,6 @@ export class TouchRecord {
     this.wide = {};
     /** @type {any} */
     this.reading = null;
-    /** A policy that is raced against, and who won. @type {any} */
-    this.race = null;
     this.peak = 0;
     this.mode = null;
     this.newPeak = 0;
@@ -78,7 +76,7 @@ export class TouchRecord {
       this.antenna.sensors.join() === header.antenna.sensors.join() && this.rims.length === header.rims.length &&
       this.total === header.total && !this.hand && !header.hand && !header.live;
     Object.assign(this, { id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
-      preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "", race: header.race || null,
+      preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
       interval: header.interval || 1, reading: same ? this.reading : null });
     if (this.reading) this.reading.old = true;
     if (!same) {

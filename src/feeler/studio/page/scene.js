@@ -1,11 +1,12 @@
 // @ts-check
 import { HOT, SLOT_COLOURS, pick } from "./colours.js";
 import { findPointer, makeCanvas, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
 /** The scene: antennae and objects as seen from above, base left, tip right; things in it are taken with the mouse. */
 
 const TRAIL = 70; // samples
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeScene(app) {
   /** @type {{slot: string, number: number, path: Path2D}[]} */
   let grips = [];
@@ -20,7 +21,7 @@ export function makeScene(app) {
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function draw(c, w, h) {
     const colours = app.colours, record = app.records.A, length = record.antenna ? record.antenna.length : 42;
-    const own = app.store.state.mode === "board" || record.race; // it may bend to either side, or has some way to go
+    const own = app.store.state.mode === "board"; // it may bend to either side
     scale = Math.min(w / (1.14 * length), h / ((own ? 1.1 : 0.8) * length));
     ox = (w - length * scale) / 2 - 0.01 * w;
     oy = (own ? 0.5 : app.store.state.touch.side === "left" ? 0.2 : 0.8) * h;
@@ -254,7 +255,7 @@ export function makeScene(app) {
   /** @param {CanvasRenderingContext2D} c @param {number} h @param {any} colours */
   function drawHint(c, h, colours) {
     const words = !app.link.live || app.store.state.mode === "board" ? "" : app.store.state.mode === "hand"
-      ? (app.handOn ? (app.records.A.race ? "take the base and touch" : "drag the object, or the base (Shift: turn it)") : "take the object, or the base, and touch")
+      ? (app.handOn ? "drag the object, or the base (Shift: turn it)" : "take the object, or the base, and touch")
       : app.hinted ? "" : "drag the object along the antenna · wheel: size";
     c.fillStyle = colours.soft;
     c.font = "12px system-ui, sans-serif";

@@ -1,6 +1,7 @@
 // @ts-check
 import { make, show } from "./dom.js";
 import { encodeState, makeWish } from "./state.js";
+/** @typedef {import("./studio.js").App} App */
 /** Every state can leave: address, script, antenna file, pictures, movie, and a page that plays by itself. */
 
 const WAYS = [
@@ -14,7 +15,7 @@ const WAYS = [
   ["html", "Page (HTML)", "plays by itself, to be sent to somebody"],
 ];
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeShare(app) {
   const menu = make("div", { class: "menu", role: "menu", "aria-label": "Save" });
   for (const [what, name, words] of WAYS)

@@ -1,32 +1,28 @@
 // @ts-check
-import { makeBoardPanel } from "./board.js";
-import { makeCode, makeSet, makeVerdict } from "./charts.js";
 import { readColours } from "./colours.js";
 import { announce, make, makeChoice, show, write } from "./dom.js";
-import { makeEditor } from "./editor.js";
-import { RUN_UP, makeRace } from "./race.js";
 import { linkModel, linkRecorded, linkServer } from "./link.js";
-import { makeAntennaPanel, makePanel, makeTags, makeTouchPanel, makeWallPanel } from "./panels.js";
+import { PANELS } from "./panels.js";
 import { TouchRecord } from "./record.js";
-import { makeScene } from "./scene.js";
 import { keepFile, makeShare } from "./share.js";
 import { Store, TOUCH, decodeState, makeState, makeWish } from "./state.js";
-import { makeTensor } from "./tensor.js";
+import { makeTags } from "./tags.js";
 import { makeTour } from "./tour.js";
-import { WallRecord, makeWall } from "./wall.js";
+import { WallRecord } from "./wall.js";
 /** The studio: one front end for a local server, a notebook and an exported page. */
 
-const RATES = [0.01, 0.03, 0.1, 0.3, 1];
 const STUDY_AFTER = 900; // ms of rest after which an antenna is studied
+/** @type {[string, string][]} */
 const MODES = [["touch", "Touch"], ["hand", "By hand"], ["wall", "Wall following"], ["board", "Own antenna"]];
 
-class App {
+export class App {
   /** @param {HTMLElement} root */
   constructor(root) {
     this.root = root;
     /** @type {any} */
     this.catalogue = null;
     this.store = new Store(makeState({ preset: "exponential" }), (done) => this.changed(done));
+    /** @type {Object<string, TouchRecord>} */
     this.records = { A: new TouchRecord(), B: new TouchRecord() };
     this.walls = { A: new WallRecord() };
     /** @type {any} */
@@ -231,7 +227,6 @@ class App {
       record.hash = header.hash;
       record.mode = header.mode || record.mode;
       if (header.hand) { record.commands = header.commands; this.handOn = false; }
-      if (header.race) record.race.result = header.race;
       this.root.dataset.hash = header.hash;
       this.note("whole", header.slot);
       this.setStatus(header.preview ? "preview" : this.link.live ? "exact" : "recorded");
@@ -272,7 +267,6 @@ class App {
     const key = doing ? doing.key : "recorded";
     this.studies[header.slot] = { ...header, ...arrays, key };
     this.studying[header.slot] = null;
-    this.views.set.update();
     if (this.store.state.mode === "board") {
       if (this.opened) this.open(this.opened);
     } else if (this.link.live && this.store.state.mode === "touch")
@@ -332,21 +326,11 @@ class App {
 
   // by hand
 
-  startHand(race = false) {
+  startHand() {
     this.handOn = true;
     this.play(false);
-    this.send({ type: "hand", slot: "A", wish: makeWish(this.store.state, "A", false), pace: this.handPace, race });
+    this.send({ type: "hand", slot: "A", wish: makeWish(this.store.state, "A", false), pace: this.handPace });
     this.setStatus("hand");
-  }
-
-  /** Against a policy: one object, and some way to it. */
-  startRace() {
-    this.store.change((s) => {
-      s.B = null;
-      s.touch.objects = [];
-      s.touch.lead = Number((RUN_UP / s.touch.speed).toPrecision(4));
-    });
-    this.startHand(true);
   }
 
   /** @param {number} what @param {number} x @param {number} y @param {number} turn */
@@ -436,6 +420,16 @@ class App {
     this.draw();
   }
 
+  /** Whether there is a verdict, a code and a set to show. */
+  isLearned() {
+    return this.store.state.mode !== "wall" && !this.records.A.hand && (this.link.live || Boolean(this.studies.A));
+  }
+
+  /** Whether the study of A is of an earlier antenna or speed. */
+  isStale() {
+    return Boolean(this.studies.A) && this.link.live && this.studies.A.key !== keyStudy(this.store.state, "A");
+  }
+
   draw() { this.want(true); }
 
   refresh() { this.want(true); }
@@ -501,115 +495,34 @@ const STATUS_WORDS = { busy: ["computing", "pieces are shown as they come"], exa
   live: ["live", "what the board sends now"], hand: ["in your hand", "the simulation follows the mouse"], error: ["stopped", "see the message; the next change goes on"],
   away: ["server away", "trying again; a server started anew prints a new address"] };
 
-/** All elements, and how they are brought up to date. @param {any} app */
+/** Header, columns of panels, and how they are brought up to date. @param {App} app */
 function build(app) {
   const { root } = app;
-  const editor = makeEditor(app), scene = makeScene(app), tensor = makeTensor(app), wall = makeWall(app);
-  const antennaPanel = makeAntennaPanel(app, editor), touchPanel = makeTouchPanel(app), wallPanel = makeWallPanel(app), boardPanel = makeBoardPanel(app);
-  const verdict = makeVerdict(app), code = makeCode(app), set = makeSet(app), share = makeShare(app), tour = makeTour(app), race = makeRace(app);
-  const modes = makeChoice("Mode", /** @type {any} */ (MODES), () => app.store.state.mode, (mode) => app.store.change((/** @type {any} */ s) => { s.mode = mode; }));
-  const undo = make("button", { type: "button", class: "plain", title: "Undo (Ctrl Z)", "aria-label": "Undo", text: "↶", onclick: () => app.store.undo() });
-  const redo = make("button", { type: "button", class: "plain", title: "Redo (Ctrl Y)", "aria-label": "Redo", text: "↷", onclick: () => app.store.redo() });
-  const theme = make("button", { type: "button", class: "plain", title: "Light or dark", "aria-label": "Light or dark", text: "◐", onclick: () => {
-    root.dataset.theme = app.colours.dark ? "light" : "dark";
-    app.refresh();
-  } });
-  const file = make("input", { type: "file", accept: ".toml,.csv,.json", "aria-label": "Open an antenna, a recording or a calibration", onchange: () => { openFile(app, file.files[0]); file.value = ""; } });
-  const open = make("label", { class: "plain file" }, "Open…", file);
-  const tourButton = make("button", { type: "button", class: "plain", text: "Tour", onclick: () => tour.start() });
-  const status = make("span", { class: "status", role: "status" });
-  const header = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " studio"), modes.element,
-    make("div", { class: "tools" }, status, undo, redo, open, tourButton, theme, share.element));
-
-  const play = make("button", { type: "button", class: "play", "aria-label": "Play or pause", onclick: () => app.play(!app.playing) });
-  const scrub = make("input", { type: "range", class: "scrub", min: 0, max: 379, step: 0.5, "aria-label": "Moment", oninput: () => { app.play(false); app.seek(Number(scrub.value)); } });
-  const clock = make("output", { class: "clock" });
-  const rate = make("select", { "aria-label": "Slow motion", onchange: () => { app.rate = Number(rate.value); app.handPace = Math.min(app.rate, 1); app.refresh(); } },
-    ...RATES.map((value) => make("option", { value: String(value), text: value === 1 ? "real time" : `${1 / value >= 30 ? Math.round(1 / value) : write(1 / value, 2)} × slower`, selected: value === app.rate })));
-  const letGo = make("button", { type: "button", class: "plain strong", text: "Let go", onclick: () => app.endHand() });
-  const raceButton = make("button", { type: "button", class: "plain strong", text: "Race", title: "Move the base yourself against a policy: who is sure of the shape first?", onclick: () => app.startRace() });
-  const transport = make("div", { class: "transport" }, play, scrub, clock, rate, raceButton, letGo);
-  const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity, (value) => { app.quantity = value; app.refresh(); });
-  const scale = make("span", { class: "scale" });
-
-  const stagePanel = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, scene.element, wall.scene.canvas, transport);
-  const tensorTitle = make("h2", { text: "Tensor" });
-  const tensorPanel = make("section", { class: "panel tensor-panel", "aria-label": "Tensor" },
-    make("div", { class: "row spread" }, tensorTitle, make("div", { class: "row" }, scale, quantity.element)), tensor.element, wall.chart.canvas);
-  const doing = make("p", { class: "doing" }), bar = make("progress", { max: 1, value: 0, "aria-label": "Study of this antenna" });
-  const verdictPanel = makePanel("Verdict", "verdict-panel", verdict.element);
-  const codePanel = makePanel("Code", "code-panel", code.element);
-  const setPanel = makePanel("Set", "set-panel", set.element);
-  const studyPanel = make("section", { class: "panel study-panel", "aria-label": "Study" }, doing, bar);
+  const panels = PANELS.map((makeOne) => makeOne(app));
+  const header = makeHeader(app), tour = makeTour(app);
+  header.tourButton.addEventListener("click", () => tour.start());
+  const columns = ["left", "middle", "right"].map((place) => make("div", { class: place },
+    ...panels.filter((panel) => panel.place === place).map((panel) => panel.element)));
   const note = make("p", { class: "note", role: "alert" });
   show(note, false);
-  root.append(header,
-    make("div", { class: "columns" },
-      make("div", { class: "left" }, antennaPanel.element, touchPanel.element, wallPanel.element, boardPanel.element),
-      make("div", { class: "middle" }, stagePanel, race.element, tensorPanel),
-      make("div", { class: "right" }, studyPanel, verdictPanel, codePanel, setPanel)),
-    tour.element, note, make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
+  root.append(header.element, make("div", { class: "columns" }, ...columns), tour.element, note,
+    make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
 
-  app.views = { set, share, update };
-  /** @param {boolean} panels */
-  function update(panels) {
-    const { mode } = app.store.state, onWall = mode === "wall", duration = app.duration();
-    scrub.max = String(Math.max(duration - 1, 1));
-    if (document.activeElement !== scrub || app.playing) scrub.value = String(app.time);
-    clock.textContent = `${app.time.toFixed(app.rate < 0.05 ? 1 : 0)} ms`;
-    show(scene.element, !onWall);
-    show(wall.scene.canvas, onWall);
-    show(tensor.element, !onWall);
-    show(wall.chart.canvas, onWall);
-    if (onWall) { wall.scene.redraw(); wall.chart.redraw(); } else { scene.redraw(); tensor.redraw(); }
-    verdict.redraw();
-    code.redraw();
-    race.update();
-    if (panels) updatePanels(mode, onWall);
-  }
-
-  /** @param {string} mode @param {boolean} onWall */
-  function updatePanels(mode, onWall) {
-    const live = app.link.live, { A } = app.records;
-    root.dataset.mode = mode;
-    root.dataset.live = String(live);
-    modes.update();
-    quantity.update();
-    show(quantity.element, !onWall);
-    tensorTitle.textContent = onWall ? "Distance from the wall" : "Tensor";
-    if (live) { antennaPanel.update(); touchPanel.update(); wallPanel.update(); boardPanel.update(); }
-    show(antennaPanel.element, live);
-    show(touchPanel.element, live && !onWall && mode !== "board");
-    show(boardPanel.element, live && mode === "board");
-    show(wallPanel.element, live && onWall);
-    for (const element of [undo, redo, open, tourButton, share.element, modes.element]) show(element, live);
-    undo.disabled = !app.store.past.length;
-    redo.disabled = !app.store.future.length;
-    play.textContent = app.playing ? "❚❚" : "▶";
-    show(letGo, app.handOn);
-    show(raceButton, live && mode === "hand" && !app.handOn);
-    const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (app.away ? "away" : app.status || "busy")];
-    status.textContent = word;
-    status.title = title;
-    status.dataset.is = app.away ? "away" : app.status || "busy";
-    const peak = app.findPeak();
-    scale.textContent = onWall || !peak ? "" : app.quantity === "angle" ? `0 … ${write((peak * 180) / Math.PI)}°` : `0 … ${write(peak)} /mm`;
-    const studying = app.studying.A || app.studying.B;
-    show(studyPanel, Boolean(studying));
-    if (studying) {
-      doing.textContent = `Thirty touches of this antenna: ${studying.doing} …`;
-      bar.value = studying.share;
+  /** @param {boolean} everything What is written too, not only what moves. */
+  function update(everything) {
+    if (everything) {
+      root.dataset.mode = app.store.state.mode;
+      root.dataset.live = String(app.link.live);
+      header.update();
+      for (const panel of panels) show(panel.element, panel.isShown());
+      show(columns[2], app.isLearned());
     }
-    const study = app.studies.A, fits = study && (!live || study.key === keyStudy(app.store.state, "A"));
-    const learned = !onWall && !A.hand && (live || Boolean(study));
-    for (const panel of [verdictPanel, codePanel, setPanel]) {
-      show(panel, learned && (Boolean(study) || panel === verdictPanel) && (mode !== "board" || panel !== codePanel));
-      panel.classList.toggle("old", Boolean(study) && !fits);
+    for (const panel of panels) {
+      if (panel.redraw) panel.redraw();
+      if (everything && panel.isShown()) panel.update();
     }
-    show(root.querySelector(".right"), learned);
-    set.update();
-    verdict.update();
   }
+  app.views = { share: header.share, update };
 
   root.addEventListener("dragover", (/** @type {DragEvent} */ event) => event.preventDefault());
   root.addEventListener("drop", (/** @type {DragEvent} */ event) => {
@@ -620,7 +533,43 @@ function build(app) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.refresh());
 }
 
-/** @param {any} app @param {File} file */
+/** Name, modes and tools. @param {App} app */
+function makeHeader(app) {
+  const share = makeShare(app);
+  const modes = makeChoice("Mode", MODES, () => app.store.state.mode, (mode) => app.store.change((s) => { s.mode = mode; }));
+  const tool = (/** @type {string} */ text, /** @type {string} */ name, /** @type {() => void} */ onclick) =>
+    make("button", { type: "button", class: "plain", title: name || null, "aria-label": name.replace(/ \(.*/, "") || null, text, onclick });
+  const undo = tool("↶", "Undo (Ctrl Z)", () => app.store.undo());
+  const redo = tool("↷", "Redo (Ctrl Y)", () => app.store.redo());
+  const theme = tool("◐", "Light or dark", () => {
+    app.root.dataset.theme = app.colours.dark ? "light" : "dark";
+    app.refresh();
+  });
+  const tourButton = tool("Tour", "", () => {});
+  const file = make("input", {
+    type: "file", accept: ".toml,.csv,.json", "aria-label": "Open an antenna, a recording or a calibration",
+    onchange: () => { openFile(app, file.files[0]); file.value = ""; },
+  });
+  const open = make("label", { class: "plain file" }, "Open…", file);
+  const status = make("span", { class: "status", role: "status" });
+  const element = make("header", {}, make("h1", {}, make("b", { text: "feeler" }), " studio"), modes.element,
+    make("div", { class: "tools" }, status, undo, redo, open, tourButton, theme, share.element));
+
+  function update() {
+    modes.update();
+    for (const one of [undo, redo, open, tourButton, share.element, modes.element]) show(one, app.link.live);
+    undo.disabled = !app.store.past.length;
+    redo.disabled = !app.store.future.length;
+    const now = app.away ? "away" : app.status || "busy";
+    const [word, title] = STATUS_WORDS[/** @type {"busy"} */ (now)];
+    status.textContent = word;
+    status.title = title;
+    status.dataset.is = now;
+  }
+  return { element, share, tourButton, update };
+}
+
+/** @param {App} app @param {File} file */
 async function openFile(app, file) {
   if (!file || !app.link.live) return;
   if (file.size > 6e6) { app.say(`${file.name} is too large: at most 6 MB.`, true); return; }
@@ -633,7 +582,7 @@ async function openFile(app, file) {
   app.open(opened);
 }
 
-/** @param {any} app @param {KeyboardEvent} event */
+/** @param {App} app @param {KeyboardEvent} event */
 function pressKey(app, event) {
   const target = /** @type {HTMLElement} */ (event.target), typing = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
   const command = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();

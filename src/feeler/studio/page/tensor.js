@@ -1,11 +1,12 @@
 // @ts-check
 import { BOTH, COLD, HOT, SLOT_COLOURS } from "./colours.js";
 import { findPointer, makeCanvas, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
 /** The tensor: sensors from base (bottom) to tip over time, as in the paper; of two antennae also their difference. */
 
 const LEFT = 46, RIGHT = 10, BOTTOM = 20, GAP = 12, TOP = 4, TRACE = 58;
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeTensor(app) {
   /** @type {Object<string, {canvas: HTMLCanvasElement, key: string}>} */
   const pictures = {};

@@ -1,6 +1,7 @@
 // @ts-check
 import { make, show } from "./dom.js";
 import { TOUCH } from "./state.js";
+/** @typedef {import("./studio.js").App} App */
 /** A tour of five steps in which a visitor finds the paper's results alone. Each begins with a question. */
 
 const SLOW = { ...TOUCH, kind: "ball", size: 1.5, location: 0.6, speed: 0.06 };
@@ -43,7 +44,7 @@ const STEPS = [
   },
 ];
 
-/** @param {any} app */
+/** @param {App} app */
 export function makeTour(app) {
   let step = -1;
   const title = make("h2"), words = make("p"), count = make("span", { class: "count" });

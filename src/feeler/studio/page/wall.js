@@ -1,6 +1,7 @@
 // @ts-check
 import { HOT, SLOT_COLOURS, pick } from "./colours.js";
 import { makeCanvas, write } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
 /** Following a wall: the body runs, its antenna bends at the wall, and where it bends most tells how far the wall is. */
 
 export class WallRecord {
@@ -30,11 +31,11 @@ export class WallRecord {
   }
 }
 
-/** @param {any} app */
-export function makeWall(app) {
-  const scene = makeCanvas({ class: "stage", role: "img", "aria-label": "A body follows a wall by touch" }, drawScene);
-  const chart = makeCanvas({ class: "tensor", role: "img", "aria-label": "Distance from the wall over time, true and felt" }, drawChart);
-  const trunk = 22; // mm of body that is drawn
+const TRUNK = 22; // mm of body that is drawn
+
+/** The body, its antenna and the wall, from above. @param {App} app */
+export function makeWallScene(app) {
+  const { canvas, redraw } = makeCanvas({ class: "stage", role: "img", "aria-label": "A body follows a wall by touch" }, drawScene);
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function drawScene(c, w, h) {
@@ -81,7 +82,7 @@ export function makeWall(app) {
     c.fillStyle = colours.body;
     c.strokeStyle = colours.rim;
     c.beginPath();
-    c.ellipse((-trunk / 2 - 1) * scale, -4 * scale, (trunk / 2) * scale, 5 * scale, 0, 0, 2 * Math.PI);
+    c.ellipse((-TRUNK / 2 - 1) * scale, -4 * scale, (TRUNK / 2) * scale, 5 * scale, 0, 0, 2 * Math.PI);
     c.fill();
     c.stroke();
     c.beginPath();
@@ -119,6 +120,13 @@ export function makeWall(app) {
       y = ny;
     }
   }
+
+  return { element: canvas, redraw };
+}
+
+/** Distance from the wall over time, true and felt. @param {App} app */
+export function makeWallChart(app) {
+  const { canvas, redraw } = makeCanvas({ class: "tensor", role: "img", "aria-label": "Distance from the wall over time, true and felt" }, drawChart);
 
   /** @param {CanvasRenderingContext2D} c @param {number} w @param {number} h */
   function drawChart(c, w, h) {
@@ -179,5 +187,5 @@ export function makeWall(app) {
     for (let t = 0; t <= n; t += 100) c.fillText(t ? String(t) : "0 ms", left + (wide * t) / n, h - 5);
   }
 
-  return { scene, chart };
+  return { element: canvas, redraw };
 }

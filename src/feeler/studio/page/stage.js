@@ -1,0 +1,95 @@
+// @ts-check
+import { make, makeChoice, show, write } from "./dom.js";
+import { makeScene } from "./scene.js";
+import { makeTensor } from "./tensor.js";
+import { makeWallChart, makeWallScene } from "./wall.js";
+/** @typedef {import("./studio.js").App} App */
+/** @typedef {import("./panels.js").Panel} Panel */
+/** The middle of the page: the scene with its clock, and the tensor below it. */
+
+const RATES = [0.01, 0.03, 0.1, 0.3, 1];
+
+/** @param {App} app @returns {Panel} */
+export function makeStagePanel(app) {
+  const scene = makeScene(app), wall = makeWallScene(app), transport = makeTransport(app);
+  const element = make("section", { class: "panel stage-panel", "aria-label": "Scene" }, scene.element, wall.element, transport.element);
+  function redraw() {
+    const onWall = app.store.state.mode === "wall";
+    show(scene.element, !onWall);
+    show(wall.element, onWall);
+    (onWall ? wall : scene).redraw();
+    transport.redraw();
+  }
+  return { element, place: "middle", isShown: () => true, update: transport.update, redraw };
+}
+
+/** Play, the moment shown, and how slowly. @param {App} app */
+function makeTransport(app) {
+  const play = make("button", { type: "button", class: "play", "aria-label": "Play or pause", onclick: () => app.play(!app.playing) });
+  const scrub = make("input", {
+    type: "range", class: "scrub", min: 0, max: 379, step: 0.5, "aria-label": "Moment",
+    oninput: () => { app.play(false); app.seek(Number(scrub.value)); },
+  });
+  const clock = make("output", { class: "clock" });
+  const rate = make("select", {
+    "aria-label": "Slow motion",
+    onchange: () => { app.rate = Number(rate.value); app.handPace = Math.min(app.rate, 1); app.refresh(); },
+  }, ...RATES.map((value) => make("option", { value: String(value), text: nameRate(value), selected: value === app.rate })));
+  const letGo = make("button", { type: "button", class: "plain strong", text: "Let go", onclick: () => app.endHand() });
+  const element = make("div", { class: "transport" }, play, scrub, clock, rate, letGo);
+
+  function redraw() {
+    scrub.max = String(Math.max(app.duration() - 1, 1));
+    if (document.activeElement !== scrub || app.playing) scrub.value = String(app.time);
+    clock.textContent = `${app.time.toFixed(app.rate < 0.05 ? 1 : 0)} ms`;
+  }
+  function update() {
+    play.textContent = app.playing ? "❚❚" : "▶";
+    show(letGo, app.handOn);
+  }
+  return { element, redraw, update };
+}
+
+/** @param {number} rate */
+function nameRate(rate) {
+  if (rate === 1) return "real time";
+  return `${1 / rate >= 30 ? Math.round(1 / rate) : write(1 / rate, 2)} × slower`;
+}
+
+/** @param {App} app @returns {Panel} */
+export function makeTensorPanel(app) {
+  const tensor = makeTensor(app), chart = makeWallChart(app);
+  const quantity = makeChoice("Quantity shown", [["angle", "Angle"], ["curvature", "Curvature"]], () => app.quantity,
+    (value) => { app.quantity = value; app.refresh(); });
+  const title = make("h2", { text: "Tensor" }), scale = make("span", { class: "scale" });
+  const element = make("section", { class: "panel tensor-panel", "aria-label": "Tensor" },
+    make("div", { class: "row spread" }, title, make("div", { class: "row" }, scale, quantity.element)), tensor.element, chart.element);
+  const isWall = () => app.store.state.mode === "wall";
+
+  function redraw() {
+    show(tensor.element, !isWall());
+    show(chart.element, isWall());
+    (isWall() ? chart : tensor).redraw();
+  }
+  function update() {
+    quantity.update();
+    show(quantity.element, !isWall());
+    title.textContent = isWall() ? "Distance from the wall" : "Tensor";
+    const peak = app.findPeak();
+    const range = app.quantity === "angle" ? `0 … ${write((peak * 180) / Math.PI)}°` : `0 … ${write(peak)} /mm`;
+    scale.textContent = isWall() || !peak ? "" : range;
+  }
+  return { element, place: "middle", isShown: () => true, update, redraw };
+}
+
+/** How far the study of this antenna is. @param {App} app @returns {Panel} */
+export function makeStudyPanel(app) {
+  const doing = make("p", { class: "doing" }), bar = make("progress", { max: 1, value: 0, "aria-label": "Study of this antenna" });
+  const element = make("section", { class: "panel study-panel", "aria-label": "Study" }, doing, bar);
+  const find = () => app.studying.A || app.studying.B;
+  function update() {
+    doing.textContent = `Thirty touches of this antenna: ${find().doing} …`;
+    bar.value = find().share;
+  }
+  return { element, place: "right", isShown: () => Boolean(find()), update };
+}
