@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from paper._page import FOREIGN
+from studies.paper._page import FOREIGN
 from sklearn.base import BaseEstimator
 
 from feeler.decoding import list_groups
