@@ -137,7 +137,6 @@ def grow() -> dict[str, list[float]]:
             table[name].append(value)
         print(
             f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per segment; "
-            # fmt: skip
             f"{LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns"
         )
     return table

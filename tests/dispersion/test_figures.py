@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from studies.paper._page import FOREIGN
 from sklearn.base import BaseEstimator
+from studies.paper._page import FOREIGN
 
 from feeler.decoding import list_groups
 from feeler.decoding.plan import Plan

@@ -103,9 +103,10 @@ def test_checking_costs_microseconds():
     antenna, values = presets.cockroach(), np.zeros(3)
 
     def spend(function):
-        run = lambda: function(
-            antenna, values, share=0.5, pair=(0.0, 1.0), names=("a", "b"), deep=True
-        )  # noqa: E731
+        def run():
+            options = {"share": 0.5, "pair": (0.0, 1.0), "names": ("a", "b"), "deep": True}
+            return function(antenna, values, **options)
+
         return min(timeit.repeat(run, number=100, repeat=40, timer=time.thread_time)) / 100
 
     assert spend(measure) - spend(measure.__wrapped__) < 20e-6

@@ -138,7 +138,6 @@ def test_classify_names_objects_of_ones_own_with_probability_and_truth(lab):
         lab / "wedge.csv",
         "--antenna",
         lab / "robot.toml",
-        # fmt: skip
         "--objects",
         lab / "objects.toml",
         "--speeds",

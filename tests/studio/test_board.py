@@ -118,7 +118,6 @@ def make_lines(n):
         slope=0.5 * ones,
         offset=-ones,
         **{
-            # fmt: skip
             name: ones
             for name in (
                 "low",

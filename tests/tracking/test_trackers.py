@@ -318,7 +318,6 @@ def test_tracks_writes_table_figure_and_numbers(tmp_path):
                 "--frame-rate",
                 30,
                 "--points",
-                # fmt: skip
                 "left_tip,head,abdomen",
                 "--out",
                 tmp_path / "p",

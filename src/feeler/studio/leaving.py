@@ -159,7 +159,6 @@ def record_touch(
             "part": "end",
             "labels": known.labels,
             "speed": known.speed,
-            # fmt: skip
             "peak": known.peak,
             "averages": {name: known.average(name) for name in study.INDEX_NAMES},
         }

@@ -116,7 +116,6 @@ def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> lis
     lines = [
         *_write_objects(wish.objects),
         "# what the hand did: sample, object (-1: the base), velocity x, y, turn",
-        # fmt: skip
         "commands = [",
         *(f"    {tuple(command)!r}," for command in commands),
         "]",
@@ -133,7 +132,6 @@ def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> lis
         "        else:",
         "            simulation.move_object(what, (vx, vy), turn)",
         f"    simulation.step({INTERVAL})  # ms",
-        # fmt: skip
         "    rows.append(simulation.angle)",
         "angle = np.array(rows)[:, antenna.sensors - 1].T",
     ]
