@@ -122,7 +122,7 @@ def test_objects_spend_at_least_what_the_antenna_holds_and_loses(engine):
     energy = compute_energy(scene.antenna, found)
     power = (scene.antenna.damping * found.velocity**2).sum(axis=1)
     lost = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(found.time))])
-    work, spent = found.work[:, 1], energy - energy[0] + lost
+    work, spent = 1e-3 * found.work[:, 1], energy - energy[0] + lost
     assert spent[-1] > 0.5 * work[-1] > 0
     assert np.all(spent <= work + 1e-3 * work.max())
     assert not found.work[:, 0].any()

@@ -19,6 +19,7 @@ from feeler.plotting.touch import plot_touch
 from feeler.presets import cockroach
 from feeler.studies.paper import fig2b, fig3, fig4, fig6, figS1, figS2
 from feeler.studies.tradeoff.draw import plot_costs, plot_windows
+from feeler.tensors.dataset import label_units
 from feeler.wall import fit_distance
 
 
@@ -72,10 +73,8 @@ def test_small_multiples_keep_their_tensors_and_mark_first_and_last_time(ax):
 def test_a_touch_is_drawn_as_curvature_per_millimetre():
     values = np.linspace(-0.1, 0.3, 12).reshape(1, 3, 4)
     figure = Figure()
-    plot_touch(
-        xr.Dataset({"curvature": (("trial", "sensor", "time"), values)}, {"time": np.arange(4.0)}),
-        figure,
-    )
+    variables = {"curvature": (("trial", "sensor", "time"), values)}
+    plot_touch(label_units(xr.Dataset(variables, {"time": np.arange(4.0)})), figure)
     ax, bar = figure.axes
     (image,) = ax.get_images()
     np.testing.assert_array_equal(image.get_array(), values[0])

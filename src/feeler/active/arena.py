@@ -11,8 +11,7 @@ from feeler.active.task import SAMPLE, ActiveTask, Start
 from feeler.errors import InvalidInput
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
-from feeler.physics.simulation import MICRO
-from feeler.physics.stepper import State
+from feeler.physics.stepper import MICRO, State
 from feeler.stimulus.base import BaseMotion
 
 BLOCK = 64  # [C] samples of noise that a lane draws at a time

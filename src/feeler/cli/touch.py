@@ -171,6 +171,7 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_j
     from feeler.plotting.movie import SLOWER
     from feeler.report import Section, write_page
     from feeler.tensors.formats import save
+    from feeler.tensors.unit import in_unit
 
     out.mkdir(
         parents=True, exist_ok=True
@@ -200,8 +201,9 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_j
         "Curvature of every sensor against time.",
         lambda figure: plot_touch(tensors, figure),
     )
-    peak, curvature = np.degrees(tensors["angle"].max().item()), tensors["curvature"].max().item()
-    force = 1e3 * np.linalg.norm(tensors["force"].values, axis=-1).max()
+    peak = in_unit(tensors["angle"], "deg").values.max()
+    curvature = in_unit(tensors["curvature"], "1/mm").values.max()
+    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=-1).max()
     facts = [
         ["peak hinge angle [°]", peak],
         ["peak curvature [1/mm]", curvature],

@@ -116,7 +116,7 @@ class Motion:
     """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact.
     """
     work: np.ndarray
-    """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [mJ]."""
+    """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [µJ]."""
     timestep: float
     """[ms]"""
     error: float = float("nan")

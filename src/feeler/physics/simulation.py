@@ -12,12 +12,10 @@ from feeler.physics.contact import Contact, get_contact
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.lanes import Simulations, Snapshot
 from feeler.physics.scene import Scene
-from feeler.physics.stepper import Contacts
+from feeler.physics.stepper import MICRO, Contacts
 from feeler.stimulus.base import BaseMotion, check_vector, read_base
 from feeler.stimulus.object import Object, check_clear, make_objects
 from feeler.stimulus.trial import Trial
-
-MICRO = 1e3  # µJ in a mJ
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -64,6 +64,7 @@ class Contacts:
         return len(self.place)
 
 
+MICRO = 1e3  # µJ in a mJ: work leaves the engines in µJ
 COLUMNS = {"force": 2, "work": 2, "base": 3, "base_force": 2, "base_moment": 1, "contact_place": 1}
 """What a sample holds behind the angles and velocities of all hinges, and how many numbers each is.
 """
@@ -82,17 +83,19 @@ def make_row(state: State) -> np.ndarray:
 
 def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
     """The samples (…, column) by name, as copies (…, number); what COLUMNS counts as one number is
-    (…).
+    (…). Work comes in µJ.
     """
     n = (tape.shape[-1] - sum(COLUMNS.values())) // 2
     sizes = {"angle": n, "velocity": n, **COLUMNS}
     parts = dict(
         zip(sizes, np.split(tape, np.cumsum(list(sizes.values()))[:-1], axis=-1), strict=True)
     )
-    return {
+    found = {
         name: (part[..., 0] if COLUMNS.get(name) == 1 else part).copy()
         for name, part in parts.items()
     }
+    found["work"] *= MICRO
+    return found
 
 
 class Stepper(Protocol):

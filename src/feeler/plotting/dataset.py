@@ -14,6 +14,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.plotting.tensor import plot_tensor
 from feeler.plotting.touch import write_touch_movie
+from feeler.tensors.unit import in_unit
 
 
 @checked
@@ -27,7 +28,7 @@ def plot_trial(
     unit = str(tensors[variable].attrs.get("units", ""))
     image = plot_tensor(
         values,
-        tensors["time"].values,
+        in_unit(tensors["time"], "ms").values,
         ax,
         Normalize(min(0.0, float(np.nanmin(values))), largest),
         unit=unit,

@@ -23,15 +23,15 @@ from feeler.plotting.tensor import plot_tensor
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import Trial
 from feeler.tensors.posture import reconstruct_posture, spread_angles
+from feeler.tensors.unit import in_unit
 
 
 @checked
 def plot_touch(tensors: xr.Dataset, figure: Figure) -> None:
     """The curvature of a Dataset's first touch, (sensor, time)."""
-    values, ax = tensors["curvature"].values[0], figure.subplots()
-    image = plot_tensor(
-        values, tensors["time"].values, ax, Normalize(0.0, max(float(values.max()), 1e-9))
-    )
+    values, ax = in_unit(tensors["curvature"], "1/mm").values[0], figure.subplots()
+    time = in_unit(tensors["time"], "ms").values
+    image = plot_tensor(values, time, ax, Normalize(0.0, max(float(values.max()), 1e-9)))
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
 
 
@@ -48,17 +48,13 @@ class _View:
         norm: Normalize,
         axes: Sequence[Axes],
     ) -> None:
-        hinge, angle = (
-            tensors["segment"].values - 1,
-            tensors["angle"].transpose("trial", "time", "sensor").values[0],
-        )
+        hinge = tensors["segment"].values - 1
+        angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values[0]
         self.points = reconstruct_posture(tensors, antenna).values[0]
         self.bend = spread_angles(angle, antenna, hinge) / antenna.segment_length
-        curvature = tensors["curvature"].transpose("trial", "sensor", "time").values[0]
-        self.time, self.tensor = (
-            tensors["time"].values,
-            curvature[np.isin(hinge, antenna.sensors - 1)],
-        )
+        curvature = in_unit(tensors["curvature"], "1/mm").transpose("trial", "sensor", "time")
+        self.time = in_unit(tensors["time"], "ms").values
+        self.tensor = curvature.values[0][np.isin(hinge, antenna.sensors - 1)]
         self.ax, below = axes
         reach = antenna.length
         self.ax.set(
@@ -84,6 +80,11 @@ class _View:
         return [self.image, self.patch, *self.antenna.move(self.points[now], self.bend[now])]
 
 
+def _find_peak(sets: Sequence[xr.Dataset]) -> float:
+    """Greatest curvature of all [1/mm]."""
+    return max(1e-9, *(float(in_unit(one["curvature"], "1/mm").max()) for one in sets))
+
+
 @checked
 def write_touch_movie(
     antenna: Antenna,
@@ -102,7 +103,7 @@ def write_touch_movie(
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
-        norm = Normalize(0.0, max(float(tensors["curvature"].max()), 1e-9))
+        norm = Normalize(0.0, _find_peak([tensors]))
         view = _View(antenna, trial, tensors, norm, (left, right))
         left.set(xlabel="x [mm]", ylabel="y [mm]")
         left.set_title("" if trial is None else trial.label, fontsize=8)
@@ -128,9 +129,7 @@ def write_touches_movie(
     with style():
         figure = Figure(figsize=(4.6, 5.0), layout="constrained")
         axes = figure.subplots(2, len(touches), squeeze=False, height_ratios=(1.25, 1))
-        norm = Normalize(
-            0.0, max(float(tensors["curvature"].max()) for _, tensors in touches.values())
-        )
+        norm = Normalize(0.0, _find_peak([tensors for _, tensors in touches.values()]))
         views = []
         for (title, (trial, tensors)), column in zip(touches.items(), axes.T, strict=True):
             views.append(_View(antenna, trial, tensors, norm, column))

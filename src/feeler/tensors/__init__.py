@@ -10,12 +10,14 @@ if TYPE_CHECKING:
     from feeler.tensors.dataset import make_tensors
     from feeler.tensors.quantities import QUANTITIES, Quantity
     from feeler.tensors.scaling import rectify, scale_common
+    from feeler.tensors.unit import in_unit
 
 # imported when first asked for: whoever reads a file in a process of its own needs none of it
 _HOMES = {
     "QUANTITIES": "quantities",
     "Quantity": "quantities",
     "find_breaches": "contract",
+    "in_unit": "unit",
     "make_tensors": "dataset",
     "rectify": "scaling",
     "scale_common": "scaling",
@@ -26,6 +28,7 @@ __all__ = [
     "QUANTITIES",
     "Quantity",
     "find_breaches",
+    "in_unit",
     "make_tensors",
     "rectify",
     "scale_common",

@@ -5,6 +5,7 @@ import xarray as xr
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.tensors.unit import in_unit
 
 
 def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
@@ -39,7 +40,7 @@ def reconstruct_posture(tensors: xr.Dataset, antenna: Antenna) -> xr.DataArray:
             f"the sensors sit on segments {hinge.min() + 1} to {hinge.max() + 1}, but"
             f" {antenna.name!r} has {antenna.n_segments}. Give the antenna that was touched."
         )
-    angle = tensors["angle"].transpose("trial", "time", "sensor").values
+    angle = in_unit(tensors["angle"], "rad").transpose("trial", "time", "sensor").values
     whole = spread_angles(angle, antenna, hinge)
     return xr.DataArray(
         antenna.shape(whole),

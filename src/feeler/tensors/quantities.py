@@ -109,7 +109,7 @@ for _name, _quantity in {
         optional=True,
     ),
     "work": Quantity(
-        unit="mJ",
+        unit="uJ",
         meaning="work done on the antenna since time 0, by its base and by all objects",
         dims=("trial", "time", "mover"),
         make=_take("work"),

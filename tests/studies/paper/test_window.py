@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from feeler.studies.paper.window import complete_arrays, measure_window, resample
+from feeler.tensors.dataset import label_units
 
 TIME = np.arange(800.0)
 
@@ -19,13 +20,14 @@ def make_touches(spans, angle=None):
             force[trial, begin:end, 0] = 1.0
     angle = force[:, None, :, 0] if angle is None else angle
     n = len(spans)
-    return xr.Dataset(
+    dataset = xr.Dataset(
         {"force": (("trial", "time", "axis"), force), "angle": (("trial", "sensor", "time"), angle)},
         coords={
             "time": TIME, "feature": ("trial", ["ball"] * n), "size": ("trial", [1.5] * n),
             "location": ("trial", np.linspace(0.5, 0.9, n)),
         },
     )  # fmt: skip
+    return label_units(dataset)
 
 
 def test_a_touch_that_begins_again_is_cut_although_it_is_out_of_contact_when_the_window_closes():
@@ -51,7 +53,7 @@ def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
 
 
 def test_a_recording_that_begins_later_ends_later():
-    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(time=TIME + 5.0)
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(time=("time", TIME + 5.0, {"units": "ms"}))
     assert measure_window(tensors).end == 306.0
 
 

@@ -19,6 +19,7 @@ from feeler.dispersion import (
 )
 from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
+from feeler.tensors.unit import in_unit
 
 KINDS = ("sparse", "raw")
 
@@ -136,7 +137,7 @@ def compare_antennas(
             for n, g in groups.items()
         },
         differences=_compute_differences(curves, random_state),
-        peak={name: float(abs(data["angle"]).max()) for name, data in tensors.items()},
+        peak={name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()},
     )
 
 

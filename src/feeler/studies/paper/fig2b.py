@@ -23,6 +23,7 @@ from feeler.plotting.posture import MovingAntenna
 from feeler.report.section import Section
 from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
 from feeler.studies.paper.context import Context
+from feeler.tensors.unit import in_unit
 
 # Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the
 # largest deflection
@@ -72,7 +73,8 @@ def compute(
     antenna = cockroach() if antenna is None else antenna
     options |= {"engine": engine, "sample_interval": sample_interval}
     released = release(antenna, duration=2 * STEP_SPAN, **options)
-    time, tip = released["time"].values, released["tip"].values[0, :, 0]
+    time = in_unit(released["time"], "ms").values
+    tip = in_unit(released["tip"], "mm").values[0, :, 0]
     free = measure_free_response(time, tip)
     step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
     swung = hit(antenna, lever=LEVER, speed=LEVER_SPEED, duration=2 * IMPULSE_SPAN, **options)

@@ -12,11 +12,12 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors, select_speed
 from feeler.studies.paper.window import Window, measure_window
 from feeler.tensors.formats import save
+from feeler.tensors.unit import in_unit
 
 
 def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     """Curvature [1/mm] of one speed as rows of locations (middle to tip) and columns of features."""
-    at_speed = tensors["curvature"].sel(trial=np.isclose(tensors["speed"], speed))
+    at_speed = in_unit(tensors["curvature"], "1/mm").sel(trial=np.isclose(tensors["speed"], speed))
     columns = sorted(
         {
             (str(f), float(s))
@@ -52,7 +53,7 @@ def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None 
     rows = [f"{row[0]['location'].item():g} L" for row in grid]
     columns = [f"{tensor['feature'].item()} {tensor['size'].item():g} mm" for tensor in grid[0]]
     image = plot_tensor_grid(
-        values, tensors["time"].values, ax, Normalize(0.0, limit), rows, columns
+        values, in_unit(tensors["time"], "ms").values, ax, Normalize(0.0, limit), rows, columns
     )
     ax.set(xlabel="time [ms]", ylabel="sensor (base → tip upwards), by location of contact")
     figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)", pad=0.01)
@@ -75,7 +76,7 @@ def show(context: Context, section: Section) -> None:
 
 def _draw_sets(section: Section, sets: dict) -> None:
     slow = {name: select_speed(tensors, SPEEDS["slow"]) for name, tensors in sets.items()}
-    limit = max(float(tensors["curvature"].max()) for tensors in slow.values())
+    limit = max(float(in_unit(tensors["curvature"], "1/mm").max()) for tensors in slow.values())
     for name, tensors in sets.items():
         figure_name = "fig2e" if name == next(iter(sets)) else "figS3"
         where = "Fig. 2E and Fig. S3" if figure_name == "fig2e" else "Fig. S3"
@@ -95,7 +96,7 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
     for name, tensors in sets.items():
         for speed in np.unique(tensors["speed"].values)[::-1]:
             chosen = select_speed(tensors, speed)
-            peak = np.degrees(chosen["angle"].max(("sensor", "time")).values)
+            peak = in_unit(chosen["angle"], "deg").max(("sensor", "time")).values
             cut = windows[name].cut if np.isclose(speed, SPEEDS["slow"]) else "–"
             rows.append(
                 [
@@ -103,7 +104,7 @@ def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
                     speed,
                     peak.min(),
                     peak.max(),
-                    chosen["curvature"].max().item(),
+                    in_unit(chosen["curvature"], "1/mm").max().item(),
                     cut,
                     peak.size,
                 ]

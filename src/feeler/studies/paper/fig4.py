@@ -30,6 +30,7 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.scale import Scale
 from feeler.tensors.scaling import rectify
+from feeler.tensors.unit import in_unit
 
 MAIN_RANK = 3  # [P]
 
@@ -119,7 +120,7 @@ def compute(
         sparseness_by_code={
             code: float(np.nanmean(hoyer_sparseness(found))) for code, found in codes.items()
         },
-        sampling=float(np.diff(tensors["time"].values[:2])[0]),
+        sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
         tensor_sparseness=float(np.nanmean(hoyer_sparseness(data.reshape(len(data), -1)))),
     )
 

@@ -14,6 +14,7 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import load, prepare
 from feeler.studies.scale import Scale
+from feeler.tensors.unit import in_unit
 
 REFERENCE = 40  # [P]
 
@@ -76,7 +77,7 @@ def compute(
             [match_components(reference, e.components_)[1] for e in encoders.values()]
         ),
         residual=np.array([encoder.relative_residual_ for encoder in encoders.values()]),
-        sampling=float(np.diff(tensors["time"].values[:2])[0]),
+        sampling=float(np.diff(in_unit(tensors["time"], "ms").values[:2])[0]),
     )
 
 

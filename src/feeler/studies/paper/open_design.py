@@ -19,6 +19,7 @@ from feeler.report.section import Section
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
+from feeler.tensors.unit import in_unit
 
 N_CLASSES = 18  # of benchmarks/design.toml
 LIVE = Task(
@@ -122,7 +123,7 @@ def bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
         antenna.name: touch(antenna, trial, duration=120.0, all_hinges=True) for antenna in antennas
     }
     return {
-        name: np.degrees(motion["angle"].values[0, -30:].sum(axis=0))
+        name: in_unit(motion["angle"], "deg").values[0, -30:].sum(axis=0)
         for name, motion in motions.items()
     }
 

@@ -9,6 +9,7 @@ import xarray as xr
 from feeler.decoding.labels import make_labels
 from feeler.experiment.touch import DURATION
 from feeler.tensors.scaling import rectify
+from feeler.tensors.unit import in_unit
 
 WINDOWS = ("380 ms window", "complete touches")
 """The paper's, and each profile's own shortest full one with equal sample counts."""
@@ -40,9 +41,10 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
     """Whole touches held against a window [ms] from their beginning; contact is looked for to the
     end of the recording.
     """
-    contact, time = list_contact(tensors), tensors["time"].values
+    contact, time = list_contact(tensors), in_unit(tensors["time"], "ms").values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
-    array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)[:, :, inside]
+    angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
+    array = rectify(angle.values)[:, :, inside]
     same = np.abs(array[:, None] - array[None]).max(axis=(2, 3)) < SAME
     kinds = np.unique(np.argmax(same, axis=1)).size
     last = time[contact.any(axis=0)].max() if contact.any() else 0.0

@@ -21,6 +21,7 @@ from feeler.stimulus.feature import Feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.trial import Trial
 from feeler.studies.tradeoff.declared import Declared
+from feeler.tensors.unit import in_unit
 
 WHOLE = "whole touch"
 FIELDS = ("accuracy", "bits")
@@ -186,7 +187,7 @@ def _measure_set(
     first = (
         round(trials[0].lead / step) + 1
     )  # the sample at the lead itself is the last without contact
-    angle = tensors["angle"].values
+    angle = in_unit(tensors["angle"], "rad").values
     if not np.abs(angle).reshape(len(angle), -1).max(axis=1).all():
         raise InvalidInput(
             f"an object does not bend the antenna {antenna.name!r} at all; choose others."
@@ -234,14 +235,14 @@ def _list_energies(
 
 
 def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:
-    force = np.linalg.norm(tensors["force"].values, axis=2)
-    time = tensors["time"].values
+    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=2)
+    time = in_unit(tensors["time"], "ms").values
     last = (
         np.array([time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force])
         - time[first - 1]
     )
     return {
-        "work": 1e3 * float(tensors["work"].values[:, -1, 1].mean()),
-        "force": 1e3 * float(force.max(axis=1).mean()),
+        "work": float(in_unit(tensors["work"], "uJ").values[:, -1, 1].mean()),
+        "force": float(force.max(axis=1).mean()),
         "release": float(np.nanmean(last)),
     }
