@@ -136,8 +136,8 @@ def grow() -> dict[str, list[float]]:
         for name, value in found.items():
             table[name].append(value)
         print(
-            f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per segment; "
-            f"{LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns"
+            f"{n:5d} segments: {found['chain']:8.2f} µs, {1e3 * found['chain'] / n:6.1f} ns per"
+            f" segment; {LANES} lanes {found['lanes']:8.2f} µs, {1e3 * found['lanes'] / n:6.1f} ns"
         )
     return table
 
@@ -175,8 +175,10 @@ def time_cold_start() -> dict[str, list[float]]:
                 [sys.executable, "-c", code], env=environment, capture_output=True, check=True
             )
             found[name] = [float(x) for x in done.stdout.split()]
-            print(f"{name} start: import {found[name][0]:.1f} s, first run {found[name][1]:.1f} s, "
-                  f"first batch {found[name][2]:.1f} s")  # fmt: skip
+            print(
+                f"{name} start: import {found[name][0]:.1f} s, first run {found[name][1]:.1f} s, "
+                f"first batch {found[name][2]:.1f} s"
+            )
     return found
 
 

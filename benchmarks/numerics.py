@@ -61,7 +61,7 @@ def make_antenna(n_segments: int = 140, stiffness: float = 1.0, damping: float =
 
 
 def make_extremes() -> dict[str, tuple[Antenna, Trial]]:
-    """Cases by name: one parameter at a time, and stiffness with and without damping in proportion."""
+    """Cases by name: one parameter at a time; stiffness with and without damping."""
     ball, middle = make_feature("ball", 1.5), {"location": 0.7, "speed": 0.3}
     usual = Trial(feature=ball, **middle)
     cases = {f"stiffness × {f:g}": (make_antenna(stiffness=f), usual) for f in FACTORS}
@@ -133,7 +133,7 @@ def compare(tips: list[np.ndarray], angles: list[np.ndarray]) -> tuple[str, floa
 
 
 def shorten(error: Exception) -> str:
-    """The first clause of a message, numbers left out, so that equal reasons are counted together."""
+    """First clause of a message without its numbers, so that equal reasons are counted together."""
     words = str(error).split(".")[0].split(":")[0].split("(")[0]
     return "".join(letter for letter in words if not letter.isdigit())[:60].strip()
 

@@ -33,7 +33,7 @@ def time_bare(scene) -> float:
 
 
 def time_ours(scene) -> float:
-    """Seconds of processor time per step of the reference engine, compiling the model not counted."""
+    """Processor time per step of the reference engine [s], without compiling the model."""
     start = time.process_time()
     compile_model(scene, TIMESTEP)
     compiling = time.process_time() - start

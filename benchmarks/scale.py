@@ -204,9 +204,15 @@ def _make_touches(n: int, sensors: int, samples: int):
 
     rng = np.random.default_rng(0)
     size, phase = 0.2 * rng.standard_normal((n, sensors, 1)), rng.uniform(0, 6, (n, sensors, 1))
-    trials = {"feature": [("ball", "box", "triangle")[k % 3] for k in range(n)], "size": rng.uniform(1, 3, n),
-              "location": rng.uniform(0.4, 0.9, n), "speed": rng.uniform(0.06, 0.6, n), "antenna": ["exponential"] * n,
-              "source": ["simulation"] * n, "seed": range(n)}  # fmt: skip
+    trials = {
+        "feature": [("ball", "box", "triangle")[k % 3] for k in range(n)],
+        "size": rng.uniform(1, 3, n),
+        "location": rng.uniform(0.4, 0.9, n),
+        "speed": rng.uniform(0.06, 0.6, n),
+        "antenna": ["exponential"] * n,
+        "source": ["simulation"] * n,
+        "seed": range(n),
+    }
     place = {
         "segment": range(1, sensors + 1),
         "position": np.arange(sensors) / sensors,

@@ -31,7 +31,8 @@ REST = 0.5  # s between changes; the touch and its reading end within
 CHANGE = "app.store.change(s => { s.A.stiffness = [[0, 37 + 0.1 * %d], [1, 3.85e-4]]; })"
 DRAG = """let k = 0; const before = app.frames; const began = performance.now();
     const move = s => { s.touch.location = 0.6 + 0.2 * Math.abs(Math.sin(++k / 30));
-      if (k %% 50 === 0) s.A.stiffness = [[0, 30 + 10 * Math.random()], [1, 3.85e-4 * (1 + Math.random())]]; };
+      if (k %% 50 === 0) s.A.stiffness = [[0, 30 + 10 * Math.random()], [1, 3.85e-4 * (1 + \
+Math.random())]]; };
     const timer = setInterval(() => app.store.change(move, false), 16);
     setTimeout(() => { clearInterval(timer); app.store.change(() => {});
       window.drag = 1000 * (app.frames - before) / (performance.now() - began); }, %d);"""

@@ -87,7 +87,8 @@ def write_gallery(folder: Path) -> None:
         code = path.read_text()
         words, title = ast.get_docstring(ast.parse(code)), path.stem.replace("_", " ").capitalize()
         picture = f"![{title}]({path.stem}.png)"
-        page = f"# {title}\n\n{words}\n\n{picture}\n\n```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
+        shown = f"```text\n{printed.getvalue().strip()}\n```\n\n```python\n{code}```\n"
+        page = f"# {title}\n\n{words}\n\n{picture}\n\n{shown}"
         (own / "index.md").write_text(page)
         cards.append(CARD.format(name=path.stem, title=title, words=words))
     (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))

@@ -14,32 +14,68 @@ RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 HEADLINES = {
     "The antenna": ("Fig. 2A, C", "antenna", "antenna.n_segments", "{:.0f} segments"),
     "Calibration: does the model move like the animal?": (
-        "Fig. 2B, S1, Movie S1", "calibration", "calibration.frequency", "{:.1f} Hz damped tip frequency",
+        "Fig. 2B, S1, Movie S1",
+        "calibration",
+        "calibration.frequency",
+        "{:.1f} Hz damped tip frequency",
     ),
-    "Tactile tensors": ("Fig. 2D–E, S3, Movie S2", "tensors", "tensors.count", "{:.0f} tensors of one antenna"),
+    "Tactile tensors": (
+        "Fig. 2D–E, S3, Movie S2",
+        "tensors",
+        "tensors.count",
+        "{:.0f} tensors of one antenna",
+    ),
     "Wall distance": (
-        "Fig. 3, Movie S3", "wall", "wall.family.order", "the paper's order of R² in {:.0%} of the defined set-ups",
+        "Fig. 3, Movie S3",
+        "wall",
+        "wall.family.order",
+        "the paper's order of R² in {:.0%} of the defined set-ups",
     ),
-    "Encoding": ("Fig. 4, 5F–G, S5", "encoding", "encoding.location_p", "bases map to location: p = {:.3f}"),
+    "Encoding": (
+        "Fig. 4, 5F–G, S5",
+        "encoding",
+        "encoding.location_p",
+        "bases map to location: p = {:.3f}",
+    ),
     "Dispersion and classification": (
-        "Fig. 5A–E, S6", "reading", "dispersion.tensor.nmi.slow", "closest-match NMI {:.2f} at slow touch",
+        "Fig. 5A–E, S6",
+        "reading",
+        "dispersion.tensor.nmi.slow",
+        "closest-match NMI {:.2f} at slow touch",
     ),
     "Convolutional network": ("Fig. S4", "cnn", "cnn.slow", "{:.2f} accuracy at slow touch"),
     "Beyond the paper: speed against accuracy against energy": (
-        "beyond", "tradeoff", "tradeoff.whole.common.slowest", "{:.1f} bits of a whole slow touch",
+        "beyond",
+        "tradeoff",
+        "tradeoff.whole.common.slowest",
+        "{:.1f} bits of a whole slow touch",
     ),
     "Beyond the paper: what the gradient does": (
-        "beyond", "gradient", "gradient.common.-0.0827", "{:.1f} bits with the published gradient",
+        "beyond",
+        "gradient",
+        "gradient.common.-0.0827",
+        "{:.1f} bits with the published gradient",
     ),
     "Beyond the paper: place, size and speed beside their bounds": (
-        "beyond", "bounds", "bounds.error.location.common.0.003", "place to {:.2f} mm",
+        "beyond",
+        "bounds",
+        "bounds.error.location.common.0.003",
+        "place to {:.2f} mm",
     ),
     "Beyond the paper: which antenna tells most": (
-        "beyond", "design", "design.fewer.0.3", "{:.0%} fewer errors by searched profiles at medium speed",
+        "beyond",
+        "design",
+        "design.fewer.0.3",
+        "{:.0%} fewer errors by searched profiles at medium speed",
     ),
-    "The robotic antenna": ("Fig. 6, S7, Movie S4", "robot", "robot.transfer", "{:.2f} of surrogate contacts read right"),
+    "The robotic antenna": (
+        "Fig. 6, S7, Movie S4",
+        "robot",
+        "robot.transfer",
+        "{:.2f} of surrogate contacts read right",
+    ),
     "Active touch speed": ("Fig. S2", "tracking", "tracking.mean", "{:.1f} °/s, synthetic tracks"),
-}  # fmt: skip
+}
 SCALES = ("smoke", "quick", "paper")
 MARKS = re.compile(r"(<!-- figures: .*? -->\n).*(<!-- end of figures -->)", re.S)
 

@@ -1,4 +1,4 @@
-"""Recorded releases of an antenna (here synthetic, with noise) give its stiffness and damping back."""
+"""Recorded releases of an antenna (here synthetic, with noise) give its stiffness and damping."""
 
 import sys
 from pathlib import Path

@@ -32,9 +32,12 @@ TOOL = {
 }
 
 PAIRS = """
-    min max, mean median, nanmean nanmedian, argmin argmax, sin cos, deg2rad rad2deg, floor ceil, any all, round floor,
-    sum mean, nansum nanmean, maximum minimum, log exp, zeros ones, left right, low high, first last, start
-    stop, before after, lower upper, std var, stiffness damping, width height, position location, tile repeat
+    min max, mean median, nanmean nanmedian, argmin argmax, sin cos, deg2rad rad2deg, floor ceil, \
+any all, round floor,
+    sum mean, nansum nanmean, maximum minimum, log exp, zeros ones, left right, low high, first \
+last, start
+    stop, before after, lower upper, std var, stiffness damping, width height, position location, \
+tile repeat
 """
 SWAPS = {
     one: other for pair in PAIRS.split(",") for one, other in (pair.split(), pair.split()[::-1])
@@ -59,7 +62,7 @@ SOLVER = {
 
 
 class SwapName(Operator):
-    """One of a pair of names stands for the other: ``mean`` for ``median``, ``left`` for ``right``."""
+    """One name of a pair stands for the other: ``mean`` for ``median``, ``left`` for ``right``."""
 
     def mutation_positions(self, node):
         if isinstance(node, Name) and node.value in SWAPS:
@@ -129,7 +132,7 @@ def draw_mutants(
 
 
 def _is_other(source: str, code: str) -> bool:
-    """Whether it is another program, and not one with a star of its signatures turned into a slash."""
+    """Whether it is another program; a star turned into a slash in a signature makes none."""
     try:
         before, after = ast.parse(source), ast.parse(code)
     except SyntaxError:

@@ -6,10 +6,26 @@ from cosmic_ray.operators.operator import Operator
 from parso.python.tree import Name
 
 OTHER = {
-    "mm": "cm", "cm": "mm", "ms": "s", "s": "ms", "Hz": "kHz", "kHz": "Hz", "°": "rad", "rad": "°", "%": "‰",
-    "m/s": "mm/s", "mm/ms": "cm/s", "cm/s": "m/s", "°/s": "rad/s", "mN": "N", "mg": "g", "µJ": "mJ", "bits": "nats",
-    "degrees": "radians", "MB": "GB",
-}  # fmt: skip
+    "mm": "cm",
+    "cm": "mm",
+    "ms": "s",
+    "s": "ms",
+    "Hz": "kHz",
+    "kHz": "Hz",
+    "°": "rad",
+    "rad": "°",
+    "%": "‰",
+    "m/s": "mm/s",
+    "mm/ms": "cm/s",
+    "cm/s": "m/s",
+    "°/s": "rad/s",
+    "mN": "N",
+    "mg": "g",
+    "µJ": "mJ",
+    "bits": "nats",
+    "degrees": "radians",
+    "MB": "GB",
+}
 UNITS = "|".join(sorted(map(re.escape, OTHER), key=len, reverse=True))
 BEHIND_A_NUMBER = re.compile(rf"^( ?)({UNITS})(?![\w/·°])")
 OF_AN_AXIS = re.compile(rf" [(\[]({UNITS})[)\]]")

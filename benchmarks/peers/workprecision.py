@@ -96,9 +96,16 @@ def make_elastica(n: int):
     def begin() -> tuple[Simulator, ea.CosseratRod]:
         simulator = Simulator()
         rod = ea.CosseratRod.straight_rod(
-            n, np.zeros(3), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), LENGTH, RADIUS, density,
-            youngs_modulus=modulus, shear_modulus=modulus / 2.6,
-        )  # fmt: skip
+            n,
+            np.zeros(3),
+            np.array([0.0, 1.0, 0.0]),
+            np.array([0.0, 0.0, 1.0]),
+            LENGTH,
+            RADIUS,
+            density,
+            youngs_modulus=modulus,
+            shear_modulus=modulus / 2.6,
+        )
         simulator.append(rod)
         simulator.constrain(rod).using(
             ea.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,)

@@ -147,7 +147,7 @@ def test_one_target_without_spread_leaves_the_others_to_draw_from(problem):
 
 
 def test_directions_are_told_with_every_part_above_a_fifth():
-    """Rows of a rotation by asin 0.3: both parts are told; by asin 0.1 the small one is left out."""
+    """Of a rotation by asin 0.3 both parts are told; by asin 0.1 the small one is left out."""
     for small, strong, weak in (
         (0.3, r"\+0.95 p1 \+0.30 p2", r"\+0.95 p2 -0.30 p1"),
         (0.1, r"\+0.99 p1", r"\+0.99 p2"),

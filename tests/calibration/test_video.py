@@ -237,7 +237,7 @@ def test_what_is_missing_or_odd_is_said(tmp_path, header, how, match):
 
 
 def test_the_command_leaves_antenna_page_numbers_and_nwb(tmp_path):
-    """The file's layout is the table that the guide describes: a column frame, then one per point."""
+    """The file is laid out as the guide says: a column frame, then one per point."""
     save_antenna(make_small(), tmp_path / "small.toml")
     write(tmp_path / "video.csv", ("a",), film((1.0,), (1.3, 0.8), "scale"))
     asked = (

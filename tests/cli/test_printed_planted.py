@@ -50,9 +50,16 @@ def test_wall_prints_the_map_in_millimetres(monkeypatch):
         return SimpleNamespace(contact=np.array([1, 1, 1, 0]), inverted=np.array([1, 1, 0, 0]))
 
     found = SimpleNamespace(
-        used=np.array([1, 0, 0, 0]), r2=0.98765, slope=-1.234, intercept=34.567, error=0.4321, monotone=True,
-        told_apart=(6.04, 19.96), undefined="", at_base=np.zeros(4, int),
-    )  # fmt: skip
+        used=np.array([1, 0, 0, 0]),
+        r2=0.98765,
+        slope=-1.234,
+        intercept=34.567,
+        error=0.4321,
+        monotone=True,
+        told_apart=(6.04, 19.96),
+        undefined="",
+        at_base=np.zeros(4, int),
+    )
     plant(monkeypatch, wall, approach=approach, map_distance=lambda sweep: found)
     said = run(
         "wall",
@@ -97,9 +104,14 @@ def test_follow_prints_milliseconds_and_millimetres(monkeypatch):
             np.arange(5.0), np.arange(5.0), np.ones(5, bool), np.zeros(5, bool), resolution=0.1
         )
         return wall.Run(
-            time=np.array([0.0, 123.4]), body=np.zeros((2, 3)), distance=np.array([12.0, 9.0]),
-            estimate=np.array([np.nan, 9.5]), target=10.0, collided=False, map=straight,
-        )  # fmt: skip
+            time=np.array([0.0, 123.4]),
+            body=np.zeros((2, 3)),
+            distance=np.array([12.0, 9.0]),
+            estimate=np.array([np.nan, 9.5]),
+            target=10.0,
+            collided=False,
+            map=straight,
+        )
 
     plant(monkeypatch, wall, follow=follow)
     said = run("follow", "--turn", -20, "--speed", 0.3, "--target", 10, "--friction", 0.2)
@@ -143,10 +155,18 @@ def test_calibrate_prints_each_quantity_with_the_unit_of_its_target(monkeypatch)
 
 def test_calibrate_prints_each_animal_and_the_interval(monkeypatch):
     result = TraceFit(
-        names=("p1", "p2"), animals=("a", "b"), each=np.array([[1.1, 0.9], [1.3, 0.7]]), p=np.array([1.2, 0.8]),
-        low=np.array([1.05, 0.65]), high=np.array([1.35, 0.95]), residual=np.array([0.02, 0.04]),
-        simulated=np.zeros((2, 3)), interval="spread between animals", band=None, directions=None,
-    )  # fmt: skip
+        names=("p1", "p2"),
+        animals=("a", "b"),
+        each=np.array([[1.1, 0.9], [1.3, 0.7]]),
+        p=np.array([1.2, 0.8]),
+        low=np.array([1.05, 0.65]),
+        high=np.array([1.35, 0.95]),
+        residual=np.array([0.02, 0.04]),
+        simulated=np.zeros((2, 3)),
+        interval="spread between animals",
+        band=None,
+        directions=None,
+    )
     plant(monkeypatch, calibration, fit_traces=lambda *_, **__: result)
     said = run("calibrate", "--data", "synthetic_step")
     assert read("a +# +# +#\n", said) == [1.1, 0.9, 0.02]
@@ -158,9 +178,14 @@ def test_calibrate_prints_each_animal_and_the_interval(monkeypatch):
 def test_a_sensor_report_is_in_degrees_and_degrees_a_minute():
     numbers = dict.fromkeys(("offset", "low", "high"), np.zeros(1))
     report = SensorCalibration(
-        slope=np.array([np.pi / 90]), residual=np.array([np.pi / 360]), cross_validated=np.array([np.pi / 300]),
-        resolution=np.array([np.pi / 600]), drift=np.array([np.pi / 180 / 60_000]), r_squared=np.array([0.987]), **numbers,
-    ).report()  # fmt: skip
+        slope=np.array([np.pi / 90]),
+        residual=np.array([np.pi / 360]),
+        cross_validated=np.array([np.pi / 300]),
+        resolution=np.array([np.pi / 600]),
+        drift=np.array([np.pi / 180 / 60_000]),
+        r_squared=np.array([0.987]),
+        **numbers,
+    ).report()
     assert report.splitlines()[0].split()[-2:] == ["drift", "°/min"]
     assert [float(word) for word in report.splitlines()[1].split()] == pytest.approx(
         [1, 2.0, 0.987, 0.5, 0.6, 0.3, 1.0], abs=6e-4
@@ -170,10 +195,14 @@ def test_a_sensor_report_is_in_degrees_and_degrees_a_minute():
 def test_an_answer_is_in_per_cent_and_metres_per_second():
     said = str(
         Answer(
-            label=("ball", 0.7, 0.135), probability=0.834, runner_up=("box", 0.6, 0.27), runner_up_probability=0.1,
-            truth={"feature": "ball", "speed": 0.27}, known=True,
+            label=("ball", 0.7, 0.135),
+            probability=0.834,
+            runner_up=("box", 0.6, 0.27),
+            runner_up_probability=0.1,
+            truth={"feature": "ball", "speed": 0.27},
+            known=True,
         )
-    )  # fmt: skip
+    )
     assert said.startswith(
         "ball at 0.7 of the length, 0.135 m/s (83%); then box at 0.6 of the length, 0.27 m/s (10%)"
     )
@@ -208,9 +237,14 @@ def test_info_prints_an_antenna_in_millimetres_milligrams_and_newton_millimetres
 
 @pytest.mark.parametrize(
     ("change", "field"),
-    [("stiffness=2", "stiffness"), ("damping=2", "damping"), ("cockroach.mass=2", "segment_mass"),
-     ("length=2", "segment_length"), ("radius=2", "radius")],
-)  # fmt: skip
+    [
+        ("stiffness=2", "stiffness"),
+        ("damping=2", "damping"),
+        ("cockroach.mass=2", "segment_mass"),
+        ("length=2", "segment_length"),
+        ("radius=2", "radius"),
+    ],
+)
 def test_set_scales_one_quantity_alone(change, field):
     antenna = cockroach()
     changed = change_antenna(antenna, [change])

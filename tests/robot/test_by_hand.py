@@ -195,8 +195,14 @@ def test_the_report_prints_degrees_and_degrees_a_minute(readings):
     fit = fit_sensors(hinge, angle, capacitance, time=time)
     head, *rows = fit.report().splitlines()
     assert re.split(r"\s{2,}", head) == [
-        "hinge", "°/unit", "R²", "residual °", "cross-validated °", "resolution °", "drift °/min",
-    ]  # fmt: skip
+        "hinge",
+        "°/unit",
+        "R²",
+        "residual °",
+        "cross-validated °",
+        "resolution °",
+        "drift °/min",
+    ]
     for k, row in enumerate(rows):
         number, slope, r2, residual, crossed, resolution, drift = map(float, row.split())
         assert (number, r2) == (k + 1, pytest.approx(fit.r_squared[k], abs=6e-5))
@@ -209,7 +215,7 @@ def test_the_report_prints_degrees_and_degrees_a_minute(readings):
 
 @pytest.mark.parametrize("on_bench", [False, True])
 def test_faults_act_in_their_order(on_bench):
-    """Hysteresis, neighbours, the bent characteristic, then the gain, which a bench does not have."""
+    """Hysteresis, neighbours, the bent characteristic, then the gain that a bench lacks."""
     gap = make_gap(hysteresis=0.01, crosstalk=0.05, bend=0.2)
     angle = np.array([[0.0, 0.1, 0.3, 0.2], [0.0, 0.0, -0.1, 0.1], [0.2, 0.1, 0.1, 0.1]])
     felt = np.array([[0.0, 0.09, 0.29, 0.21], [0.0, 0.0, -0.09, 0.09], [0.2, 0.11, 0.11, 0.11]])

@@ -1,4 +1,4 @@
-"""Recordings: units, order and labels survive the door; faults are named; repair says what it did."""
+"""Recordings: units, order and labels survive; faults are named; repair says what it did."""
 
 import numpy as np
 import pytest
@@ -129,9 +129,13 @@ def _wave(interval=1.0, n=400, seed=0):
 
 def test_round_trip(tmp_path):
     recording = Recording(
-        time=np.arange(5.0), values=np.random.default_rng(0).normal(size=(8, 5)), quantity="capacitance",
-        robot="A", source="surrogate", labels={"feature": "box", "speed": 0.27},
-    )  # fmt: skip
+        time=np.arange(5.0),
+        values=np.random.default_rng(0).normal(size=(8, 5)),
+        quantity="capacitance",
+        robot="A",
+        source="surrogate",
+        labels={"feature": "box", "speed": 0.27},
+    )
     save_recording(recording, tmp_path / "r.csv", digits=15)
     again = load_recording(tmp_path / "r.csv")
     np.testing.assert_allclose(again.values, recording.values, rtol=1e-13)

@@ -82,8 +82,10 @@ def test_the_page_shows_what_touch_gives_and_asks_nobody_else(studio, browser):
 
 def find_object(browser):
     """Where the first object is on the stage, from its middle [px]."""
-    place = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage'), w = c.clientWidth,
-        h = c.clientHeight, s = Math.min(w / (1.14 * r.antenna.length), h / (0.8 * r.antenna.length));
+    place = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage'), w = \
+c.clientWidth,
+        h = c.clientHeight, s = Math.min(w / (1.14 * r.antenna.length), h / (0.8 * \
+r.antenna.length));
         return [(w - r.antenna.length * s) / 2 - 0.01 * w + s * r.data.place[1] - w / 2,
                 0.2 * h + s * (r.data.place[0] - 1.5) - h / 2]; })()"""
     return ask(browser, place)
@@ -197,7 +199,8 @@ def test_axe_finds_no_barrier_in_any_mode_light_or_dark(studio, browser, find_ba
 
 
 DROP = """const data = new DataTransfer(); data.items.add(new File([arguments[1]], arguments[0]));
-    app.root.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));"""
+    app.root.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: \
+true }));"""
 
 
 def drop(browser, name, text):
@@ -364,7 +367,8 @@ def test_a_notebook_draws_the_same_front_end(browser, tmp_path):
     widget = show_studio("matched")
     page = """<body><div id=host></div><script type=module>{module}
         window.sent = []; const heard = [];
-        window.model = {{ on: (name, f) => heard.push(f), off: () => {{}}, send: message => window.sent.push(message) }};
+        window.model = {{ on: (name, f) => heard.push(f), off: () => {{}}, send: message => \
+window.sent.push(message) }};
         const read = text => new DataView(Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer);
         window.tell = text => heard.forEach(f => f({{}}, [read(text)]));
         window.leave = render({{ model: window.model, el: document.getElementById('host') }});

@@ -8,7 +8,7 @@ from feeler.errors import InvalidInput
 
 @checked
 def compute_residuals(simulated: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Relative deviations (target,) = (target − simulated) / target, the terms of the paper's cost."""
+    """Relative deviations (target,) = (target − simulated) / target, of the paper's cost."""
     simulated, target = np.asarray(simulated, dtype=float), np.asarray(target, dtype=float)
     if simulated.shape != target.shape:
         raise InvalidInput(

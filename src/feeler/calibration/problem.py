@@ -102,7 +102,7 @@ class Problem:
         return ((residuals[:n] - residuals[n:]) / distance[:, None]).T
 
     def score(self, p: Sequence[float] | np.ndarray) -> tuple[Measured, float, float]:
-        """What parameters ``p`` give: quantities, normalised distance, median symmetric accuracy."""
+        """Measured quantities, normalised distance and median symmetric accuracy of ``p``."""
         measured = self.measure(p)
         values = self.targets.values
         return (

@@ -7,14 +7,17 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler active --out out/active
 
-  feeler active --out out/mine --policy fixed:0.3 --policy slow-after-contact:1.2,0.12 --policy mine.py:policy --sets 2
+  feeler active --out out/mine --policy fixed:0.3 --policy slow-after-contact:1.2,0.12 --policy \
+mine.py:policy --sets 2
 
-A policy is fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, slow-after-contact:FAST,SLOW, random:SEED, greedy:HOLD,
-learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, whose function takes what the body knows and gives its
+A policy is fixed:SPEED, fast-then-slow:FAST,SLOW,AFTER, slow-after-contact:FAST,SLOW, \
+random:SEED, greedy:HOLD,
+learned:SEED,DEADLINE (speeds in m/s, times in ms), or file.py:function, whose function takes what \
+the body knows and gives its
 speed. Ctrl-C costs nothing that is finished: the same command goes on where it stopped.
 """
 
@@ -91,4 +94,4 @@ def active(
 
 def register(app: typer.Typer) -> None:
     """Add ``active`` to the command line."""
-    app.command("active", epilog=EXAMPLES)(active)
+    app.command("active", epilog=_EXAMPLES)(active)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler antenna mine.toml
 
@@ -49,4 +49,4 @@ def antenna(
 
 def register(app: typer.Typer) -> None:
     """Add ``antenna`` to the command line."""
-    app.command("antenna", epilog=EXAMPLES)(antenna)
+    app.command("antenna", epilog=_EXAMPLES)(antenna)

@@ -5,25 +5,32 @@ traces.
 import json
 import math
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from feeler.cli.options import EngineName, add_verb
 from feeler.cli.say import Json, say_json
 
 BAD = 0.15  # [C] relative residual of a trace fit beyond which its interval is not to be trusted
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler calibrate --profile exponential --starts 4 --checkpoint fit.jsonl
 
-  feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that ship with feeler)
+  feeler calibrate --data synthetic_step --out out/calibration    (simulated example data that \
+ship with feeler)
 
-  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 --out out/cricket
+  feeler calibrate --data video.csv --frame-rate 1000 --antenna cricket --profile tilt --at 5 \
+--out out/cricket
 """
 
 
-def calibrate(
+@dataclass(frozen=True, kw_only=True)
+class CalibrateOptions:
+    """What ``feeler calibrate`` is told."""
+
     data: Annotated[
         str,
         typer.Option(
@@ -32,56 +39,54 @@ def calibrate(
                 " the length"
             )
         ),
-    ] = "",
+    ] = ""
     by: Annotated[
         str,
         typer.Option(help="with --data: trace (every sample) or targets (frequency and damping)"),
-    ] = "trace",
-    profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = "",
+    ] = "trace"
+    profile: Annotated[str, typer.Option(help="exponential, linear, constant, scale or tilt")] = ""
     antenna: Annotated[
         str, typer.Option(help="whose segments and masses: preset or antenna file (TOML)")
-    ] = "cockroach",
+    ] = "cockroach"
     frame_rate: Annotated[
         float | None, typer.Option(help="with a column frame: frames per second")
-    ] = None,
+    ] = None
     release: Annotated[
         str, typer.Option(help="first (sample) or found; by default found where frames are counted")
-    ] = "",
+    ] = ""
     at: Annotated[
         float | None,
         typer.Option(help="with --data: where it was held, mm from the base; default 10"),
-    ] = None,
-    targets: Annotated[
-        str, typer.Option(help="name of shipped targets, or a TOML file")
-    ] = "cockroach",
-    method: Annotated[
-        str, typer.Option(help="least-squares, powell or nelder-mead")
-    ] = "least-squares",
+    ] = None
+    targets: Annotated[str, typer.Option(help="name of shipped targets, or a TOML file")] = (
+        "cockroach"
+    )
+    method: Annotated[str, typer.Option(help="least-squares, powell or nelder-mead")] = (
+        "least-squares"
+    )
     starts: Annotated[
         int, typer.Option(help="number of starts: the family's own, then perturbed ones", min=1)
-    ] = 1,
-    spread: Annotated[
-        float, typer.Option(help="sd of the perturbation, in logarithms", min=0)
-    ] = 0.7,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0,
+    ] = 1
+    spread: Annotated[float, typer.Option(help="sd of the perturbation, in logarithms", min=0)] = (
+        0.7
+    )
+    seed: Annotated[int, typer.Option(min=0, help="seed of the starts")] = 0
     evaluations: Annotated[
         int, typer.Option(help="antennas simulated per start, at most", min=2)
-    ] = 1500,
+    ] = 1500
     checkpoint: Annotated[
         Path | None,
         typer.Option(
             help="file that keeps every simulated antenna; an interrupted fit goes on from it"
         ),
-    ] = None,
-    engine: Annotated[
-        str, typer.Option(help="chain-consistent, chain or mujoco")
-    ] = "chain-consistent",
+    ] = None
+    engine: EngineName = "chain-consistent"
     out: Annotated[
         Path | None,
         typer.Option(
             help="with --data: folder for page (HTML), figure, numbers (JSON) and antenna.toml"
         ),
-    ] = None,
+    ] = None
     session_start: Annotated[
         str,
         typer.Option(
@@ -90,61 +95,52 @@ def calibrate(
                 " NWB too"
             )
         ),
-    ] = "",
-    as_json: Json = False,
-) -> None:
+    ] = ""
+    as_json: Json = False
+
+
+def calibrate(said: CalibrateOptions) -> None:
     """Fit hinge stiffness and damping to targets, or to recorded free responses of your own
     animals.
     """
     from feeler.cli.choose import choose_antenna
 
-    chosen = choose_antenna(antenna)
-    if data:
-        read = {
-            "frame_rate": frame_rate,
-            "release": release or ("first" if frame_rate is None else "found"),
-        }
-        _fit_data(
-            data, read, by, profile or "scale", chosen, at, engine, out, session_start, as_json
-        )
+    antenna = choose_antenna(said.antenna)
+    if said.data:
+        _fit_data(said, antenna, said.profile or "scale")
     else:
-        asked = (
-            targets,
-            profile or "exponential",
-            method,
-            starts,
-            spread,
-            seed,
-            evaluations,
-            checkpoint,
-            engine,
-        )
-        _fit_targets(*asked, chosen, as_json)
+        _fit_targets(said, antenna, said.profile or "exponential")
 
 
-def _fit_data(data, read, by, profile, antenna, at, engine, out, session_start, as_json) -> None:
+def _fit_data(said: CalibrateOptions, antenna: Any, profile: str) -> None:
     from feeler.calibration import Protocol, fit_traces, load_traces, make_hinges
     from feeler.cli.progress import ProgressBar
 
-    traces = load_traces(data, **read)
+    release = said.release or ("first" if said.frame_rate is None else "found")
+    traces = load_traces(said.data, frame_rate=said.frame_rate, release=release)
     hinges = make_hinges(profile, antenna)
-    protocol = Protocol(engine=engine, **({} if at is None else {"at": at, "deflection": 0.1 * at}))
+    held = {} if said.at is None else {"at": said.at, "deflection": 0.1 * said.at}
     with ProgressBar("animals") as progress:
         result = fit_traces(
-            traces, antenna, by=by, hinges=hinges, protocol=protocol, progress=progress
+            traces,
+            antenna,
+            by=said.by,
+            hinges=hinges,
+            protocol=Protocol(engine=said.engine, **held),
+            progress=progress,
         )
-    if as_json:
+    if said.as_json:
         say_json(_make_plain(result, hinges))
     else:
-        _tell_fit(traces, hinges, result, by, _explain(profile, antenna.name))
-    if by == "trace" and result.residual.max() > BAD:
+        _tell_fit(traces, hinges, result, said.by, _explain(profile, antenna.name))
+    if said.by == "trace" and result.residual.max() > BAD:
         typer.echo(
             f"a residual above {BAD:g} of the trace means that this antenna does not swing like the"
             " animal; its interval then says nothing",
             err=True,
         )
-    if out is not None:
-        _save(out, traces, antenna, hinges, result, session_start)
+    if said.out is not None:
+        _save(said.out, traces, antenna, hinges, result, said.session_start)
 
 
 def _make_plain(result: Any, hinges: Any) -> dict[str, Any]:
@@ -253,8 +249,13 @@ def _save_nwb(path: Path, traces: Any, result: Any, session_start: str) -> None:
             "animal": ("trial", list(traces.names)),
         },
     )
-    save_nwb(dataset, path, session_start=parse_start(session_start), identifier=f"calibration {path.resolve().parent.name}",
-             subject=", ".join(result.animals))  # fmt: skip
+    save_nwb(
+        dataset,
+        path,
+        session_start=parse_start(session_start),
+        identifier=f"calibration {path.resolve().parent.name}",
+        subject=", ".join(result.animals),
+    )
 
 
 def _plot(figure: Any, traces: Any, result: Any) -> None:
@@ -290,48 +291,40 @@ def _explain(profile: str, name: str) -> str:
     return f"{profile} hinges on the segments of {name}"
 
 
-def _fit_targets(
-    targets,
-    profile,
-    method,
-    starts,
-    spread,
-    seed,
-    evaluations,
-    checkpoint,
-    engine,
-    antenna,
-    as_json,
-) -> None:
+def _fit_targets(said: CalibrateOptions, antenna: Any, profile: str) -> None:
     import numpy as np
 
     from feeler.calibration import Problem, Protocol, fit, load_targets, make_hinges, make_starts
 
-    goal = load_targets(targets)
+    goal = load_targets(said.targets)
     problem = Problem(
-        hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=engine)
+        hinges=make_hinges(profile, antenna), targets=goal, protocol=Protocol(engine=said.engine)
     )
-    begin = make_starts(problem.hinges, starts, np.random.default_rng(seed), spread=spread)
+    begin = make_starts(
+        problem.hinges, said.starts, np.random.default_rng(said.seed), spread=said.spread
+    )
     watch = problem.watch = _Watch()
     try:
         found = fit(
             problem,
             begin,
-            method=method,
-            max_evaluations=evaluations,
-            checkpoint=checkpoint,
+            method=said.method,
+            max_evaluations=said.evaluations,
+            checkpoint=said.checkpoint,
             progress=watch.end_start,
         )
     except KeyboardInterrupt:
         watch.clear()
-        _report_interrupt(watch.best, checkpoint)
+        _report_interrupt(watch.best, said.checkpoint)
         raise typer.Exit(130) from None
-    if as_json:
+    if said.as_json:
         measured = dict(zip(found.measured.names, map(float, found.measured.values), strict=True))
         parameters = dict(zip(found.names, map(float, found.p), strict=True))
         say_json({"parameters": parameters, "measured": measured, "error": found.error})
         return
-    typer.echo(f"targets '{goal.name}' ({goal.status}); {profile}, {method}, {starts} start(s)")
+    typer.echo(
+        f"targets '{goal.name}' ({goal.status}); {profile}, {said.method}, {said.starts} start(s)"
+    )
     for name, unit, value in zip(found.names, problem.hinges.units, found.p, strict=True):
         typer.echo(f"{name} = {value:.6g}{_unit(unit)}")
     for target, value in zip(goal.targets, found.measured.values, strict=True):
@@ -384,4 +377,4 @@ def _report_interrupt(best: float, checkpoint: Path | None) -> None:
 
 def register(app: typer.Typer) -> None:
     """Add ``calibrate`` to the command line."""
-    app.command("calibrate", epilog=EXAMPLES)(calibrate)
+    add_verb(app, "calibrate", CalibrateOptions, calibrate, _EXAMPLES)

@@ -8,7 +8,7 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler compare exponential constant
 
@@ -89,4 +89,4 @@ def compare(
 
 def register(app: typer.Typer) -> None:
     """Add ``compare`` to the command line."""
-    app.command("compare", epilog=EXAMPLES)(compare)
+    app.command("compare", epilog=_EXAMPLES)(compare)

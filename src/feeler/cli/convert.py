@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler convert set.zarr set.nc
 
@@ -13,10 +13,13 @@ EXAMPLES = """Examples:
 
   feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-1
 
-  feeler convert run.mcap:joint_states touch.csv            a ROS 2 recording's topic, as feeler robot check FILE names them
+  feeler convert run.mcap:joint_states touch.csv            a ROS 2 recording's topic, as feeler \
+robot check FILE names them
 
-  feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-2 --subject c1
-    --species "Periplaneta americana" --sex F --age P90D --experimenter "Doe, Jane" --institution "Insect lab"
+  feeler convert set.nc set.nwb --session-start 2026-01-31T10:00:00+01:00 --identifier bench-2 \
+--subject c1
+    --species "Periplaneta americana" --sex F --age P90D --experimenter "Doe, Jane" --institution \
+"Insect lab"
 """
 
 
@@ -95,4 +98,4 @@ def _convert_bag(source: Path, target: Path) -> None:
 
 def register(app: typer.Typer) -> None:
     """Add ``convert`` to the command line."""
-    app.command("convert", epilog=EXAMPLES)(convert)
+    app.command("convert", epilog=_EXAMPLES)(convert)

@@ -7,13 +7,15 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler design task.toml --new                      a commented task file to be edited
 
-  feeler design task.toml --out out/design           searches, judges, and writes a page; Ctrl-C and again: goes on
+  feeler design task.toml --out out/design           searches, judges, and writes a page; Ctrl-C \
+and again: goes on
 
-  feeler design task.toml --out out/design --robot   also as widths and sheet thicknesses, and what 5 % errors cost
+  feeler design task.toml --out out/design --robot   also as widths and sheet thicknesses, and \
+what 5 % errors cost
 """
 
 
@@ -149,4 +151,4 @@ class _Watcher:
 
 def register(app: typer.Typer) -> None:
     """Add ``design`` to the command line."""
-    app.command("design", epilog=EXAMPLES)(design)
+    app.command("design", epilog=_EXAMPLES)(design)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler export scene.xml --feature box --size 3 --location 0.7 --speed 0.3
 
@@ -27,7 +27,7 @@ def export(
     speed: Annotated[float, typer.Option(help="speed of the feature [m/s]")] = 0.6,
     antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
 ) -> None:
-    """Write one touch as a MuJoCo model (g, mm, ms); the object's speed is in the keyframe 'start'."""
+    """Write one touch as a MuJoCo model (g, mm, ms); keyframe 'start' holds the object's speed."""
     import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.physics.mjcf import write_mjcf
@@ -43,4 +43,4 @@ def export(
 
 def register(app: typer.Typer) -> None:
     """Add ``export`` to the command line."""
-    app.command("export", epilog=EXAMPLES)(export)
+    app.command("export", epilog=_EXAMPLES)(export)

@@ -7,7 +7,7 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler info set.zarr
 
@@ -38,4 +38,4 @@ def info(
 
 def register(app: typer.Typer) -> None:
     """Add ``info`` to the command line."""
-    app.command("info", epilog=EXAMPLES)(info)
+    app.command("info", epilog=_EXAMPLES)(info)

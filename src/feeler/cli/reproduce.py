@@ -14,7 +14,7 @@ from feeler.execute.processes import USUAL, prepare_workers
 PREPARED = ("feeler.studies.paper.reproduce", "feeler.studies.paper.fig2e", "feeler.physics.chain")
 """What every stage needs. More would keep all workers waiting for what only some of them use."""
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler reproduce
 
@@ -69,9 +69,17 @@ def reproduce(
     is_cockroach = antenna in ("cockroach", "exponential") and not change
     out.mkdir(parents=True, exist_ok=True)
     context = Context(
-        scale=scale, seed=seed, engine=engine, timestep=choose_timestep(timestep, engine), workers=workers, antenna=chosen,
-        is_cockroach=is_cockroach, out=out, fresh=fresh, progress=_make_bars(log_json),
-    )  # fmt: skip
+        scale=scale,
+        seed=seed,
+        engine=engine,
+        timestep=choose_timestep(timestep, engine),
+        workers=workers,
+        antenna=chosen,
+        is_cockroach=is_cockroach,
+        out=out,
+        fresh=fresh,
+        progress=_make_bars(log_json),
+    )
     start = time.perf_counter()
     with say_what_stays(f"finished stages are in {out / 'cache'}"):
         made = run(context, _make_reporter(log_json, len(STAGES), start))
@@ -143,4 +151,4 @@ def _summarise(context, made, seconds: float, log_json: bool) -> None:
 
 def register(app: typer.Typer) -> None:
     """Add ``reproduce`` to the command line."""
-    app.command("reproduce", epilog=EXAMPLES)(reproduce)
+    app.command("reproduce", epilog=_EXAMPLES)(reproduce)

@@ -27,7 +27,7 @@ from feeler.cli.robot_options import (
 )
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler robot example .
 
@@ -53,19 +53,28 @@ A board of your own, or a recording in its stead, as fast as it was recorded:
 
   feeler robot stream /dev/ttyUSB0 --serial --calibration calibration.json
 
-  feeler robot replay surrogate_ball_tip_fast.csv | feeler robot stream - --calibration calibration.json
+  feeler robot replay surrogate_ball_tip_fast.csv | feeler robot stream - --calibration \
+calibration.json
 
-Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = "ball", radius = 3):
+Your own robot and objects (an objects file holds tables such as [[object]] name = "bolt", shape = \
+"ball", radius = 3):
 
   feeler robot new robot.toml --hinges 12
 
-  feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds 0.1,0.3 --out out/touches
+  feeler robot classify touch1.csv touch2.csv --antenna robot.toml --objects objects.toml --speeds \
+0.1,0.3 --out out/touches
 
   feeler robot gap --antenna robot.toml --objects objects.toml --speeds 0.3 --robots 5 --out out/gap
 """
 
-app = typer.Typer(help="Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify, stream.",
-                  epilog=EXAMPLES, no_args_is_help=True)  # fmt: skip
+app = typer.Typer(
+    help=(
+        "Recordings of a robotic antenna: describe it, calibrate, check, convert, fit, classify,"
+        " stream."
+    ),
+    epilog=_EXAMPLES,
+    no_args_is_help=True,
+)
 
 
 @app.command()
@@ -324,7 +333,7 @@ for verb in (stream, board, replay):
 for command in app.registered_commands:  # each shows the examples that are its own
     own = [
         line
-        for line in EXAMPLES.splitlines()
+        for line in _EXAMPLES.splitlines()
         if f"feeler robot {getattr(command.callback, '__name__', '')} " in f"{line} "
     ]
     command.epilog = "\n\n".join(["Examples:", *own])

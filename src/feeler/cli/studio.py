@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler studio
 
@@ -13,7 +13,8 @@ EXAMPLES = """Examples:
 
   feeler studio --antenna robot.toml --board /dev/ttyACM0 --calibration calibration.json
 
-The address holds a token: who knows it can use this studio, and nobody else. Nothing is loaded from any other host.
+The address holds a token: who knows it can use this studio, and nobody else. Nothing is loaded \
+from any other host.
 """
 
 
@@ -62,4 +63,4 @@ def studio(
 
 def register(app: typer.Typer) -> None:
     """Add ``studio`` to the command line."""
-    app.command("studio", epilog=EXAMPLES)(studio)
+    app.command("studio", epilog=_EXAMPLES)(studio)

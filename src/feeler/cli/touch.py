@@ -1,15 +1,17 @@
 """``feeler touch``: one touch in seconds: tensor, picture and movie; or many, kept in a store."""
 
-import itertools
 import sys
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from feeler.cli.options import EngineName, add_verb
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler touch --feature ball --size 1.53 --location 0.5 --speed 0.6
 
@@ -19,148 +21,144 @@ EXAMPLES = """Examples:
 
   feeler touch --feature ball --feature box --location 0.3 --location 0.7 --store set.zarr
 
-The last one simulates every combination of the repeated options. Ctrl-C, a crash or a power cut costs nothing that is
+The last one simulates every combination of the repeated options. Ctrl-C, a crash or a power cut \
+costs nothing that is
 finished: the same command goes on where it stopped, and ends with the same numbers.
 """
 
 MANY = "; repeat it with --store"
-Features = Annotated[
-    list[str],
-    typer.Option(
-        help=f"ball, box, triangle, outline or wall, or as in box:half_height=3,rounding=0.2{MANY}"
-    ),
-]
-Sizes = Annotated[
-    list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{MANY}")
-]
-Locations = Annotated[
-    list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{MANY}")
-]
-Speeds = Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{MANY}")]
-StorePath = Annotated[
-    Path | None,
-    typer.Option(
-        help="folder that keeps each touch as it finishes; resumed if it is there already"
-    ),
-]
 
 
-def touch(
-    feature: Features = ["ball"],  # noqa: B006 - Typer copies defaults
-    size: Sizes = [1.53],  # noqa: B006
-    location: Locations = [0.5],  # noqa: B006
-    speed: Speeds = [0.6],  # noqa: B006
+@dataclass(frozen=True, kw_only=True)
+class TouchOptions:
+    """What ``feeler touch`` is told."""
+
+    feature: Annotated[
+        list[str],
+        typer.Option(
+            help="ball, box, triangle, outline or wall, or as in"
+            f" box:half_height=3,rounding=0.2{MANY}"
+        ),
+    ] = field(default_factory=lambda: ["ball"])
+    size: Annotated[
+        list[float], typer.Option(help=f"ball's radius, box's or triangle's half-width [mm]{MANY}")
+    ] = field(default_factory=lambda: [1.53])
+    location: Annotated[
+        list[float], typer.Option(help=f"fraction of the length from the base, in (0, 1]{MANY}")
+    ] = field(default_factory=lambda: [0.5])
+    speed: Annotated[list[float], typer.Option(help=f"speed of the feature [m/s]{MANY}")] = field(
+        default_factory=lambda: [0.6]
+    )
     outline: Annotated[
         Path | None, typer.Option(help="SVG, DXF or CSV file of --feature outline")
-    ] = None,
+    ] = None
     approach: Annotated[
         float, typer.Option(help="angle to the antenna [degrees], 90 is perpendicular")
-    ] = 90.0,
-    side: Annotated[str, typer.Option(help="left or right")] = "left",
-    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0,
-    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0,
-    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
-    engine: Annotated[
-        str, typer.Option(help="chain-consistent, chain (MuJoCo's equations) or mujoco")
-    ] = "chain-consistent",
-    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach",
+    ] = 90.0
+    side: Annotated[str, typer.Option(help="left or right")] = "left"
+    friction: Annotated[float, typer.Option(help="coefficient of friction")] = 1.0
+    duration: Annotated[float, typer.Option(help="recorded time [ms]")] = 380.0
+    timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None
+    engine: EngineName = "chain-consistent"
+    antenna: Annotated[str, typer.Option(help="preset or antenna TOML file")] = "cockroach"
     out: Annotated[Path, typer.Option(help="folder for the results of one touch")] = Path(
         "out/touch"
-    ),
-    movie: Annotated[bool, typer.Option(help="write the movie as well")] = True,
-    store: StorePath = None,
-    seed: Annotated[int, typer.Option(min=0, help="with --store: root of one seed per touch")] = 0,
+    )
+    movie: Annotated[bool, typer.Option(help="write the movie as well")] = True
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            help="folder that keeps each touch as it finishes; resumed if it is there already"
+        ),
+    ] = None
+    seed: Annotated[int, typer.Option(min=0, help="with --store: root of one seed per touch")] = 0
     workers: Annotated[
         int | None, typer.Option(help="with --store: how many at once; default one per core")
-    ] = None,
+    ] = None
     processes: Annotated[
         bool, typer.Option("--processes", help="with --store: in processes, memory bounded")
-    ] = False,
+    ] = False
     cluster: Annotated[
         str | None,
         typer.Option(
             help="with --store: a Dask scheduler's address or JSON file, or local:4 for 4 processes"
         ),
-    ] = None,
+    ] = None
     log_json: Annotated[
         bool, typer.Option("--log-json", help="with --store: progress as JSON on stderr")
-    ] = False,
-    as_json: Json = False,
-) -> None:
+    ] = False
+    as_json: Json = False
+
+    def make_trials(self) -> list[Any]:
+        """Every combination of features, sizes, locations and speeds."""
+        from feeler.stimulus.feature import parse_feature
+        from feeler.stimulus.trial import Trial
+
+        named = [
+            f"outline:file={self.outline}" if kind == "outline" and self.outline else kind
+            for kind in self.feature
+        ]
+        same = {"approach": self.approach, "side": self.side, "friction": self.friction}
+        return [
+            Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
+            for kind, width, place, pace in product(named, self.size, self.location, self.speed)
+        ]
+
+
+def touch(said: TouchOptions) -> None:
     """Touch an antenna once (touch.html, tensor.nc, tensor.png/svg/pdf and movie.mp4), or many
     times into a store.
     """
-    import feeler
     from feeler.cli.choose import choose_antenna
     from feeler.errors import InvalidInput
-    from feeler.stimulus.feature import parse_feature
 
-    chosen = choose_antenna(antenna)
-    if outline is not None:
-        feature = [f"outline:file={outline}" if kind == "outline" else kind for kind in feature]
-    trials = [
-        feeler.Trial(
-            feature=parse_feature(kind, width), location=place, speed=pace, approach=approach, side=side, friction=friction
-        )
-        for kind, width, place, pace in itertools.product(feature, size, location, speed)
-    ]  # fmt: skip
-    options = {"timestep": timestep, "engine": engine}
-    if store is not None:
-        _fill(
-            store,
-            chosen,
-            trials,
-            {**options, "duration": duration, "seed": seed},
-            workers,
-            processes,
-            cluster,
-            log_json,
-            as_json,
-        )
+    antenna, trials = choose_antenna(said.antenna), said.make_trials()
+    if said.store is not None:
+        _fill(said, antenna, trials)
+    elif said.cluster is not None or said.processes:
+        raise InvalidInput("--cluster and --processes need a --store, as in --store set.zarr.")
     elif len(trials) > 1:
         raise InvalidInput(
             f"{len(trials)} touches need a --store, as in --store set.zarr; a picture shows one."
         )
     else:
-        _show(chosen, trials[0], duration, options, out, movie, as_json)
+        _show(said, antenna, trials[0])
 
 
-def _fill(
-    store,
-    antenna,
-    trials,
-    options,
-    workers,
-    processes,
-    cluster: str | None,
-    log_json: bool,
-    as_json,
-) -> None:
+def _fill(said: TouchOptions, antenna: Any, trials: list[Any]) -> None:
     """Simulate what the store lacks, and say what it then holds."""
-    import feeler
     from feeler.cli.choose import choose_executor
     from feeler.cli.progress import ProgressBar, say_what_stays
+    from feeler.experiment.touch import touch as simulate
 
-    with choose_executor(workers, cluster, processes=processes) as executor:
+    with choose_executor(said.workers, said.cluster, processes=said.processes) as executor:
         if sys.stderr.isatty():
             typer.echo(f"{len(trials)} touches on {executor.describe()}", err=True)
         with (
-            ProgressBar("touches", log_json=log_json) as progress,
-            say_what_stays(f"finished touches are in {store}"),
+            ProgressBar("touches", log_json=said.log_json) as progress,
+            say_what_stays(f"finished touches are in {said.store}"),
         ):
-            tensors = feeler.touch(
-                antenna, trials, store=store, executor=executor, progress=progress, **options
+            tensors = simulate(
+                antenna,
+                trials,
+                store=said.store,
+                executor=executor,
+                progress=progress,
+                timestep=said.timestep,
+                engine=said.engine,
+                duration=said.duration,
+                seed=said.seed,
             )
-        finished = tensors.sizes["trial"]
-        if as_json:
-            say_json({"store": store, "finished": finished, "touches": len(trials)})
+        finished, asked = tensors.sizes["trial"], len(trials)
+        if said.as_json:
+            say_json({"store": said.store, "finished": finished, "touches": asked})
         else:
             typer.echo(
-                f"{store}: {finished} of {len(trials)} touches finished ({executor.describe()})"
+                f"{said.store}: {finished} of {asked} touches finished ({executor.describe()})"
             )
 
 
-def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_json: bool) -> None:
+def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
     """One touch as tensor, picture and movie."""
     import numpy as np
     from matplotlib.figure import Figure
@@ -173,10 +171,11 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_j
     from feeler.tensors.formats import save
     from feeler.tensors.unit import in_unit
 
-    out.mkdir(
-        parents=True, exist_ok=True
-    )  # first of all: a wrong path is said before the work is done
-    everything = simulate(antenna, trial, duration=duration, all_hinges=True, **options)
+    out, movie = said.out, said.movie
+    # first of all: a wrong path is said before the work is done
+    out.mkdir(parents=True, exist_ok=True)
+    options = {"duration": said.duration, "timestep": said.timestep, "engine": said.engine}
+    everything = simulate(antenna, trial, all_hinges=True, **options)
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")
     with style():
@@ -213,7 +212,7 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_j
     write_page(
         out / "touch.html", "A touch", f"{antenna.name} is touched by a {trial.label}.", section
     )
-    if as_json:
+    if said.as_json:
         known = {"peak_hinge_angle": peak, "peak_curvature": curvature, "peak_force": force}
         units = dict(zip(known, ("deg", "1/mm", "mN"), strict=True))
         say_json({"touch": trial.label, **known, "units": units, "page": out / "touch.html"})
@@ -227,4 +226,4 @@ def _show(antenna, trial, duration: float, options, out: Path, movie: bool, as_j
 
 def register(app: typer.Typer) -> None:
     """Add ``touch`` to the command line."""
-    app.command("touch", epilog=EXAMPLES)(touch)
+    add_verb(app, "touch", TouchOptions, touch, _EXAMPLES)

@@ -3,6 +3,7 @@ landmarks.
 """
 
 import json
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,26 +11,34 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from feeler.cli.options import add_verb
 from feeler.cli.say import Json, say_json
 
 HEADER = ("trial", "left [°/s] (peaks)", "right [°/s] (peaks)", "bridged frames", "missing frames")
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler tracks trial1_xypts.csv trial2_xypts.csv --frame-rate 30
 
-  feeler tracks walkDLC_resnet50_shuffle1.h5 --frame-rate 200 --bases left_base,right_base --max-gap 5 --out out/tracks
+  feeler tracks walkDLC_resnet50_shuffle1.h5 --frame-rate 200 --bases left_base,right_base \
+--max-gap 5 --out out/tracks
 
-  feeler tracks walk.analysis.h5 --frame-rate 100 --individual track_0 --points base,p1,p2,p3,tip --scale 8
+  feeler tracks walk.analysis.h5 --frame-rate 100 --individual track_0 --points base,p1,p2,p3,tip \
+--scale 8
 
-  feeler tracks walk0.csv walk1.csv --frame-rate 200 --out out/walks --session-start 2026-05-01T09:00:00+02:00 --subject c1
+  feeler tracks walk0.csv walk1.csv --frame-rate 200 --out out/walks --session-start \
+2026-05-01T09:00:00+02:00 --subject c1
 
   feeler tracks out/walks/tracks.nwb --individual trial_000001
 
-  feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks left_tip,right_tip,head,abdomen
+  feeler tracks walk.csv --frame-rate 60 --origin bottom-left --landmarks \
+left_tip,right_tip,head,abdomen
 """
 
 
-def tracks(
+@dataclass(frozen=True, kw_only=True)
+class TrackOptions:
+    """What ``feeler tracks`` is told."""
+
     files: Annotated[
         list[Path],
         typer.Argument(
@@ -38,46 +47,46 @@ def tracks(
                 " NAME_x, NAME_y"
             )
         ),
-    ],
+    ]
     frame_rate: Annotated[
         float | None, typer.Option(help="frames per second, unless the file holds it")
-    ] = None,
+    ] = None
     origin: Annotated[
         str, typer.Option(help="top-left (most trackers) or bottom-left (older DLTdv)")
-    ] = "top-left",
+    ] = "top-left"
     landmarks: Annotated[
         str, typer.Option(help="names of DLTdv's points in order, separated by commas")
-    ] = "",
-    tips: Annotated[
-        str, typer.Option(help="landmarks of the left and right tip")
-    ] = "left_tip,right_tip",
+    ] = ""
+    tips: Annotated[str, typer.Option(help="landmarks of the left and right tip")] = (
+        "left_tip,right_tip"
+    )
     bases: Annotated[
         str, typer.Option(help="landmarks of the antennae's bases, left,right; default: the head")
-    ] = "",
-    body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen",
+    ] = ""
+    body: Annotated[str, typer.Option(help="landmarks of head and abdomen")] = "head,abdomen"
     points: Annotated[
         str,
         typer.Option(
             help="landmarks along a flagellum, base to tip: its posture in place of speeds"
         ),
-    ] = "",
+    ] = ""
     min_likelihood: Annotated[
         float, typer.Option(help="less likely places count as not seen; 0 takes all")
-    ] = 0.6,
-    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None,
-    plane: Annotated[str | None, typer.Option(help="xy, xz or yz, of places in space")] = None,
-    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None,
-    cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0,
+    ] = 0.6
+    individual: Annotated[str | None, typer.Option(help="which animal, of several")] = None
+    plane: Annotated[str | None, typer.Option(help="xy, xz or yz, of places in space")] = None
+    scale: Annotated[float | None, typer.Option(help="pixels per mm")] = None
+    cutoff: Annotated[float, typer.Option(help="low-pass [Hz]")] = 6.0
     max_gap: Annotated[
         int, typer.Option(help="longest gap bridged by a straight line [frames]; 0 bridges none")
-    ] = 0,
-    length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0,
+    ] = 0
+    length: Annotated[float, typer.Option(help="antenna length [mm]")] = 42.0
     out: Annotated[
         Path | None,
         typer.Option(
             help="folder for page (HTML), table (CSV), figure (PNG, SVG) and numbers (JSON)"
         ),
-    ] = None,
+    ] = None
     session_start: Annotated[
         str,
         typer.Option(
@@ -85,52 +94,51 @@ def tracks(
                 "with --out: when it was filmed, 2026-05-01T09:00:00+02:00; writes poses as NWB too"
             )
         ),
-    ] = "",
-    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = "",
-    as_json: Json = False,
-) -> None:
+    ] = ""
+    subject: Annotated[str, typer.Option(help="id of the NWB file's animal")] = ""
+    as_json: Json = False
+
+
+def tracks(said: TrackOptions) -> None:
     """Average maximum angular speed per trial and side, and the equivalent lateral speed; or a
     flagellum's posture.
     """
     from feeler.tracking import load_tracks, measure_exploration
 
-    names = _split(landmarks)
-    trials = [
-        load_tracks(
-            file,
-            frame_rate=frame_rate,
-            origin=origin,
-            landmarks=names,
-            min_likelihood=min_likelihood,
-            individual=individual,
-            plane=plane,
-        )
-        for file in files
-    ]
-    trials = trials if scale is None else [trial.scaled(scale) for trial in trials]
-    head, abdomen = _pair("--body", body)
-    given = {"tips": _pair("--tips", tips), "bases": _pair("--bases", bases) if bases else None}
-    if session_start:
-        flagella = list(zip(given["bases"] or (head, head), given["tips"] or (), strict=True))
-        edges = list(pairwise(_split(points) or ())) if points else [*flagella, (head, abdomen)]
-        _save_poses(out, trials, edges, session_start, subject)
-    if points:
-        _measure_posture(files, trials, points, out, as_json)
+    how = {
+        "frame_rate": said.frame_rate,
+        "origin": said.origin,
+        "landmarks": _split(said.landmarks),
+        "min_likelihood": said.min_likelihood,
+        "individual": said.individual,
+        "plane": said.plane,
+    }
+    trials = [load_tracks(file, **how) for file in said.files]
+    if said.scale is not None:
+        trials = [trial.scaled(said.scale) for trial in trials]
+    head, abdomen = _pair("--body", said.body)
+    tips = _pair("--tips", said.tips)
+    bases = _pair("--bases", said.bases) if said.bases else None
+    if said.session_start:
+        edges = [*zip(bases or (head, head), tips, strict=True), (head, abdomen)]
+        _save_poses(said, trials, list(pairwise(_split(said.points) or ())) or edges)
+    if said.points:
+        _measure_posture(said, trials)
         return
     result = measure_exploration(
         trials,
-        length=length,
-        cutoff=cutoff * 1e-3,
-        max_gap=max_gap,
-        landmarks={**given, "head": head, "abdomen": abdomen},
+        length=said.length,
+        cutoff=said.cutoff * 1e-3,
+        max_gap=said.max_gap,
+        landmarks={"tips": tips, "bases": bases, "head": head, "abdomen": abdomen},
     )
-    found = _describe(files, trials, result)
-    if as_json:
+    found = _describe(said.files, trials, result)
+    if said.as_json:
         say_json(found)
     else:
         typer.echo(_write_words(found))
-    if out is not None:
-        _save(out, files, trials, result, found)
+    if said.out is not None:
+        _save(said.out, said.files, trials, result, found)
 
 
 def _describe(files: list[Path], trials: list, result: Any) -> dict[str, Any]:
@@ -205,7 +213,7 @@ def _list_cells(row: dict[str, Any]) -> list[object]:
 
 
 def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[str, Any]) -> None:
-    """tracks.html, tracks.csv (trial, side, time, angle, speed), tracks.json, tracks.png and .svg."""
+    """tracks.html, .csv (trial, side, time, angle, speed), .json, .png and .svg."""
     from matplotlib.figure import Figure
 
     from feeler.plotting import style
@@ -250,21 +258,24 @@ def _save(out: Path, files: list[Path], trials: list, result: Any, found: dict[s
     )
 
 
-def _save_poses(
-    out: Path | None, trials: list, edges: list, session_start: str, subject: str
-) -> None:
+def _save_poses(said: TrackOptions, trials: list, edges: list) -> None:
     """tracks.nwb: all landmarks of all trials."""
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
     from feeler.tracking import save_poses
 
-    if out is None:
+    if said.out is None:
         raise InvalidInput("--session-start is for tracks.nwb in the folder --out; give --out too.")
-    out.mkdir(parents=True, exist_ok=True)
-    name = f"tracks {out.resolve().name}"
-    save_poses(trials, out / "tracks.nwb", session_start=parse_start(session_start), identifier=name,
-               edges=edges, subject=subject)  # fmt: skip
-    typer.echo(f"wrote {out}/tracks.nwb", err=True)
+    said.out.mkdir(parents=True, exist_ok=True)
+    save_poses(
+        trials,
+        said.out / "tracks.nwb",
+        session_start=parse_start(said.session_start),
+        identifier=f"tracks {said.out.resolve().name}",
+        edges=edges,
+        subject=said.subject,
+    )
+    typer.echo(f"wrote {said.out}/tracks.nwb", err=True)
 
 
 def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
@@ -279,17 +290,15 @@ def _plot(figure: Any, files: list[Path], trials: list, result: Any) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
-def _measure_posture(
-    files: list[Path], trials: list, points: str, out: Path | None, as_json: bool
-) -> None:
+def _measure_posture(said: TrackOptions, trials: list) -> None:
     """Say how a flagellum bends, and keep it as netCDF."""
     from feeler.tracking import measure_posture
 
     found: list[dict[str, Any]] = []
-    for file, trial in zip(files, trials, strict=True):
-        posture = measure_posture(trial, _split(points) or ())
+    for file, trial in zip(said.files, trials, strict=True):
+        posture = measure_posture(trial, _split(said.points) or ())
         found.append(_describe_posture(file, trial, posture))
-        if not as_json:
+        if not said.as_json:
             one = found[-1]
             largest = ", ".join(
                 f"{name} {value:.1f}°" for name, value in one["largest_bend"].items()
@@ -298,11 +307,11 @@ def _measure_posture(
                 f"{one['file']}: {one['length']:.4g} {one['units']['length']} long, {one['whole']}"
                 f" of {one['frames']} frames whole; largest bend {largest}"
             )
-        if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
-            posture.to_netcdf(out / f"{file.stem}.posture.nc", engine="h5netcdf")
-            typer.echo(f"wrote {out}/{file.stem}.posture.nc", err=True)
-    if as_json:
+        if said.out is not None:
+            said.out.mkdir(parents=True, exist_ok=True)
+            posture.to_netcdf(said.out / f"{file.stem}.posture.nc", engine="h5netcdf")
+            typer.echo(f"wrote {said.out}/{file.stem}.posture.nc", err=True)
+    if said.as_json:
         say_json(found)
 
 
@@ -334,4 +343,4 @@ def _pair(option: str, text: str) -> tuple[str, str]:
 
 def register(app: typer.Typer) -> None:
     """Add ``tracks`` to the command line."""
-    app.command("tracks", epilog=EXAMPLES)(tracks)
+    add_verb(app, "tracks", TrackOptions, tracks, _EXAMPLES)

@@ -7,11 +7,12 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler tradeoff --out out/tradeoff
 
-  feeler tradeoff --antenna mine.toml --antenna exponential --objects ball:radius=1 --objects box:half_width=2,half_height=1
+  feeler tradeoff --antenna mine.toml --antenna exponential --objects ball:radius=1 --objects \
+box:half_width=2,half_height=1
 """
 
 
@@ -71,4 +72,4 @@ def tradeoff(
 
 def register(app: typer.Typer) -> None:
     """Add ``tradeoff`` to the command line."""
-    app.command("tradeoff", epilog=EXAMPLES)(tradeoff)
+    app.command("tradeoff", epilog=_EXAMPLES)(tradeoff)

@@ -7,7 +7,7 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler validate set.zarr
 
@@ -23,7 +23,7 @@ def validate(
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
 ) -> None:
-    """Check files against the data contract, checksums included; exit code 1 if anything is wrong."""
+    """Check files and checksums against the data contract; exit code 1 if anything is wrong."""
     from feeler.limits import Limits
     from feeler.tensors.inspect import find_problems
 
@@ -45,4 +45,4 @@ def validate(
 
 def register(app: typer.Typer) -> None:
     """Add ``validate`` to the command line."""
-    app.command("validate", epilog=EXAMPLES)(validate)
+    app.command("validate", epilog=_EXAMPLES)(validate)

@@ -9,13 +9,13 @@ import typer
 
 from feeler.cli.say import Json, say_json
 
-EXAMPLES = """Examples:
+_EXAMPLES = """Examples:
 
   feeler wall exponential linear constant --out out/wall
 
   feeler wall exponential --reading total --friction 0 --prebend none --near 5 --far 16
 """
-FOLLOW_EXAMPLES = """Examples:
+_FOLLOW_EXAMPLES = """Examples:
 
   feeler follow exponential --turn 45
 
@@ -201,5 +201,5 @@ def follow(
 
 def register(app: typer.Typer) -> None:
     """Add ``wall`` and ``follow`` to the command line."""
-    app.command("wall", epilog=EXAMPLES)(wall)
-    app.command("follow", epilog=FOLLOW_EXAMPLES)(follow)
+    app.command("wall", epilog=_EXAMPLES)(wall)
+    app.command("follow", epilog=_FOLLOW_EXAMPLES)(follow)

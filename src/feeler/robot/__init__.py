@@ -1,4 +1,4 @@
-"""The robotic antenna: hinge model, sensor calibration, recordings in, surrogate robot, transfer."""
+"""The robotic antenna: hinges, sensor calibration, recordings, surrogate robot, transfer."""
 
 from feeler.robot.comparison import compute_comparison, make_profiles
 from feeler.robot.dataset import make_dataset

@@ -26,7 +26,8 @@ KEYS = {
     "sensors": ("hinges", "calibration"),
 }
 TEMPLATE = """\
-# A robotic antenna, base to tip. Each list holds one number per hinge; one number alone stands for all hinges.
+# A robotic antenna, base to tip. Each list holds one number per hinge; one number alone stands \
+for all hinges.
 # Try it: feeler robot classify my_recording.csv --antenna {file}
 schema = "feeler.robot/1"
 name = "my robot"
@@ -42,13 +43,15 @@ length = {length}  # [mm]
 mass = {mass}  # [g]
 radius = 1.0            # [mm], half the thickness that touches things
 
-[factors]               # make the model ring as your robot does: feeler robot fit release.csv --antenna {file}
+[factors]               # make the model ring as your robot does: feeler robot fit release.csv \
+--antenna {file}
 stiffness = 1.0         # p1 [1]
 damping = 2.0           # p2 [ms]
 
 [sensors]
 hinges = {sensors}  # numbers of the hinges that have a channel, 1 at the base
-# calibration = "calibration.json"   # made by feeler robot calibrate; leave out if recordings hold angles
+# calibration = "calibration.json"   # made by feeler robot calibrate; leave out if recordings \
+hold angles
 """
 
 

@@ -40,7 +40,7 @@ N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touches:
-    """Aligned touches (trial, sensor, time) with their labels, and the recordings they came from."""
+    """Aligned touches (trial, sensor, time) with their labels and recordings."""
 
     aligned: Aligned
     labels: tuple[Label, ...]
@@ -281,8 +281,12 @@ def draw_robots(
     """
     gap = (Gap() if gap is None else gap).scaled(size)
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
-    return [make_surrogate(np.random.default_rng(child), nominal=nominal, gap=gap, name=f"surrogate-{size:g}-{k}")
-            for k, child in enumerate(children)]  # fmt: skip
+    return [
+        make_surrogate(
+            np.random.default_rng(child), nominal=nominal, gap=gap, name=f"surrogate-{size:g}-{k}"
+        )
+        for k, child in enumerate(children)
+    ]
 
 
 @checked

@@ -76,9 +76,16 @@ class Surrogate:
         )
         kept = self.rng.random(time.size) >= self.gap.dropped
         kept[[0, -1]] = True
-        labels: dict[str, str | float] = {} if trial is None else {
-            "feature": trial.name, "size": trial.feature.size, "location": trial.location, "speed": trial.speed,
-        }  # fmt: skip
+        labels: dict[str, str | float] = (
+            {}
+            if trial is None
+            else {
+                "feature": trial.name,
+                "size": trial.feature.size,
+                "location": trial.location,
+                "speed": trial.speed,
+            }
+        )
         return Recording(
             time=(time + jitter)[kept],
             values=values[:, kept],
@@ -122,7 +129,7 @@ def make_surrogate(
 
 
 def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
-    """A compliant mount before hinge 1: play at the base, as a spring of stiffness k_1 / gap.play."""
+    """A compliant mount before hinge 1: a spring of stiffness k_1 / gap.play."""
     if gap.play == 0:
         return antenna
     spring = antenna.stiffness[0] / gap.play

@@ -24,12 +24,14 @@ CSP = (
     " blob:; media-src blob:"
 )
 SHELL = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, \
+initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{csp}">
 <link rel="icon" href="data:,"><title>feeler studio, a recording</title><style>{css}</style></head>
 <body><main id="studio"></main><script type="application/json" id="recorded">{data}</script>
 <script type="module">{script}
-startRecorded(document.getElementById("studio"), JSON.parse(document.getElementById("recorded").textContent));
+startRecorded(document.getElementById("studio"), \
+JSON.parse(document.getElementById("recorded").textContent));
 </script></body></html>
 """
 

@@ -1,4 +1,4 @@
-"""The scene in the hand: objects and the antenna's base follow the mouse while the simulation runs."""
+"""By hand: objects and the antenna's base follow the mouse while the simulation runs."""
 
 import time
 from collections.abc import Callable

@@ -109,7 +109,7 @@ class Listener:
             self.contact = self.count + len(self._rows) - 1 if noticed else self.contact
 
     def give(self) -> tuple[int, dict[str, np.ndarray]]:
-        """Number of the first sample and arrays (sample, …) of all that came since the last call."""
+        """The samples since the last call: number of the first, and arrays (sample, …)."""
         first, angle = self.count, np.array(self._rows).reshape(-1, self._last.size)
         arrays = {
             "angle": spread_angles(angle, self._antenna, self._sensed),

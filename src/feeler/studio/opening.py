@@ -106,9 +106,17 @@ def open_recording(
     angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
     every = -(-len(angle) // MAX_SHOWN)
     shown = angle[::every]
-    header = {"what": "recording", "name": name, "antenna": describe_antenna(fitting), "rims": [], "preview": False,
-              "interval": interval * every, "source": recording.source, "total": len(shown),
-              "robot": fitting is not antenna}  # fmt: skip
+    header = {
+        "what": "recording",
+        "name": name,
+        "antenna": describe_antenna(fitting),
+        "rims": [],
+        "preview": False,
+        "interval": interval * every,
+        "source": recording.source,
+        "total": len(shown),
+        "robot": fitting is not antenna,
+    }
     arrays = {
         "angle": spread_angles(shown, fitting, find_sensed(fitting)),
         "base": np.zeros((len(shown), 3)),

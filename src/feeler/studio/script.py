@@ -30,13 +30,20 @@ def write_script(wish: TouchWish, commands: list[Command] | None = None, n_sampl
     if commands is not None:
         lines += _write_hand(wish, commands, n_samples)
     elif wish.objects:
-        lines += [*_write_objects(wish.objects), f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
-                  "rows = [simulation.angle]", f"for _ in range({round(wish.duration / INTERVAL) - 1}):",
-                  f"    simulation.step({INTERVAL})  # ms", "    rows.append(simulation.angle)",
-                  "angle = np.array(rows)[:, antenna.sensors - 1].T"]  # fmt: skip
+        lines += [
+            *_write_objects(wish.objects),
+            f"simulation = feeler.Simulation(antenna, [trial, *objects]{_step(wish)})",
+            "rows = [simulation.angle]",
+            f"for _ in range({round(wish.duration / INTERVAL) - 1}):",
+            f"    simulation.step({INTERVAL})  # ms",
+            "    rows.append(simulation.angle)",
+            "angle = np.array(rows)[:, antenna.sensors - 1].T",
+        ]
     else:
-        lines += [f"tensors = feeler.touch(antenna, trial, duration={wish.duration!r}{_step(wish)})",
-                  'angle = tensors["angle"].values[0]']  # fmt: skip
+        lines += [
+            f"tensors = feeler.touch(antenna, trial, duration={wish.duration!r}{_step(wish)})",
+            'angle = tensors["angle"].values[0]',
+        ]
     return "\n".join(lines) + "\n" + TAIL
 
 
@@ -61,9 +68,11 @@ def _write_antenna(wish: AntennaWish) -> list[str]:
         handles = getattr(wish, name)
         if handles is not None:
             at, values = [list(column) for column in zip(*handles, strict=True)]
-            lines += [f"# {name}: straight lines of the logarithm between these places",
-                      "places = np.linspace(0.0, 1.0, antenna.n_segments)",
-                      f"{name} = np.exp(np.interp(places, {at}, np.log({values})))"]  # fmt: skip
+            lines += [
+                f"# {name}: straight lines of the logarithm between these places",
+                "places = np.linspace(0.0, 1.0, antenna.n_segments)",
+                f"{name} = np.exp(np.interp(places, {at}, np.log({values})))",
+            ]
             changes.append(f"{name}={name}")
     if wish.matched and wish.stiffness is not None:
         lines.append(
@@ -105,11 +114,16 @@ def _write_shape(kind: str, size: float) -> str:
 
 def _write_objects(objects: tuple[ObjectWish, ...]) -> list[str]:
     made = [item.make(number) for number, item in enumerate(objects)]
-    return ["objects = [", *(
-        f"    feeler.Object(feature={_write_shape(wish.kind, wish.size)}, place={item.place!r}, forward={item.forward!r}, "
-        f"velocity={item.velocity!r}, friction={item.friction!r}, name={item.name!r}),"
-        for wish, item in zip(objects, made, strict=True)
-    ), "]"]  # fmt: skip
+    return [
+        "objects = [",
+        *(
+            f"    feeler.Object(feature={_write_shape(wish.kind, wish.size)}, place={item.place!r},"
+            f" forward={item.forward!r}, velocity={item.velocity!r}, friction={item.friction!r},"
+            f" name={item.name!r}),"
+            for wish, item in zip(objects, made, strict=True)
+        ),
+        "]",
+    ]
 
 
 def _write_hand(wish: TouchWish, commands: list[Command], n_samples: int) -> list[str]:

@@ -122,9 +122,13 @@ class Studio:
         quiet = logging.getLogger("feeler.studio.server")
         quiet.setLevel(logging.CRITICAL)  # a damaged request is its sender's matter
         options: dict[str, Any] = {
-            "process_request": self._answer, "compression": None, "max_size": MAX_BYTES, "logger": quiet,
-            "server_header": None, "close_timeout": 1.0,
-        }  # fmt: skip
+            "process_request": self._answer,
+            "compression": None,
+            "max_size": MAX_BYTES,
+            "logger": quiet,
+            "server_header": None,
+            "close_timeout": 1.0,
+        }
         wanted = [PORT, 0] if self._asked is None else [self._asked]
         for port in wanted:
             try:

@@ -1,4 +1,4 @@
-"""The studio in a notebook's cell: the same front end, with the kernel in the place of the server."""
+"""The studio in a notebook's cell: the same front end; the kernel replaces the server."""
 
 import json
 from typing import Any
