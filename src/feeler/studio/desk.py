@@ -16,7 +16,7 @@ class Desk:
         self._now: dict[str, tuple[Event, Thread]] = {}
 
     def give(self, kind: str, work: Work) -> None:
-        """Run ``work(stop)`` in its thread; once ``stop`` is set it should end within milliseconds."""
+        """Run ``work(stop)`` in its thread; it should end within milliseconds of ``stop``."""
         stop = Event()
         with self._lock:
             before = self._now.get(kind)
