@@ -187,7 +187,7 @@ def test_several_touches_of_a_class_give_its_mean_and_spread():
 @pytest.mark.parametrize(("since", "known"), [(-1, False), (0, True), (5, True)])
 def test_a_touch_is_decided_from_its_first_sample_of_contact_on(monkeypatch, since, known):
     decoder = StreamDecoder()
-    decoder.classes_ = ["a", "b"]
+    decoder.classes_, decoder.n_sensors_ = ["a", "b"], 2
     state = SimpleNamespace(since_contact=since, posterior=np.array([0.25, 0.75]))
     monkeypatch.setattr(StreamDecoder, "replay", lambda *_: [state])
     np.testing.assert_array_equal(

@@ -39,7 +39,7 @@ def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
 
 def test_layers_are_the_papers():
     torch = pytest.importorskip("torch")
-    network = make_network(torch, TouchNetwork().shape, 30)
+    network = make_network(torch, (56, 380), 30)
     shapes = [tuple(p.shape) for p in network.parameters()]
     assert shapes == [
         (32, 1, 15, 15),

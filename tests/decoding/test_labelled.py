@@ -18,7 +18,7 @@ from feeler.decoding import (
     make_svm,
 )
 from feeler.decoding.cnn import TouchNetwork
-from feeler.decoding.tensors import NO_CONTACT
+from feeler.decoding.reader import NO_CONTACT
 from feeler.decoding.transfer import TransferClassifier
 from feeler.dispersion import compute_dispersion
 from feeler.encoding import ConvolutiveNMF

@@ -165,7 +165,7 @@ def _fit(X, y=None, **options):
         (lambda: _fit(None, [("a", 1, 1)] * 4), "at least 2 classes, got 1"),
         (lambda: _fit(None, n_copies=0), "n_copies ≥ 1"),
         (lambda: _fit(None, noise=-0.1), "noise ≥ 0"),
-        (lambda: _fit(None).predict(np.zeros((1, 3, 7))), "trained on tensors of"),
+        (lambda: _fit(None).predict(np.zeros((1, 3, 7))), "learned tensors of 3 sensors × 60 samples"),
         (lambda: score_transfer(_fit(None), np.zeros((1, 3, 60)), []), "one true label per tensor"),
         (lambda: align([], []), "one tip trace per touch"),
         (lambda: align([np.zeros((2, 9))], [np.zeros(8)]), "touch 0 has shape"),

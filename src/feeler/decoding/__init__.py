@@ -7,8 +7,10 @@ from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.confusion import Confused, explain_confusion
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import group_tensors, list_groups
+from feeler.decoding.ideal import IdealReader
 from feeler.decoding.labels import make_labels
 from feeler.decoding.noise import NOISES, Common, Noise, Relative
+from feeler.decoding.reader import READERS, Reader, measure_reader
 from feeler.decoding.splits import (
     compute_jittered,
     compute_left_out,
@@ -16,18 +18,23 @@ from feeler.decoding.splits import (
     jitter_trials,
 )
 from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.decoding.templates import TemplateReader
 
 __all__ = [
     "CODES",
     "NOISES",
+    "READERS",
     "Common",
     "Confused",
+    "IdealReader",
     "Noise",
     "PeakEncoder",
     "PrincipalComponents",
+    "Reader",
     "Relative",
     "StreamDecoder",
     "Sweep",
+    "TemplateReader",
     "compute_jittered",
     "compute_left_out",
     "compute_sweep",
@@ -42,4 +49,5 @@ __all__ = [
     "make_lda",
     "make_null",
     "make_svm",
+    "measure_reader",
 ]

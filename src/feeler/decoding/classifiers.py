@@ -2,16 +2,48 @@
 
 from typing import Any
 
+import numpy as np
+from scipy.special import softmax
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
-from sklearn.pipeline import make_pipeline
+from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
 from feeler.checked import checked
 from feeler.decoding.components import PrincipalComponents
-from feeler.decoding.tensors import FlatPipeline
+from feeler.decoding.reader import Reader
+from feeler.tensors.labels import label_like
 
 N_COMPONENTS = 30  # [P] "selected the first 30 features"
+
+
+class FlatPipeline(Reader, Pipeline):
+    """A pipeline that takes tables (trial, entry), and tensors (trial, sensor, time) flattened."""
+
+    def fit(self, X: Any, y: Any = None, **params: Any) -> "FlatPipeline":
+        """Fit all steps."""
+        self._keep(X, y)
+        return Pipeline.fit(self, _flatten(X), y, **params)
+
+    def predict(self, X: Any, until: float | None = None, **params: Any) -> Any:
+        """The label of each trial; labelled where the tensors are."""
+        reader, seen = self._look(X, until)
+        found = Pipeline.predict(reader, _flatten(seen), **params)
+        return label_like(found, X, ("trial",), "label")
+
+    def _decide(self, X: Any) -> np.ndarray:
+        """Probabilities, or votes as such where the last step gives none."""
+        if hasattr(self.steps[-1][1], "predict_proba"):
+            return Pipeline.predict_proba(self, _flatten(X))
+        return softmax(spread_votes(self.decision_function(_flatten(X))), axis=1)
+
+    def __sklearn_tags__(self) -> Any:
+        """Two dimensions, or three; principal components are of double precision whatever came in."""
+        tags = super().__sklearn_tags__()
+        tags.input_tags.two_d_array = True
+        if tags.transformer_tags is not None:
+            tags.transformer_tags.preserves_dtype = ["float64"]
+        return tags
 
 
 @checked
@@ -39,8 +71,7 @@ def make_fitting_lda(n_trials: int, n_copies: int) -> FlatPipeline:
 def make_svm(
     n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
 ) -> FlatPipeline:
-    """Principal components, one common scale, support vector machine one-vs-one (the paper's, for
-    the robot).
+    """Principal components, one scale, support vector machine one-vs-one: the paper's for the robot.
 
     Parameters
     ----------
@@ -51,12 +82,21 @@ def make_svm(
 
     Notes
     -----
-    Its votes are no probabilities; for those wrap it in
-    ``sklearn.calibration.CalibratedClassifierCV``.
+    Its probabilities are the softmax of its votes, and not calibrated; for calibrated ones wrap it
+    in ``sklearn.calibration.CalibratedClassifierCV``.
     """
     return _chain(n_components, StandardScaler(), SVC(kernel=kernel, C=C))
+
+
+def spread_votes(decision: np.ndarray) -> np.ndarray:
+    """Scores (trial, class) of a support vector machine, which gives two classes one number only."""
+    return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 
 
 def _chain(n_components: int | None, *steps: Any) -> FlatPipeline:
     first = () if n_components is None else (PrincipalComponents(n_components),)
     return FlatPipeline(make_pipeline(*first, *steps).steps)
+
+
+def _flatten(X: Any) -> Any:
+    return np.reshape(np.asarray(X), (len(X), -1)) if getattr(X, "ndim", 2) > 2 else X

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sklearn.base import clone
 from sklearn.model_selection import train_test_split
-from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.tensors import TensorClassifier
+from feeler.decoding.reader import Reader
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, load_model, save_model
 
@@ -25,7 +25,7 @@ KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = (
 )  # [P] supplement, CNN layers
 
 
-class TouchNetwork(TensorClassifier):
+class TouchNetwork(Reader):
     """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25
     → classes, softmax.
 
@@ -36,7 +36,8 @@ class TouchNetwork(TensorClassifier):
     Parameters
     ----------
     shape
-        (sensor, time) of a tensor; the paper's is (56, 380).
+        (sensor, time) of a tensor, the paper's is (56, 380); None: that of the tensors it is
+        fitted on, which flat ones do not have.
     max_epochs, patience, validation_share, batch_size, learning_rate
         Adam; the paper states none of these [C]. Training ends ``patience`` epochs after the best
         validation loss.
@@ -58,7 +59,7 @@ class TouchNetwork(TensorClassifier):
 
     def __init__(
         self,
-        shape: tuple[int, int] = (56, 380),
+        shape: tuple[int, int] | None = None,
         *,
         max_epochs: int = 30,
         patience: int = 4,
@@ -88,7 +89,9 @@ class TouchNetwork(TensorClassifier):
             Fewer than two classes, labels that do not match, a shape the layers do not fit.
         """
         torch = import_torch()
-        images, y = self._read(X), np.asarray(y)
+        self._keep(X, y)
+        self.shape_ = self.shape_ if self.shape is None else tuple(self.shape)
+        images, y = self._flatten(X), np.asarray(y)
         self._check(images, y)
         self.classes_, targets = np.unique(y, return_inverse=True)
         train, validate = self._split(targets)
@@ -99,15 +102,14 @@ class TouchNetwork(TensorClassifier):
         targets = torch.from_numpy(targets).to(self.device_)
         with torch.random.fork_rng():
             torch.manual_seed(self.random_state)
-            self.network_ = make_network(torch, self.shape, self.classes_.size).to(self.device_)
+            self.network_ = make_network(torch, self.shape_, self.classes_.size).to(self.device_)
             self._train(torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate))
         return self
 
-    def decide(self, X):
+    def _decide(self, X):
         """Probability of each class, (trial, class)."""
-        check_is_fitted(self, "network_")
         torch = import_torch()
-        data = torch.from_numpy(self._normalise(self._read(X))).to(self.device_)
+        data = torch.from_numpy(self._normalise(self._flatten(X))).to(self.device_)
         self.network_.eval()
         with torch.no_grad():
             parts = [
@@ -117,9 +119,10 @@ class TouchNetwork(TensorClassifier):
 
     def save(self, path: str | Path) -> None:
         """Weights and settings as a versioned safetensors file; never pickle."""
-        check_is_fitted(self, "network_")
+        self._require()
         arrays = {key: values.cpu().numpy() for key, values in self.network_.state_dict().items()}
-        parameters = {key: value for key, value in self.get_params().items() if key != "device"}
+        parameters = self.get_params() | {"shape": self.shape_}
+        del parameters["device"]
         settings = {
             "classes": self.classes_.tolist(),
             "scale": float(self.scale_),
@@ -158,28 +161,32 @@ class TouchNetwork(TensorClassifier):
         ):  # before memory is taken for it
             raise ValueError(f"the shape {shape} does not fit a mean of {mean.size} values")
         model = cls(**parameters, device=device)
+        model.shape_ = shape
         model.classes_, model.scale_, model.mean_ = (
             np.array(file.settings["classes"]),
             file.settings["scale"],
             mean,
         )
         model.device_ = choose_device(torch, device)
-        model.network_ = make_network(torch, model.shape, model.classes_.size).to(model.device_)
+        model.network_ = make_network(torch, shape, model.classes_.size).to(model.device_)
         model.network_.load_state_dict(
             {key: torch.from_numpy(values) for key, values in state.items()}
         )
         return model
 
-    def _read(self, X) -> np.ndarray:
+    def _renew(self) -> "TouchNetwork":
+        return clone(self).set_params(shape=None)
+
+    def _flatten(self, X) -> np.ndarray:
         images = np.asarray(X, dtype=np.float32)
-        if images[0].size != np.prod(self.shape):
+        if len(self.shape_) != 2 or images[0].size != np.prod(self.shape_):
             raise InvalidInput(
-                f"tensors of {images[0].size} entries do not have the shape {self.shape} given."
+                f"tensors of {images[0].size} entries do not have the shape {self.shape_} given."
             )
         return images.reshape(len(images), -1)
 
     def _normalise(self, images: np.ndarray) -> np.ndarray:
-        return ((images - self.mean_) / np.float32(self.scale_)).reshape(-1, 1, *self.shape)
+        return ((images - self.mean_) / np.float32(self.scale_)).reshape(-1, 1, *self.shape_)
 
     def _check(self, images: np.ndarray, y: np.ndarray) -> None:
         if y.shape != (len(images),):
@@ -189,9 +196,9 @@ class TouchNetwork(TensorClassifier):
         if np.unique(y).size < 2:
             raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
         least = KERNEL - 2 * PADDING + POOL - 1
-        if min(self.shape) < least:
+        if min(self.shape_) < least:
             raise InvalidInput(
-                f"the layers need at least {least} × {least} entries, got {self.shape}; use"
+                f"the layers need at least {least} × {least} entries, got {self.shape_}; use"
                 " make_lda()."
             )
         if not 0 < self.validation_share < 1:

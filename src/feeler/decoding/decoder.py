@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
-from sklearn.utils.validation import check_is_fitted
 
 from feeler.decoding.onset import OnsetFinder
+from feeler.decoding.reader import Reader
 from feeler.decoding.stream import Stream, StreamState
-from feeler.decoding.tensors import TensorClassifier
 from feeler.errors import FeelerError, InvalidInput
 from feeler.limits import find_limits
 from feeler.tensors.models import Model, load_model, save_model
@@ -46,7 +45,7 @@ RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
 }
 
 
-class StreamDecoder(TensorClassifier):
+class StreamDecoder(Reader):
     """Posterior over touches while they happen.
 
     Parameters
@@ -175,7 +174,7 @@ class StreamDecoder(TensorClassifier):
         (samples after contact). Use simulations with drawn mechanics: a decoder tempered on its own
         training touches would trust itself fully.
         """
-        check_is_fitted(self, "expected_at_")
+        self._require()
         chosen = np.unique(np.clip(moments, 0, self.window - 1))
         evidence, true = [], []
         for touch, label in zip(X, y, strict=True):
@@ -204,7 +203,7 @@ class StreamDecoder(TensorClassifier):
         """What was learned and all settings as a model file, which ``feeler info`` and ``validate``
         know; never pickle.
         """
-        check_is_fitted(self, "classes_")
+        self._require()
         if self.model is not None:
             raise InvalidInput(
                 "a decoder with model= holds a function, which no file can. Save the network by"
@@ -326,7 +325,7 @@ class StreamDecoder(TensorClassifier):
 
     def start(self) -> Stream:
         """A fresh stream of samples to be decoded."""
-        check_is_fitted(self, "classes_")
+        self._require()
         return Stream(self)
 
     def replay(self, values: np.ndarray, time: np.ndarray | None = None) -> list[StreamState]:
@@ -340,14 +339,22 @@ class StreamDecoder(TensorClassifier):
             for k in range(values.shape[1])
         ]
 
-    def decide(self, X: Sequence[np.ndarray]) -> np.ndarray:
-        """Posterior (touch, class) when each touch (sensor, time) has ended; NaN where no contact
-        was noticed.
+    def decide(self, X: Sequence[np.ndarray], until: float | None = None) -> np.ndarray:
+        """Posterior (touch, class) when each touch (sensor, time) has ended, NaN without contact.
+
+        ``until`` ends each touch earlier, and counts from the contact that was noticed [ms].
         """
+        self._require()
+        last = -1 if until is None else round(until / self.interval)
         found = np.full((len(X), len(self.classes_)), np.nan)
         for row, touch in zip(found, X, strict=True):
-            for state in self.replay(np.asarray(touch))[-1:]:
-                row[:] = np.nan if state.since_contact < 0 else state.posterior
+            if len(touch) != self.n_sensors_:
+                raise InvalidInput(
+                    f"the reader learned touches of {self.n_sensors_} sensors, got {len(touch)}."
+                )
+            felt = [one for one in self.replay(np.asarray(touch)) if one.since_contact >= 0]
+            if felt:
+                row[:] = felt[min(last, len(felt) - 1)].posterior
         return found
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.signal import find_peaks
 from scipy.special import log_softmax, softmax
 from sklearn.svm import SVC
-from sklearn.utils.validation import check_is_fitted
 
-from feeler.decoding.tensors import NO_CONTACT, TensorClassifier
+from feeler.decoding.classifiers import spread_votes
+from feeler.decoding.reader import NO_CONTACT, Reader
 from feeler.errors import InvalidInput
 
 BEFORE, AFTER = (
@@ -124,7 +124,7 @@ def add_noisy_copies(
     return noisy, index
 
 
-class TransferClassifier(TensorClassifier):
+class TransferClassifier(Reader):
     """One-versus-one linear support vector machine on noisy copies of aligned tensors.
 
     Parameters
@@ -159,6 +159,7 @@ class TransferClassifier(TensorClassifier):
         label.
         """
         X = _check_tensors(X)
+        self._keep(X, y)
         if len(y) != len(X):
             raise InvalidInput(f"{len(X)} tensors but {len(y)} labels: one label per tensor.")
         self.classes_ = sorted(set(y))
@@ -169,7 +170,6 @@ class TransferClassifier(TensorClassifier):
             X, self.n_copies, self.noise, np.random.default_rng(self.random_state)
         )
         self.scale_ = float(np.abs(X).max()) or 1.0
-        self.shape_ = X.shape[1:]
         self.copies_ = copies.reshape(len(copies), -1) / self.scale_
         self.svm_ = SVC(kernel="precomputed", C=self.C, decision_function_shape="ovr")
         self.svm_.fit(self.copies_ @ self.copies_.T, number[index])
@@ -203,22 +203,14 @@ class TransferClassifier(TensorClassifier):
         """``softmax(votes / T)``: call ``temper`` first, T is 1 else."""
         return softmax(scores / self.temperature_, axis=1)
 
-    def decide(self, X: np.ndarray) -> np.ndarray:
-        """Votes (trial, class) of all pairs, ties broken by their margins; NaN rows for tensors
-        without contact.
-        """
-        check_is_fitted(self, "svm_")
+    def _decide(self, X: np.ndarray) -> np.ndarray:
+        """Votes (trial, class) of all pairs, ties broken by their margins; NaN without contact."""
         X = np.asarray(X, dtype=float)
-        if X.shape[1:] != self.shape_:
-            raise InvalidInput(
-                f"trained on tensors of (sensor, time) = {self.shape_}, got {X.shape[1:]}. Align"
-                " and resample alike."
-            )
         votes = np.full((len(X), len(self.classes_)), np.nan)
         touched = np.isfinite(X).all(axis=(1, 2))
         if touched.any():
             kernel = X[touched].reshape(touched.sum(), -1) / self.scale_ @ self.copies_.T
-            votes[touched] = _spread(self.svm_.decision_function(kernel), len(self.classes_))
+            votes[touched] = spread_votes(self.svm_.decision_function(kernel))
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
@@ -232,11 +224,6 @@ class TransferClassifier(TensorClassifier):
                 [NO_CONTACT] if np.isnan(votes).any() else [self.classes_[i] for i in order]
             )
         return ranked
-
-
-def _spread(decision: np.ndarray, n_classes: int) -> np.ndarray:
-    """Two classes give one number per trial, more give one per class."""
-    return np.stack([-decision, decision], axis=1) if n_classes == 2 else decision
 
 
 def _check_tensors(X: np.ndarray) -> np.ndarray:

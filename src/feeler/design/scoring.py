@@ -26,6 +26,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
+from feeler.decoding.templates import fit_class
 from feeler.design.task import Task
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
@@ -212,17 +213,6 @@ def compute_logits(tensors: np.ndarray, train: int, sd: float) -> np.ndarray:
         within = np.einsum("nktr,rs,nkts->nkt", seen, inverse, seen, optimize=True)
         logits[..., k] = -0.5 * (square - within) / sd**2 - 0.5 * logdet
     return logits
-
-
-def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Mean (entry,) and scatter B (row, entry) of a class's touches, and S⁻¹ and ln det S of S = σ²
-    1 + B Bᵀ.
-    """
-    mean = touches.mean(axis=0)
-    scatter = (touches - mean) / np.sqrt(len(touches) - 1)
-    small = scatter @ scatter.T
-    small[np.diag_indices_from(small)] += sd**2
-    return mean, scatter, np.linalg.inv(small), float(np.linalg.slogdet(small)[1])
 
 
 def draw_noise(entries: int, sd: float) -> np.ndarray:

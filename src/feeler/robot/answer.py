@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.tensors import NO_CONTACT
+from feeler.decoding.reader import NO_CONTACT
 from feeler.decoding.transfer import PARTS, TransferClassifier
 from feeler.robot.touches import Label
 

@@ -1,0 +1,195 @@
+"""One Reader: every registered reader answers the same questions, whole or by a deadline."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import norm
+from sklearn.exceptions import NotFittedError
+
+from feeler.decoding import READERS, IdealReader, TemplateReader, make_lda, measure_reader
+from feeler.decoding.cnn import TouchNetwork
+from feeler.decoding.decoder import StreamDecoder
+from feeler.decoding.reader import count_until
+from feeler.decoding.transfer import TransferClassifier
+from feeler.errors import InvalidInput
+from feeler.information import compute_information
+
+START = 10  # samples at rest before contact
+
+
+class Flat:
+    """Noise of one sd; a model's double."""
+
+    def __init__(self, size=0.05):
+        self.size = size
+
+    def sd(self, tensors):
+        return np.full((1, 1, 1), self.size)
+
+
+class Loud(Flat):
+    """Noise that grows with what is felt."""
+
+    def sd(self, tensors):
+        return 0.02 + self.size * np.abs(tensors)
+
+
+def make_touches(seed=0, n_each=4):
+    """Three classes of ramps; until sample 40 the last two are the same."""
+    rng, time = np.random.default_rng(seed), np.maximum(np.arange(80.0) - START, 0)
+    late = np.maximum(time - 30, 0)
+    shapes = [(1.0, 0.5, 0.0), (0.2, 1.0, 0.0), (0.2, 1.0, 0.8)]
+    means = [np.outer([a, b], time) + np.outer([c, -c], late) for a, b, c in shapes]
+    tensors = np.repeat(means, n_each, axis=0) / 50
+    drawn = tensors * (1 + 0.02 * rng.standard_normal((len(tensors), 1, 1)))
+    return drawn, np.repeat(list("abc"), n_each)
+
+
+def label(tensors):
+    coords = {"time": ("time", np.arange(80.0)), "lead": ("trial", np.full(len(tensors), 10.0))}
+    return xr.DataArray(tensors, dims=("trial", "sensor", "time"), coords=coords, name="angle")
+
+
+def list_readers():
+    yield "lda", make_lda(3)
+    yield "svm", READERS["svm"](3)
+    yield "templates", TemplateReader(noise=Flat())
+    yield "stream", StreamDecoder(window=70, max_lag=3)
+    yield "ideal", IdealReader(noise=Flat())
+    yield "transfer", TransferClassifier(2, 0.01)
+
+
+ALL = dict(list_readers())
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_reader_learns_and_gives_probabilities_whole_and_by_a_deadline(name):
+    reader = ALL[name].fit(*make_touches())
+    tensors, labels = make_touches(seed=1)
+    whole, early = (reader.predict_proba(label(tensors), until) for until in (None, 30.0))
+    for found in (whole, early):
+        assert found.dims == ("trial", "class") and found["class"].values.tolist() == list("abc")
+        np.testing.assert_allclose(found.sum("class"), 1, rtol=1e-6)
+    assert reader.score(tensors, labels) == 1
+    assert list(reader.predict(label(tensors), 30.0).values[:4]) == ["a"] * 4
+    (right, bits), (_, less) = (
+        measure_reader(reader, label(tensors), labels, until) for until in (None, 30.0)
+    )
+    assert right == 1 and less < bits  # nobody can tell b from c by then
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_what_comes_after_the_deadline_changes_no_answer(name):
+    reader = (
+        ALL[name].fit(*(label(make_touches()[0]), make_touches()[1]))
+        if name != "stream"
+        else ALL[name].fit(*make_touches())
+    )
+    tensors, _ = make_touches(seed=1)
+    other = tensors.copy()
+    other[:, :, 45:] = 7.0
+    first, second = (reader.predict_proba(label(x), 30.0) for x in (tensors, other))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_every_registered_reader_is_made_by_its_name():
+    assert set(READERS) == {"lda", "svm", "cnn", "templates", "stream", "ideal"}
+    for make in READERS.values():
+        assert hasattr(make(), "predict_proba")
+    with pytest.raises(InvalidInput, match="unknown reader 'knn'; valid: lda"):
+        READERS["knn"]
+
+
+@pytest.mark.parametrize("reader", [*ALL.values(), TouchNetwork()], ids=[*ALL, "cnn"])
+def test_a_reader_asked_before_it_was_fitted_says_so(reader):
+    from sklearn.base import clone
+
+    for ask in ("predict", "predict_proba"):
+        with pytest.raises(InvalidInput, match="asked before it was fitted; call fit") as caught:
+            getattr(clone(reader), ask)(make_touches()[0])
+        assert isinstance(caught.value, NotFittedError)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_other_sensors_than_learned_are_refused(name):
+    reader = ALL[name].fit(*make_touches())
+    with pytest.raises(InvalidInput, match="sensors"):
+        reader.predict_proba(make_touches()[0][:, :1])
+
+
+def test_a_deadline_counts_from_contact():
+    tensors = make_touches()[0]
+    assert count_until(label(tensors), 30.0) == 41
+    assert count_until(tensors, 30.0) == 30
+    assert count_until(tensors, 1e6) == 80
+    with pytest.raises(InvalidInput, match="no sample lies within"):
+        count_until(tensors, 0.0)
+    mixed = label(tensors).assign_coords(lead=("trial", np.arange(12.0)))
+    with pytest.raises(InvalidInput, match="trials of one lead"):
+        count_until(mixed, 30.0)
+
+
+@pytest.mark.parametrize("noise", [Flat(0.2), Loud(0.3)], ids=["white", "with the signal"])
+def test_the_ideal_reader_is_bayes_rule(noise):
+    """The log of the normal density, entry by entry, touch by touch."""
+    known, labels = make_touches()
+    reader = IdealReader(noise=noise).fit(known, labels)
+    rng = np.random.default_rng(3)
+    met = known + noise.sd(known) * rng.standard_normal(known.shape)
+    sd = np.broadcast_to(noise.sd(known), known.shape)
+    density = norm.logpdf(met[:, None], known[None], sd[None]).sum(axis=(2, 3))
+    weight = np.exp(density - density.max(axis=1, keepdims=True))
+    chance = weight.reshape(12, 3, 4).sum(axis=2) / weight.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(reader.predict_proba(met), chance, rtol=1e-7, atol=1e-12)
+    early = norm.logpdf(met[:, None, :, :30], known[None, ..., :30], sd[None, ..., :30])
+    weight = np.exp(early.sum(axis=(2, 3)) - early.sum(axis=(2, 3)).max(axis=1, keepdims=True))
+    chance = weight.reshape(12, 3, 4).sum(axis=2) / weight.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(reader.predict_proba(met, 30), chance, rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize("level", [0.3, 0.8])
+@pytest.mark.parametrize("each", [False, True], ids=["one sd", "an sd for each touch"])
+def test_the_ideal_reader_agrees_with_the_exact_route_over_energies(level, each):
+    known, _ = make_touches(n_each=2)
+    own = level * (np.linspace(0.8, 1.2, 6) if each else np.ones(6))
+
+    class Own(Flat):
+        def sd(self, tensors):
+            return own[:, None, None]
+
+    reader = IdealReader(noise=Own()).fit(known, np.arange(6))
+    rng, copies = np.random.default_rng(5), 1500
+    drawn = rng.standard_normal((copies, *known.shape))
+    met = (known + own[:, None, None] * drawn).reshape(-1, *known.shape[1:])
+    accuracy, bits = measure_reader(reader, met, np.tile(np.arange(6), copies))
+    exact = compute_information(known, own, n_draws=1500)
+    assert accuracy == pytest.approx(exact.accuracy, abs=0.02)
+    assert bits == pytest.approx(exact.bits, abs=0.04)
+
+
+def test_templates_are_normal_distributions_with_the_scatter_of_their_touches():
+    known, labels = make_touches(n_each=5)
+    reader = TemplateReader(noise=Flat(0.1)).fit(known, labels)
+    met = make_touches(seed=2)[0][:, :, ::8]
+    reader = TemplateReader(noise=Flat(0.1)).fit(known[:, :, ::8], labels)
+    logits = reader.decide(met)
+    for k, own in enumerate(np.split(known[:, :, ::8].reshape(15, -1), 3)):
+        covariance = np.cov(own.T) + 0.01 * np.eye(own.shape[1])
+        far = met.reshape(len(met), -1) - own.mean(axis=0)
+        expected = -0.5 * np.einsum("ti,ij,tj->t", far, np.linalg.inv(covariance), far)
+        expected -= 0.5 * np.linalg.slogdet(covariance)[1]
+        np.testing.assert_allclose(logits[:, k], expected, rtol=1e-6)
+
+
+def test_bits_are_the_mean_logarithm_of_what_was_believed():
+    class Sure:
+        classes_ = ("a", "b")
+
+        def predict_proba(self, tensors, until=None):
+            return np.array([[0.8, 0.2], [0.5, 0.5], [np.nan, np.nan]])
+
+    accuracy, bits = measure_reader(Sure(), np.zeros((3, 2, 2)), ["a", "b", "b"])
+    assert accuracy == pytest.approx(1 / 3)
+    assert bits == pytest.approx(1 + np.log2([0.8, 0.5, 0.5]).mean())
+    with pytest.raises(InvalidInput, match="never learned the class 'c'"):
+        measure_reader(Sure(), np.zeros((3, 2, 2)), ["a", "b", "c"])
