@@ -52,12 +52,12 @@ def describe_original(antenna: Antenna) -> dict[str, Any]:
         **describe_antenna(antenna),
         "compliance": compute_compliance(antenna.stiffness),
         "handles": {
-            name: make_handles(getattr(antenna, name)) for name in ("stiffness", "damping")
+            name: _make_handles(getattr(antenna, name)) for name in ("stiffness", "damping")
         },
     }
 
 
-def make_handles(values: np.ndarray) -> list[list[float]]:
+def _make_handles(values: np.ndarray) -> list[list[float]]:
     """Handles on a profile, evenly spaced, four digits; every hinge where there are few."""
     n = len(values)
     at = np.unique(np.round(np.linspace(0, n - 1, min(HANDLES, n))).astype(int))

@@ -60,7 +60,7 @@ class Hand:
         with self._lock:
             self._aims = {}
         self._ended.clear()
-        simulation, readings, commands = make_simulation(wish), Readings(), hold_all(wish)
+        simulation, readings, commands = make_simulation(wish), Readings(), _hold_all(wish)
         apply(simulation, commands)
         antenna = wish.antenna.make()
         say({"part": "begin", "total": LONGEST, **describe_scene(wish)})
@@ -118,7 +118,7 @@ class Hand:
         return found
 
 
-def hold_all(wish: TouchWish) -> list[Command]:
+def _hold_all(wish: TouchWish) -> list[Command]:
     """Commands by which nothing moves by itself."""
     return [(1, number, 0.0, 0.0, 0.0) for number in range(1 + len(wish.objects))]
 

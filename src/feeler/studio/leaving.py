@@ -67,7 +67,7 @@ def make_file(message: dict[str, Any]) -> Leaving:
     )
 
 
-def read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:
+def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[str, np.ndarray]:
     """The readings of a touch, or of a run by hand, from its first to its last sample."""
     if commands is not None:
         return replay(wish, commands, samples)
@@ -83,7 +83,7 @@ def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str) -> by
 
     antenna = wish.antenna.make()
     index = find_sensed(antenna)
-    angle = read_whole(wish, commands, samples)["angle"][:, index].T
+    angle = _read_whole(wish, commands, samples)["angle"][:, index].T
     curvature = angle / antenna.segment_length[index][:, None]
     with style():
         figure = Figure(figsize=(4.5, 3.0), layout="constrained")
@@ -116,12 +116,12 @@ def _write_html(wish: TouchWish, other: Any, commands: list | None, samples: int
     for slot, one in slots.items():
         one = one if not one.preview else TouchWish.read(one.to_plain() | {"preview": False})
         given = commands if slot == "A" else None
-        readings = read_whole(one, given, samples)
-        records += record_touch(slot, one, readings, by_hand=given is not None)
+        readings = _read_whole(one, given, samples)
+        records += _record_touch(slot, one, readings, by_hand=given is not None)
     return write_player(records)
 
 
-def record_touch(
+def _record_touch(
     slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by_hand: bool = False
 ) -> list:
     """Headers and arrays of a recorded touch, in the order in which a page hears them."""

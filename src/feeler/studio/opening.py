@@ -44,7 +44,7 @@ def open_text(
             "original": describe_original(antenna),
         }, {}
     if name.lower().endswith(".csv"):
-        return open_recording(
+        return _open_recording(
             name, text, AntennaWish.read(message.get("antenna", {})).make(), calibration, find
         )
     raise InvalidInput(
@@ -72,7 +72,7 @@ def open_calibration(name: str, text: str) -> SensorCalibration:
         return load_calibration(path)
 
 
-def open_recording(
+def _open_recording(
     name: str,
     text: str,
     antenna: Antenna,

@@ -32,10 +32,10 @@ def show_studio(antenna: Antenna | str = "exponential") -> Any:
     InvalidInput
         No preset of this name.
     """
-    return make_widget(wish_for(antenna))
+    return _make_widget(wish_for(antenna))
 
 
-def make_widget(wish: AntennaWish) -> Any:
+def _make_widget(wish: AntennaWish) -> Any:
     """The widget of a wish."""
     try:
         import anywidget

@@ -90,7 +90,7 @@ class AntennaWish(Wish):
         self._text("name", 80)
         for name in ("stiffness", "damping"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, read_handles(getattr(self, name), name))
+                object.__setattr__(self, name, _read_handles(getattr(self, name), name))
         if self.length is not None:
             self._number("length", 0.01, 1e5)
         if self.sensors is not None and not (
@@ -174,7 +174,7 @@ class ObjectWish(Wish):
     friction: float = 1.0
 
     def __post_init__(self) -> None:
-        check_kind(self.kind)
+        _check_kind(self.kind)
         self._number("size", 0.01, 1e3)
         self._number("friction", 0.0, 100.0)
         self._number("speed", 0.0, 10.0)
@@ -187,7 +187,7 @@ class ObjectWish(Wish):
         turn = np.radians(self.heading)
         forward = (float(np.sin(turn)), float(np.cos(turn)))
         return Object(
-            feature=make_shape(self.kind, self.size),
+            feature=_make_shape(self.kind, self.size),
             place=(self.x, self.y),
             forward=forward,
             velocity=(self.speed * forward[0], self.speed * forward[1]),
@@ -223,7 +223,7 @@ class TouchWish(Wish):
     def __post_init__(self) -> None:
         if not isinstance(self.antenna, AntennaWish):
             object.__setattr__(self, "antenna", AntennaWish.read(self.antenna))
-        check_kind(self.kind)
+        _check_kind(self.kind)
         self._number("size", 0.01, 1e3)
         for name, low, high in (
             ("location", 1e-3, 1.0),
@@ -254,7 +254,7 @@ class TouchWish(Wish):
     def make_trial(self) -> Trial:
         """The trial."""
         return Trial(
-            feature=make_shape(self.kind, self.size),
+            feature=_make_shape(self.kind, self.size),
             location=self.location,
             speed=self.speed,
             approach=self.approach,
@@ -268,14 +268,14 @@ class TouchWish(Wish):
         return [self.make_trial(), *(item.make(number) for number, item in enumerate(self.objects))]
 
 
-def make_shape(kind: str, size: float) -> Feature:
+def _make_shape(kind: str, size: float) -> Feature:
     """A feature of one size: box and triangle as high as wide, as in the paper; a wall has none."""
     if kind == "wall":
         return make_feature("wall")
     return make_feature(kind, size, half_height=size) if kind == "box" else make_feature(kind, size)
 
 
-def check_kind(kind: object) -> None:
+def _check_kind(kind: object) -> None:
     """Refuse what the page has no shape for."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise InvalidInput(f"kind must be one of {', '.join(KINDS)}, got {str(kind)[:40]!r}.")
@@ -290,7 +290,7 @@ def read_number(value: object, name: str, low: float, high: float) -> float:
     return float(value)
 
 
-def read_handles(value: object, name: str) -> Handles:
+def _read_handles(value: object, name: str) -> Handles:
     """Handles that rise along the antenna, at least one."""
     if not isinstance(value, list | tuple) or not 1 <= len(value) <= MAX_HANDLES:
         raise InvalidInput(f"{name} must be 1 to {MAX_HANDLES} handles (place, value).")
