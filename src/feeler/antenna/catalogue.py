@@ -6,12 +6,11 @@ from importlib.resources import files
 
 from feeler.antenna.parse import AntennaFile, parse_antenna
 
-SPECIES = ("cricket", "stick-insect", "lobster", "whisker", "multi-legged")
+_FILES = files("feeler.antenna") / "species"
+SPECIES = tuple(sorted(file.name.removesuffix(".toml") for file in _FILES.iterdir()))
 
 
 def read_species(name: str) -> AntennaFile:
     """The antenna and the sources of its quantities."""
     file = f"{name}.toml"
-    return parse_antenna(
-        (files("feeler.antenna") / "species" / file).read_text(encoding="utf-8"), file
-    )
+    return parse_antenna((_FILES / file).read_text(encoding="utf-8"), file)

@@ -1,0 +1,264 @@
+"""Each row of CONTRIBUTING's table is carried out: the change is made with the files that it names.
+
+What is open from outside is tested beside its room; the table names these tests. The other changes
+are made here in a copy of feeler, and a file that the row does not name must stay as it is.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROWS = [
+    [cell.strip() for cell in line.strip("|").split("|")]
+    for line in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").splitlines()
+    if line.startswith("| ") and not line.startswith("| your change")
+]
+FILES = {change: re.findall(r"`([\w/{}.*-]+)`", files) for change, files, _ in ROWS}
+TESTS = {change: re.findall(r"`([\w/.:]+)`", tests) for change, _, tests in ROWS}
+
+
+def test_every_row_names_a_test_that_is_there():
+    assert len(ROWS) > 15
+    for change, named in TESTS.items():
+        assert named, f"no test makes this change: {change}"
+        for one in named:
+            file, _, name = one.partition("::")
+            assert f"def {name}(" in (ROOT / "tests" / file).read_text(), f"{change}: {one}"
+
+
+def test_every_file_that_a_row_names_is_there():
+    missing = [
+        (change, file)
+        for change, files in FILES.items()
+        for file in files
+        if "/" in file and not list((ROOT / "src" / "feeler").glob(file)) + list(ROOT.glob(file))
+    ]
+    assert not missing
+
+
+class Copy:
+    """A copy of feeler in which a change is made."""
+
+    def __init__(self, folder):
+        self.source = folder / "feeler"
+        shutil.copytree(
+            ROOT / "src" / "feeler", self.source, ignore=shutil.ignore_patterns("__pycache__")
+        )
+        self.changed = set()
+
+    def write(self, file, text):
+        """Add a file, or put another text in its place."""
+        (self.source / file).write_text(text, encoding="utf-8")
+        self.changed.add(file)
+
+    def replace(self, file, old, new):
+        text = (self.source / file).read_text(encoding="utf-8")
+        assert text.count(old) == 1, f"{file} holds {old!r} {text.count(old)} times"
+        self.write(file, text.replace(old, new))
+
+    def run(self, *lines):
+        """What a fresh Python that uses the copy prints of these lines."""
+        done = subprocess.run(
+            [sys.executable, "-c", "\n".join(lines)],
+            env={**os.environ, "PYTHONPATH": str(self.source.parent)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        return done.stdout
+
+    def check(self, change):
+        """Nothing was touched but what the row names, by file or by folder."""
+        named = [file.partition("{")[0].partition("*")[0] for file in FILES[change]]
+        beside = [one for one in self.changed if not any(one.startswith(name) for name in named)]
+        assert not beside, f"{change}: also needs {beside}"
+
+
+@pytest.fixture
+def copy(tmp_path):
+    return Copy(tmp_path)
+
+
+def test_a_command(copy):
+    copy.write(
+        "cli/greet.py",
+        '"""``feeler greet``: say hello."""\n\nimport typer\n\n\n'
+        "def register(app: typer.Typer) -> None:\n"
+        '    """Add ``greet`` to the command line."""\n'
+        '    app.command("greet")(lambda: typer.echo("hello"))\n',
+    )
+    copy.replace("cli/app.py", '    "touch",\n', '    "touch",\n    "greet",\n')
+    command = "import sys; sys.argv = ['feeler', 'greet']"
+    assert copy.run(command, "from feeler.cli import main; main()") == "hello\n"
+    copy.check("a command")
+
+
+def test_a_preset(copy):
+    text = (copy.source / "antenna" / "species" / "cricket.toml").read_text(encoding="utf-8")
+    copy.write("antenna/species/mine.toml", text.replace('name = "cricket"', 'name = "mine"', 1))
+    said = copy.run("import feeler", "print(feeler.presets.make_preset('mine').n_segments)")
+    assert said == "120\n"
+    assert "mine" in copy.run("import feeler", "print(*feeler.presets.PRESETS)").split()
+    copy.check("a preset")
+
+
+CLAIM = """
+[[claim]]
+id = "half"
+where = "nowhere"
+says = "Half of the segments are seventy"
+paper = "70"
+tag = "C"
+kind = "value"
+section = "antenna"
+figure = "fig2c_antenna"
+keys = ["antenna.half"]
+target = 70.0
+tolerance = 0.0
+"""
+JUDGE = (
+    "import tempfile",
+    "from pathlib import Path",
+    "from feeler.report.section import Section",
+    "from feeler.studies.paper import fig2a",
+    "from feeler.studies.paper.context import Context",
+    "from feeler.studies.paper.verdicts import judge_claims",
+    "out = Path(tempfile.mkdtemp())",
+    "context = Context(scale='smoke', out=out)",
+    "section = Section(name='antenna', title='', folder=out, vector=False)",
+    "fig2a.show(context, section)",
+    "found = {one.claim.id: one for one in judge_claims([section], context)}",
+)
+
+
+@pytest.mark.parametrize(
+    ("file", "change"),
+    [
+        ("claims.toml", "a claim of the paper"),
+        ("own_claims.toml", "a claim of our own"),
+    ],
+)
+def test_a_claim(copy, file, change):
+    old = (copy.source / "studies" / "paper" / file).read_text(encoding="utf-8")
+    copy.write(f"studies/paper/{file}", old + CLAIM)
+    copy.replace(
+        "studies/paper/fig2a.py",
+        '"antenna.n_segments": antenna.n_segments,',
+        '"antenna.n_segments": antenna.n_segments,\n'
+        '        "antenna.half": antenna.n_segments / 2,',
+    )
+    said = copy.run(*JUDGE, "print(found['half'].verdict)")
+    assert said.strip() in ("reproduced", "holds")
+    copy.check(change)
+
+
+PANEL = """// @ts-check
+import { make, makePanel } from "./dom.js";
+/** @typedef {import("./studio.js").App} App */
+/** A panel of somebody else: how many sensors feel. */
+
+/** @param {App} app @returns {import("./panels.js").Panel} */
+export function makeCountPanel(app) {
+  const words = make("p", { class: "count-of-sensors" });
+  const update = () => { words.textContent = `${app.records.A.index.length} sensors`; };
+  const element = makePanel("Count", "count-panel", words);
+  return { element, place: "right", isShown: () => true, update };
+}
+"""
+
+
+def test_a_panel_of_the_studio(copy, browser, tmp_path):
+    copy.write("studio/page/count.js", PANEL)
+    copy.replace(
+        "studio/page/panels.js",
+        "import { makeAntennaPanel, ",
+        'import { makeCountPanel } from "./count.js";\nimport { makeAntennaPanel, ',
+    )
+    copy.replace(
+        "studio/page/panels.js", "  makeSetPanel,\n", "  makeSetPanel,\n  makeCountPanel,\n"
+    )
+    page = tmp_path / "page.html"
+    copy.run(
+        "from pathlib import Path",
+        "from feeler.studio.leaving import make_file",
+        "from feeler.studio.server import FILES",
+        "assert 'count.js' in FILES",
+        "wish = {'duration': 20.0, 'antenna': {'sensors': 17}}",
+        f"Path({str(page)!r}).write_bytes(make_file({{'what': 'html', 'wish': wish}}).content)",
+    )
+    browser.get(page.as_uri())
+    shown = "return (document.querySelector('.count-of-sensors') || {}).textContent"
+    assert _wait(lambda: browser.execute_script(shown)) == "17 sensors"
+    copy.check("a panel of the studio")
+
+
+def _wait(look, seconds=20.0):
+    import time
+
+    end = time.monotonic() + seconds
+    while not (found := look()) and time.monotonic() < end:
+        time.sleep(0.05)
+    return found
+
+
+def test_a_policy():
+    from feeler.active import parse_policy
+    from feeler.active.policies import POLICIES
+
+    @POLICIES.register("as-told")
+    def make_as_told(speed):
+        return lambda known: speed
+
+    try:
+        assert parse_policy("as-told:0.2")(None) == 0.2
+    finally:
+        POLICIES.unregister("as-told")
+
+
+TASK = """
+from dataclasses import dataclass
+from feeler.active.task import TouchTask
+
+
+@dataclass(frozen=True, eq=False)
+class HalfTask(TouchTask):
+    \"\"\"Touches of half as long.\"\"\"
+
+    duration: float = 50.0
+"""
+
+
+def test_an_environment(copy):
+    copy.write("active/half.py", TASK)
+    copy.replace(
+        "active/environment.py",
+        '    "feeler/Touch-v0": TouchTask,\n',
+        '    "feeler/Touch-v0": TouchTask,\n    "feeler/Half-v0": HalfTask,\n',
+    )
+    copy.replace(
+        "active/environment.py",
+        "TASKS: dict",
+        "from feeler.active.half import HalfTask\n\nTASKS: dict",
+    )
+    said = copy.run(
+        "import gymnasium, feeler.active.environment",
+        "env = gymnasium.make('feeler/Half-v0', pool=4)",
+        "env.reset(seed=0)",
+        "action = env.action_space.sample()",
+        "steps = 0",
+        "over = False",
+        "while not over:",
+        "    *_, ended, cut, _ = env.step(action)",
+        "    over = ended or cut",
+        "    steps += 1",
+        "print(steps)",
+    )
+    assert said == "50\n"
+    copy.check("an environment")
