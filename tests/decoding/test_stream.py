@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.early import measure_early_accuracy
-from feeler.decoding.samples import open_serial, parse_sample, read_samples
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.robot.samples import open_serial, parse_sample, read_samples
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import read_model, save_model
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from feeler.decoding import StreamDecoder
-from feeler.decoding.samples import MAX_LINE, read_lines, read_samples
 from feeler.errors import InvalidInput
+from feeler.robot.samples import MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model

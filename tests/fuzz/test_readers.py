@@ -23,11 +23,11 @@ from feeler.calibration.recording import load_traces
 from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.samples import parse_sample, read_samples
 from feeler.encoding import load_encoder
 from feeler.limits import Limits
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
+from feeler.robot.samples import parse_sample, read_samples
 from feeler.robot.sensor import load_calibration_table
 from feeler.robot.sensor_file import load_calibration
 from feeler.tensors.contract import find_breaches

@@ -11,7 +11,6 @@ import pytest
 from typer.testing import CliRunner
 
 from feeler.cli.app import app
-from feeler.decoding.samples import read_samples
 from feeler.decoding.transfer import TransferClassifier
 from feeler.errors import InvalidInput
 from feeler.robot import (
@@ -32,6 +31,7 @@ from feeler.robot import (
 from feeler.robot.answer import judge_touch
 from feeler.robot.factors import make_posture
 from feeler.robot.recording import Recording
+from feeler.robot.samples import read_samples
 from feeler.stimulus import load_objects
 
 OBJECTS = """

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from feeler.decoding.link import frame_sample
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration_table, load_recording, save_calibration
 from feeler.robot.examples import get_example
+from feeler.robot.link import frame_sample
 from feeler.studio import Boards, study
 from feeler.studio.board import LEAST_STEP, WINDOW, listen
 from feeler.studio.listener import Judge

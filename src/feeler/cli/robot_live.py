@@ -50,11 +50,11 @@ def stream(
     """Decode touches while they happen: one line of numbers per sample, time in ms first or left
     out.
     """
-    from feeler.decoding.link import Link
-    from feeler.decoding.samples import open_serial, read_lines, read_samples
     from feeler.errors import InvalidInput
     from feeler.robot import load_calibration, load_recording, make_decoder
     from feeler.robot.answer import name_notes
+    from feeler.robot.link import Link
+    from feeler.robot.samples import open_serial, read_lines, read_samples
 
     robot, touches = Robot(antenna), make_touches(objects, locations, speeds)
     calibration = calibration or robot.calibration
@@ -125,8 +125,8 @@ def replay(
     """
     import time
 
-    from feeler.decoding.link import frame_sample
     from feeler.robot import load_recording
+    from feeler.robot.link import frame_sample
 
     read = load_recording(recording, n_channels=Robot(antenna).antenna.sensors.size)
     began = time.monotonic()

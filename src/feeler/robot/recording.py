@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from feeler.checked import checked
-from feeler.decoding.link import unwrap_clock
 from feeler.errors import InvalidInput
+from feeler.robot.link import unwrap_clock
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
 from feeler.tensors.bags import find_bag, read_bag
 from feeler.tensors.table import Table, read_table

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.decoding.link import Link
-from feeler.decoding.samples import open_serial, split_sample, take_line
 from feeler.errors import InvalidInput
 from feeler.presets import make_preset
 from feeler.robot import SensorCalibration
+from feeler.robot.link import Link
+from feeler.robot.samples import open_serial, split_sample, take_line
 from feeler.studio.listener import Listener
 from feeler.studio.study import Study
 from feeler.studio.touching import INTERVAL, describe_antenna, find_sensed

@@ -6,8 +6,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from feeler.decoding.link import Link
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.robot.link import Link
 
 MAX_LINE = 4096  # characters of one sample; more is no sample
 

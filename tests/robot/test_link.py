@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feeler.decoding.link import CLOCK, WRAP, Link, frame_sample, unwrap_clock
-from feeler.decoding.samples import open_serial, read_samples
+from feeler.robot.link import CLOCK, WRAP, Link, frame_sample, unwrap_clock
+from feeler.robot.samples import open_serial, read_samples
 
 
 def send(count, first=0):
