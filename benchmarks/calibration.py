@@ -6,7 +6,6 @@ Run: python benchmarks/calibration.py
 
 import json
 import time
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -76,8 +75,8 @@ def main() -> None:
     searches = list_searches(problem, run_methods(make_problem, starts))
     for s in searches:
         print(
-            f"{s.method:14} {s.start} {s.evaluations:5d} antennas, {s.seconds:6.1f} s, error"
-            f" {s.error:.4g}"
+            f"{s['method']:14} {s['start']} {s['evaluations']:5d} antennas, {s['seconds']:6.1f} s,"
+            f" error {s['error']:.4g}"
         )
     results = {
         "evaluation_s": seconds,
@@ -85,7 +84,7 @@ def main() -> None:
         "ratio_in_lanes": seconds["mujoco"] / seconds["in lanes of 8"],
         "timesteps": steps,
         "starts": starts.tolist(),
-        "searches": [asdict(s) for s in searches],
+        "searches": searches,
         "published_error": problem.score(PAPER_P)[1],
     }
     rounded = json.loads(json.dumps(results), parse_float=lambda x: float(f"{float(x):.4g}"))

@@ -1,6 +1,6 @@
 """Reports: figures, movies, tables, words and numbers as one self-contained page. Computes nothing."""
 
 from feeler.report.page import Part, render_page, write_page
-from feeler.report.section import Section
+from feeler.report.section import Section, make_interval, make_spread
 
-__all__ = ["Part", "Section", "render_page", "write_page"]
+__all__ = ["Part", "Section", "make_interval", "make_spread", "render_page", "write_page"]

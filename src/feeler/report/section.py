@@ -1,7 +1,7 @@
 """A section of the report: figures, movies, tables, words and numbers, kept as files in one folder."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -55,21 +55,34 @@ class Section:
         *,
         width: float | None = None,
         height: float = 3.0,
+        numbers: Mapping[str, object] | None = None,
     ) -> None:
-        """Draw with ``draw(figure)`` and keep it as PNG and, if ``vector``, as a page of
-        ``figures.pdf``.
+        """Draw with ``draw(figure)``; keep it as PNG and, if ``vector``, as a page of a PDF.
+
+        Parameters
+        ----------
+        name : str
+            Name of the picture's file, and of the JSON file with its numbers.
+        caption : str
+        draw : callable
+            Draws into the ``Figure`` that it is given.
+        width, height : float
+            [inches]; default width: two columns.
+        numbers : mapping of str to array, optional
+            The numbers that the figure draws.
         """
         inches, tensors = self._pictures.draw(name, draw, width=width, height=height)
         size = [round(96 * side) for side in inches]
         self.blocks.append(
             {"kind": "figure", "name": name, "caption": caption, "size": size, "hover": tensors}
         )
+        if numbers is not None:
+            self.numbers(name, **numbers)
 
     @cached_property
     def _pictures(self) -> "Pictures":
-        from feeler.report.pictures import (
-            Pictures,
-        )  # matplotlib is slow to load, and who reads a section does not draw
+        # Matplotlib loads slowly, and whoever only reads a section does not draw.
+        from feeler.report.pictures import Pictures
 
         return Pictures(self.folder, self.folder / PAGES, vector=self.vector)
 
@@ -99,6 +112,16 @@ class Section:
         """Read a section that ``save`` wrote."""
         data = json.loads((folder / MARKER).read_text())
         return cls(**data | {"folder": folder, "cached": True})
+
+
+def make_spread(value: float, low: float, high: float) -> dict[str, float]:
+    """A value with the ends of its spread, in the form in which ``Section.values`` keeps it."""
+    return {"value": float(value), "low": float(low), "high": float(high)}
+
+
+def make_interval(mean: float, half: float) -> dict[str, float] | float:
+    """``mean`` ± ``half``; the mean alone where there is no interval (``half`` is NaN)."""
+    return make_spread(mean, mean - half, mean + half) if np.isfinite(half) else float(mean)
 
 
 def to_json(value: object) -> object:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from feeler.antenna.antenna import Antenna
 from feeler.experiment.seed import check_seed
@@ -17,7 +18,13 @@ from feeler.studies.scale import SCALES, Scale
 
 KEYED = ("scale", "seed", "engine", "timestep", "antenna")
 """What can change a number; a stage says which of them it reads."""
-THROUGH = {"effort": "scale", "profiles": "antenna", "is_cockroach": "antenna"}
+THROUGH = {
+    "effort": ("scale",),
+    "profiles": ("antenna",),
+    "is_cockroach": ("antenna",),
+    "physics": ("engine", "timestep"),
+}
+"""Which of ``KEYED`` each property is read through."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +63,11 @@ class Context:
         """Whether figures are also drawn as PDF."""
         return self.effort.vector
 
+    @property
+    def physics(self) -> dict[str, Any]:
+        """``engine``, ``timestep`` [ms] and ``workers``, as :func:`feeler.touch` takes them."""
+        return {"engine": self.engine, "timestep": self.timestep, "workers": self.workers}
+
     @cached_property
     def profiles(self) -> dict[str, Antenna]:
         """The antenna and its controls: for the cockroach the paper's two and the
@@ -87,9 +99,10 @@ class View:
     reads: tuple[str, ...]
 
     def __getattr__(self, name: str) -> object:
-        source = THROUGH.get(name, name)
-        if source in KEYED and source not in self.reads:
-            raise AttributeError(
-                f"this stage reads context.{name} but does not declare {source!r}: {self.reads}."
-            )
+        for source in THROUGH.get(name, (name,)):
+            if source in KEYED and source not in self.reads:
+                raise AttributeError(
+                    f"this stage reads context.{name} but does not declare {source!r}:"
+                    f" {self.reads}."
+                )
         return getattr(self.context, name)

@@ -3,7 +3,6 @@
 import shutil
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
@@ -66,11 +65,8 @@ def _load(
     }
     key = make_key(made_with | {"seed": context.seed, "duration": duration}, touch.__module__)
     path = context.out / "cache" / "tensors" / f"{name}-{key}.zarr"
-    options: dict[str, Any] = {
+    options = context.physics | {
         "duration": duration,
-        "timestep": context.timestep,
-        "engine": context.engine,
-        "workers": context.workers,
         "seed": context.seed,
         "progress": context.progress,
     }

@@ -45,13 +45,10 @@ def show(context: Context, section: Section) -> None:
         " thin rods with the shown masses; the drawn radius enters contact only. (Fig. 2A, C)",
         lambda figure: plot(antenna, figure),
         height=3.2,
-    )
-    section.numbers(
-        "fig2c_antenna",
-        segment_length=antenna.segment_length,
-        segment_mass=antenna.segment_mass,
-        stiffness=antenna.stiffness,
-        damping=antenna.damping,
+        numbers={
+            name: getattr(antenna, name)
+            for name in ("segment_length", "segment_mass", "stiffness", "damping")
+        },
     )
     rows = []
     for name, control in context.profiles.items():

@@ -2,8 +2,8 @@
 traces.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,45 +21,21 @@ from feeler.plotting.look import PALETTE, style
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna
 from feeler.report.section import Section
-from feeler.response import FreeResponse, measure_deflection_ratios, measure_free_response
+from feeler.response import measure_free_response
 from feeler.studies.paper.context import Context
 from feeler.tensors.unit import in_unit
 
 # Digitised from the first author's poster [A]: time [ms] from the first opposite peak (step) or the
-# largest deflection
-# (impulse), displacement relative to the largest. The animals' own step trace leaves −1 at −27 ms,
-# the simulated one at
-# −19 ms. Bands of ±1 SD could not be read off.
+# largest deflection (impulse), displacement relative to the largest. The animals' own step trace
+# leaves −1 at −27 ms, the simulated one at −19 ms. Bands of ±1 SD could not be read off.
 STEP_TRACE = np.array(
     [[-19.0, -1.0], [-9.0, 0.0], [0.0, 0.41], [19.0, 0.0], [29.0, -0.06], [46.0, 0.0]]
 )
 STEP_ANIMALS_START = -27.0
 IMPULSE_TRACE = np.array([[-22.0, 0.0], [0.0, -1.0], [22.5, 0.0], [30.0, 0.07]])
-LEVER, LEVER_SPEED = (
-    20.0,
-    0.45,
-)  # [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
+# [C] mm, mm/ms: not published; chosen after seeing how long the trace's contact lasts
+LEVER, LEVER_SPEED = 20.0, 0.45
 STEP_SPAN, IMPULSE_SPAN = 100.0, 60.0  # ms
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fig2BData:
-    """What Fig. 2B shows; displacements relative to the largest, time 0 at the turning point that
-    the traces share.
-    """
-
-    step_time: np.ndarray
-    step: np.ndarray
-    free: FreeResponse
-    impulse_time: np.ndarray
-    impulse: np.ndarray
-    slow_time: np.ndarray
-    slow: np.ndarray
-    """The slow impulse on a straight path, which calibration uses."""
-    ratios: np.ndarray
-    """Deflection ratios (protocol, point): lever, slow."""
-    motion: Impulse
-    """The impulse with the lever, for Movie S1."""
 
 
 def compute(
@@ -68,8 +44,18 @@ def compute(
     engine: str = DEFAULT_ENGINE,
     sample_interval: float = 0.2,
     **options: Any,
-) -> Fig2BData:
-    """Simulate both experiments on ``antenna`` (default: the cockroach's)."""
+) -> SimpleNamespace:
+    """Simulate both experiments on ``antenna`` (default: the cockroach's).
+
+    Returns
+    -------
+    SimpleNamespace
+        ``step`` over ``step_time``, ``impulse`` over ``impulse_time`` and ``slow`` over
+        ``slow_time``: displacements relative to the largest over time [ms] since the turning point
+        that the traces share; ``slow`` is the slow impulse on a straight path, which calibration
+        uses. ``free`` (:class:`~feeler.response.FreeResponse`) of the step, and ``motion``
+        (:class:`~feeler.experiment.impulse.Impulse`) with the lever, for Movie S1.
+    """
     antenna = cockroach() if antenna is None else antenna
     options |= {"engine": engine, "sample_interval": sample_interval}
     released = release(antenna, duration=2 * STEP_SPAN, **options)
@@ -79,7 +65,7 @@ def compute(
     step_time, step = time - (free.peak_time or 0.0), -tip / tip[0]
     swung = hit(antenna, lever=LEVER, speed=LEVER_SPEED, duration=2 * IMPULSE_SPAN, **options)
     slow = hit(antenna, **options)
-    return Fig2BData(
+    return SimpleNamespace(
         step_time=step_time,
         step=step,
         free=free,
@@ -87,9 +73,6 @@ def compute(
         impulse=-swung.tip / np.abs(swung.tip).max(),
         slow_time=slow.time - _peak(slow),
         slow=-slow.tip / np.abs(slow.tip).max(),
-        ratios=np.stack(
-            [measure_deflection_ratios(i.time, i.deflection, i.tip) for i in (swung, slow)]
-        ),
         motion=swung,
     )
 
@@ -98,14 +81,14 @@ def _peak(impulse: Impulse) -> float:
     return float(impulse.time[np.argmax(np.abs(impulse.tip))])
 
 
-def plot(data: Fig2BData, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Step left, impulse right."""
     left, right = figure.subplots(1, 2)
     plot_step(data, left)
-    plot_impulse(data, right)
+    _plot_impulse(data, right)
 
 
-def plot_step(data: Fig2BData, ax) -> None:
+def plot_step(data: SimpleNamespace, ax) -> None:
     """Free response of the tip after the step."""
     ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
     ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published simulation, digitised")
@@ -127,7 +110,7 @@ def plot_step(data: Fig2BData, ax) -> None:
     ax.legend(loc="lower right")
 
 
-def plot_impulse(data: Fig2BData, ax) -> None:
+def _plot_impulse(data: SimpleNamespace, ax) -> None:
     """Tip during and after the hit."""
     ax.plot(
         data.impulse_time,
@@ -147,7 +130,7 @@ def plot_impulse(data: Fig2BData, ax) -> None:
     ax.legend(loc="upper left")
 
 
-def write_movie_s1(antenna: Antenna, data: Fig2BData, path: Path, fps: int = FPS) -> Path:
+def _write_movie_s1(antenna: Antenna, data: SimpleNamespace, path: Path, fps: int = FPS) -> Path:
     """Antenna and cylinder left, tip displacement right: the impulse with the lever."""
     motion = data.motion
     points = antenna.shape(motion.angle)
@@ -192,16 +175,12 @@ def show(context: Context, section: Section) -> None:
         " the published simulation's own). (Fig. 2B)",
         lambda figure: plot(data, figure),
         height=3.0,
-    )
-    section.numbers(
-        "fig2b_responses",
-        step=data.step,
-        step_time=data.step_time,
-        impulse=data.impulse,
-        impulse_time=data.impulse_time,
+        numbers={
+            name: getattr(data, name) for name in ("step", "step_time", "impulse", "impulse_time")
+        },
     )
     movie = section.folder / "movieS1_impulse.mp4"
-    write_movie_s1(context.antenna, data, movie, context.effort.fps)
+    _write_movie_s1(context.antenna, data, movie, context.effort.fps)
     section.movie(
         movie,
         f"The impulse test in simulation, {SLOWER:g} times slower than life: a cylinder on a lever"

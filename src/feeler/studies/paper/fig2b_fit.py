@@ -2,33 +2,33 @@
 the animals.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.calibration import Directions, Profiles
+from feeler.calibration import Directions, Measured, Profiles
 from feeler.calibration.problem import FAILED
 from feeler.plotting.look import PALETTE, set_decades
 from feeler.report.section import Section
-from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, Calibration, compute
+from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, compute
 from feeler.studies.paper.context import Context
 
 LEVEL = 95.0  # % of the draws
-UNITS = {"frequency": 1e3}  # kHz → Hz
+N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
+_SCALE = {"frequency": 1e3}  # kHz → Hz
 
 
-def plot(found: Calibration, figure: Figure | SubFigure) -> None:
+def plot(found: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Directions (left two) and the hinges that bootstrapped fits give (right two)."""
     axes = figure.subplots(1, 4)
-    plot_sensitivity(found.directions, axes[0])
-    plot_directions(found.directions, axes[1])
-    n_hinges = 140  # [P] the family's rates are per hinge of a cockroach
+    _plot_sensitivity(found.directions, axes[0])
+    _plot_directions(found.directions, axes[1])
     for ax, base, rate, unit in zip(
         axes[2:], (0, 1), (2, 3), ("N·mm/rad", "N·mm·ms/rad"), strict=True
     ):
-        plot_band(found.draws[:, base], found.draws[:, rate], n_hinges, ax)
-        ax.plot(
-            _draw_out(PAPER_P[base], PAPER_P[rate], n_hinges), color=PALETTE[1], label="published"
-        )
+        _plot_band(found.draws[:, base], found.draws[:, rate], ax)
+        ax.plot(_draw_out(PAPER_P[base], PAPER_P[rate]), color=PALETTE[1], label="published")
         ax.set(ylabel=f"{('stiffness', 'damping')[base]} [{unit}]", xlabel="hinge")
     for letter, ax in zip("abcd", axes, strict=True):
         ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
@@ -36,7 +36,7 @@ def plot(found: Calibration, figure: Figure | SubFigure) -> None:
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3)
 
 
-def plot_sensitivity(directions: Directions, ax) -> None:
+def _plot_sensitivity(directions: Directions, ax) -> None:
     """How much the error changes along each direction."""
     number = np.arange(1, len(directions.sensitivity) + 1)
     ax.plot(number, directions.sensitivity, "o-", color=PALETTE[0])
@@ -44,7 +44,7 @@ def plot_sensitivity(directions: Directions, ax) -> None:
     ax.set(xlabel="direction", ylabel="change of the error along it", xticks=number)
 
 
-def plot_directions(directions: Directions, ax) -> None:
+def _plot_directions(directions: Directions, ax) -> None:
     """What each direction is made of."""
     ax.imshow(directions.direction, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
     for (row, column), share in np.ndenumerate(directions.direction):
@@ -57,13 +57,11 @@ def plot_directions(directions: Directions, ax) -> None:
     ax.set(ylabel="direction", title="what moves together")
 
 
-def plot_band(base: np.ndarray, rate: np.ndarray, n_hinges: int, ax) -> None:
-    """Median and ``LEVEL`` % band of exponential profiles ``base`` · exp(``rate`` (n − 1)), one per
-    draw.
-    """
-    hinge = np.arange(n_hinges)
+def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
+    """Median and ``LEVEL`` % band of exponential profiles, one per draw."""
+    hinge = np.arange(N_HINGES)
     low, middle, high = np.percentile(
-        _draw_out(base[:, None], rate[:, None], n_hinges), [2.5, 50.0, 97.5], axis=0
+        _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
     ax.fill_between(
         hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{LEVEL:g} % of draws"
@@ -72,8 +70,9 @@ def plot_band(base: np.ndarray, rate: np.ndarray, n_hinges: int, ax) -> None:
     set_decades(ax)
 
 
-def _draw_out(base: float | np.ndarray, rate: float | np.ndarray, n_hinges: int) -> np.ndarray:
-    return base * np.exp(rate * np.arange(n_hinges))
+def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
+    """``base`` · exp(``rate`` (n − 1)) at every hinge n."""
+    return base * np.exp(rate * np.arange(N_HINGES))
 
 
 def plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
@@ -93,55 +92,26 @@ def show(context: Context, section: Section) -> None:
     found = compute(
         context.effort, antenna=context.antenna, seed=context.seed, engine=context.engine
     )
-    measured, error, accuracy = found.published
+    measured, error, accuracy = next(iter(found.scores.values()))
     section.heading("Targets, and what the published constants score")
     section.table(
         [
             "antenna",
-            *(f"{name} [Hz]" if name in UNITS else name for name in measured.names),
+            *(f"{name} [Hz]" if name in _SCALE else name for name in measured.names),
             "error",
             "median symmetric accuracy",
         ],
-        _list_scores(found),
+        [_row(name, *score) for name, score in found.scores.items()],
         "Reconstructed targets [D]: 17.5 Hz, 0.54, 0.22, 0.55. The paper reports a least error of"
         " 0.067 and 0.0035 against its own targets, which are lost.",
     )
     for name, value in zip(measured.names, measured.values, strict=True):
-        section.values[f"calibration.{name}"] = float(value) * UNITS.get(name, 1.0)
+        section.values[f"calibration.{name}"] = float(value) * _SCALE.get(name, 1.0)
     section.values |= {
         "calibration.cost_published": error,
         "calibration.msa_published": accuracy,
-        "calibration.widest_spread": found.widest_spread,
+        "calibration.widest_spread": _find_widest_spread(found),
     }
-    _list_searches(section, found)
-    _show_impactor(section, found)
-    _show_directions(section, found)
-
-
-def _list_scores(found) -> list[list[object]]:
-    rows = [_row("published p1…p4", found.published)]
-    rows += [_row(f"preset {name}", score) for name, score in found.presets.items()]
-    fits = ({"": found.refits} if found.refits else {}) | found.controls
-    rows += [
-        _row(f"refitted {name}", (f.measured, f.error, f.symmetric_accuracy))
-        for name, f in fits.items()
-    ]
-    return rows
-
-
-def _row(name: str, score: tuple) -> list[object]:
-    measured, error, accuracy = score
-    values: list[str | float] = [
-        float(v) * UNITS.get(n, 1.0) for n, v in zip(measured.names, measured.values, strict=True)
-    ]
-    if measured.overdamped:
-        values = [
-            "over-damped" if n in UNITS else v for n, v in zip(measured.names, values, strict=True)
-        ]
-    return [name, *values, error, accuracy]
-
-
-def _list_searches(section: Section, found) -> None:
     whence = (
         "Kept from an earlier run (benchmarks/calibration.py); paper scale measures it anew."
         if found.kept
@@ -156,17 +126,35 @@ def _list_searches(section: Section, found) -> None:
             "error",
             "median symmetric accuracy",
         ],
-        [
-            [s.method, s.start, s.evaluations, s.seconds, s.error, s.accuracy]
-            for s in found.compared
-        ],
+        [list(row.values()) for row in found.compared],
         f"Four parameters from perturbed starts, each optimiser to its own convergence. {whence}",
     )
+    if found.ratios:
+        _show_impactor(section, found.ratios)
+    _show_directions(section, found)
 
 
-def _show_impactor(section: Section, found) -> None:
-    if not found.ratios:
-        return
+def _row(name: str, measured: Measured, error: float, accuracy: float) -> list[object]:
+    values = [
+        "over-damped" if n in _SCALE and measured.overdamped else float(v) * _SCALE.get(n, 1.0)
+        for n, v in zip(measured.names, measured.values, strict=True)
+    ]
+    return [name, *values, error, accuracy]
+
+
+def _find_widest_spread(found: SimpleNamespace) -> float:
+    """The largest factor by which a base parameter differs among fits as good as the paper's."""
+    p, error = found.walked
+    good = [PAPER_P, *p[error <= PAPER_ERROR]]
+    if found.refits is not None:
+        good += [m.p for m in found.refits.minima if m.error <= PAPER_ERROR]
+    if found.profiles is not None:
+        good += list(found.profiles.others[found.profiles.error <= PAPER_ERROR])
+    base = np.abs(np.array(good))
+    return float((base.max(axis=0) / base.min(axis=0)).max())
+
+
+def _show_impactor(section: Section, ratios: list) -> None:
     section.heading("The impactor")
     section.text(
         "Neither speed nor path of the impactor is published. The lever of Fig. 2B (20 mm, 0.45"
@@ -176,14 +164,15 @@ def _show_impactor(section: Section, found) -> None:
     )
     rows = [
         ["straight" if lever is None else f"lever {lever:g} mm", speed, *r]
-        for speed, lever, r in found.ratios
+        for speed, lever, r in ratios
     ]
     section.table(["path", "speed [m/s]", "ratio_71", "ratio_86"], rows)
 
 
-def _show_directions(section: Section, found) -> None:
+def _show_directions(section: Section, found: SimpleNamespace) -> None:
     section.heading("What the targets determine")
-    drawn = "refitted to each draw" if found.kept is False else "by one linear step per draw"
+    directions, profiles = found.directions, found.profiles
+    drawn = "by one linear step per draw" if found.kept else "refitted to each draw"
     section.figure(
         "fig2b_directions",
         "a: how much the error changes along four directions in the space of p1…p4 (per unit along"
@@ -192,36 +181,57 @@ def _show_directions(section: Section, found) -> None:
         f" {drawn}.",
         lambda figure: plot(found, figure),
         height=2.6,
+        numbers={
+            "names": directions.names,
+            "sensitivity": directions.sensitivity,
+            "direction": directions.direction,
+            "draws": found.draws,
+        },
     )
-    section.numbers(
-        "fig2b_directions",
-        names=found.directions.names,
-        sensitivity=found.directions.sensitivity,
-        direction=found.directions.direction,
-        draws=found.draws,
-    )
-    section.text(f"{found.describe()} {found.describe_bands()}")
-    if found.profiles is not None:
+    section.text(_describe(found))
+    if profiles is not None:
         section.figure(
             "fig2b_error_profiles",
             "Least error with one parameter held and the others refitted; dashed: the paper's"
             " error.",
-            lambda figure: plot_profiles(found.profiles, figure),
+            lambda figure: plot_profiles(profiles, figure),
             height=2.6,
-        )
-        section.numbers(
-            "fig2b_error_profiles",
-            names=found.profiles.names,
-            value=found.profiles.value,
-            error=found.profiles.error,
+            numbers={name: getattr(profiles, name) for name in ("names", "value", "error")},
         )
     low, high = np.percentile(found.draws, [2.5, 97.5], axis=0)
     section.table(
         ["parameter", "2.5 %", "97.5 %"],
         [
             [name, float(a), float(b)]
-            for name, a, b in zip(found.directions.names, low, high, strict=True)
+            for name, a, b in zip(directions.names, low, high, strict=True)
         ],
         f"Bootstrap of the mean of five animals from the targets' spread, {drawn}; an end at the"
         " search's bound (p2 0.25, 2500; p3, p4 −0.16, 0) means not determined.",
     )
+
+
+def _describe(found: SimpleNamespace) -> str:
+    """What the targets determine, and where along the antenna the animals' spread leaves it."""
+    p, error = found.walked
+    good = np.vstack([PAPER_P, p[error <= PAPER_ERROR]])
+    pairs = zip(found.directions.names, good.min(axis=0), good.max(axis=0), strict=True)
+    ranges = ", ".join(f"{name} {low:.3g} to {high:.3g}" for name, low, high in pairs)
+    words = []
+    for name, base, rate in (("stiffness", 0, 2), ("damping", 1, 3)):
+        hinge, factor = _find_best_known(found.draws[:, base], found.draws[:, rate])
+        words.append(
+            f"the {name} of hinge {hinge} (95 % of the draws within a factor of {factor:.2g})"
+        )
+    return (
+        f"{found.directions.describe()} Along that least determined line the model stays at or"
+        f" below the paper's error of {PAPER_ERROR} over {ranges}. Between the animals, the targets"
+        f" fix {' and '.join(words)} best; away from there they fix less."
+    )
+
+
+def _find_best_known(base: np.ndarray, rate: np.ndarray) -> tuple[int, float]:
+    """The hinge (from 1) at which the draws agree best, and the factor between their 95 % ends."""
+    logs = np.log(base)[:, None] + rate[:, None] * np.arange(N_HINGES)
+    low, high = np.percentile(logs, [2.5, 97.5], axis=0)
+    best = int(np.argmin(high - low))
+    return best + 1, float(np.exp(high - low)[best])

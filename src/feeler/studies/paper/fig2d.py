@@ -45,12 +45,10 @@ def plot(antenna: Antenna, figure: Figure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """The stimuli, and which of them this run has."""
+    slow = select_speed(load_tensors(context, next(iter(context.profiles))), SPEEDS["slow"])
     section.figure(
         "fig2d_stimuli",
         "What touches, and where. (Fig. 2D)",
         lambda figure: plot(context.antenna, figure),
-    )
-    slow = select_speed(load_tensors(context, next(iter(context.profiles))), SPEEDS["slow"])
-    section.numbers(
-        "fig2d_stimuli", feature=slow["feature"], size=slow["size"], location=slow["location"]
+        numbers={name: slow[name] for name in ("feature", "size", "location")},
     )

@@ -15,7 +15,7 @@ from feeler.tensors.formats import save
 from feeler.tensors.unit import in_unit
 
 
-def select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
+def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
     """Curvature [1/mm] of one speed as rows of locations (middle to tip) and columns of features."""
     at_speed = in_unit(tensors["curvature"], "1/mm").sel(trial=np.isclose(tensors["speed"], speed))
     columns = sorted(
@@ -46,7 +46,7 @@ def plot(tensors: xr.Dataset, speed: float, figure: Figure, limit: float | None 
     """All tensors of one speed: rows locations, columns features, one colour scale (Fig. 2E, Fig.
     S3).
     """
-    grid = select(tensors, speed)
+    grid = _select(tensors, speed)
     values = [[tensor.values for tensor in row] for row in grid]
     limit = limit or max(float(np.max(value)) for row in values for value in row)
     ax = figure.subplots()

@@ -3,8 +3,8 @@ tells the distance.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,32 +19,20 @@ from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
 from feeler.studies.scale import Scale
-from feeler.wall.distance_map import DistanceMap, map_distance
-from feeler.wall.posture import Posture
-from feeler.wall.sliding import WallTouch, drive, slide
-from feeler.wall.sweep import DISTANCES, Approach, approach
+from feeler.wall import (
+    DISTANCES,
+    DistanceMap,
+    Posture,
+    WallTouch,
+    approach,
+    drive,
+    map_distance,
+    slide,
+)
 
 SLIDE_DISTANCES = (20.0, 15.0, 10.0, 6.0)  # [C] mm
 STRAIGHT = {"prebend": "none"}
 APART = 0.1  # [C] of a tensor's own root mean square: what tells two sliding tensors apart
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fig3Data:
-    """What Fig. 3 shows."""
-
-    sweeps: Mapping[str, Approach]
-    """Quasi-static approach per profile."""
-    maps: Mapping[str, DistanceMap]
-    """Position → distance per profile, default posture."""
-    straight: Mapping[str, DistanceMap]
-    """The same for an antenna that is not pre-bent."""
-    slides: WallTouch
-    """A wall past the first profile at a few constant distances."""
-    drives: Mapping[str, WallTouch]
-    """A wall that comes nearer without stopping, per profile."""
-    far_slides: Mapping[str, WallTouch]
-    """A wall past the first profiles at every distance; or none."""
 
 
 def compute(
@@ -55,8 +43,17 @@ def compute(
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
     workers: int | None = None,
-) -> Fig3Data:
-    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D."""
+) -> SimpleNamespace:
+    """Everything of Fig. 3 for the given antennas, the first of which is shown in C and D.
+
+    Returns
+    -------
+    SimpleNamespace
+        By profile: ``sweeps``, the quasi-static approach; ``maps`` from position to distance, and
+        ``straight``, the same for an antenna that is not pre-bent; ``drives``, a wall that comes
+        nearer without stopping; ``far_slides``, a wall past the first profiles at every distance.
+        ``slides``: a wall past the first profile at a few constant distances.
+    """
     posture = posture or Posture()
     first = next(iter(antennas.values()))
     options: dict[str, Any] = {"engine": engine, "timestep": timestep, "workers": workers}
@@ -64,7 +61,7 @@ def compute(
     straight = {
         name: approach(antenna, posture.replace(**STRAIGHT)) for name, antenna in antennas.items()
     }
-    return Fig3Data(
+    return SimpleNamespace(
         sweeps=sweeps,
         maps={name: map_distance(sweep) for name, sweep in sweeps.items()},
         straight={name: map_distance(sweep) for name, sweep in straight.items()},
@@ -81,13 +78,13 @@ def compute(
 
 
 @lru_cache(maxsize=1)
-def load(context: Context) -> Fig3Data:
+def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for the figure, the table and the movie."""
     antennas = {name: context.profiles[name] for name in list_profiles(context)}
     return compute(antennas, effort=context.effort, engine=context.engine)
 
 
-def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the four panels."""
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.0, 0.8))
     top = figure.add_subplot(grid[0, :])
@@ -98,10 +95,10 @@ def plot(data: Fig3Data, figure: Figure | SubFigure) -> None:
     plot_maps(data.straight, right)
     left.set_title("B  pre-bent into an inverted J")
     right.set(title="not pre-bent", ylabel="")
-    plot_tensors(data, figure, [figure.add_subplot(grid[2, k]) for k in (0, 1)])
+    _plot_tensors(data, figure, [figure.add_subplot(grid[2, k]) for k in (0, 1)])
 
 
-def plot_tensors(data: Fig3Data, figure: Figure | SubFigure, axes: Sequence) -> None:
+def _plot_tensors(data: SimpleNamespace, figure: Figure | SubFigure, axes: Sequence) -> None:
     """Bending curvature over time: sliding at some distances, side by side (C), and approaching
     (D).
     """
@@ -149,20 +146,20 @@ def show(context: Context, section: Section) -> None:
         " four distances and of one that comes nearer. (Fig. 3A–D)",
         lambda figure: plot(data, figure),
         height=7.4,
-    )
-    section.numbers(
-        "fig3_wall",
-        distance={name: found.distance for name, found in data.maps.items()},
-        position={name: found.position for name, found in data.maps.items()},
-        r2={name: found.r2 for name, found in data.maps.items()},
-        shapes={name: sweep.points for name, sweep in data.sweeps.items()},
+        numbers={
+            **{
+                part: {name: getattr(found, part) for name, found in data.maps.items()}
+                for part in ("distance", "position", "r2")
+            },
+            "shapes": {name: sweep.points for name, sweep in data.sweeps.items()},
+        },
     )
     if data.far_slides:
         _show_slides(section, data)
     _list_maps(section, data)
 
 
-def _show_slides(section: Section, data: Fig3Data) -> None:
+def _show_slides(section: Section, data: SimpleNamespace) -> None:
     shapes = {name: Shapes.of_slides(touch) for name, touch in data.far_slides.items()}
     section.figure(
         "fig3_slides",
@@ -170,9 +167,7 @@ def _show_slides(section: Section, data: Fig3Data) -> None:
         " every distance; colours as in A.",
         lambda figure: plot_shapes(shapes, figure.subplots()),
         height=3.2,
-    )
-    section.numbers(
-        "fig3_slides", **{name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()}
+        numbers={name: {"wall": s.wall, "points": s.points} for name, s in shapes.items()},
     )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     first = next(iter(data.far_slides.values()))
@@ -184,7 +179,7 @@ def _show_slides(section: Section, data: Fig3Data) -> None:
     )
 
 
-def _list_maps(section: Section, data: Fig3Data) -> None:
+def _list_maps(section: Section, data: SimpleNamespace) -> None:
     rows = [_row(name, found) for name, found in data.maps.items()]
     rows += [_row(f"{name}, not pre-bent", found) for name, found in data.straight.items()]
     section.table(

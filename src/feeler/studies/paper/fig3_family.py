@@ -11,17 +11,15 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.report.section import Section
+from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import PROFILES, load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
-from feeler.wall.posture import Posture
-from feeler.wall.sensitivity import CHOICES, Case, compare, count_orderings, make_postures
-from feeler.wall.sweep import Approach
+from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
+from feeler.wall.sensitivity import CHOICES
 
 LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
@@ -150,8 +148,14 @@ def show(context: Context, section: Section) -> None:
         "fig3_family",
         "R² of every set-up of the declared family in which it is defined for all profiles: a line"
         " each, blue where the order is the paper's; bars are medians, crosses the paper's values.",
-        lambda figure: _draw(family, targets, figure),
+        lambda figure: plot(family, figure.subplots(), targets),
         height=3.2,
+        numbers={
+            "names": family.names,
+            "choices": family.choices,
+            "r2": family.r2,
+            "targets": targets,
+        },
     )
     section.values |= _list_values(
         family, {name: claims[name].tolerance for name in PROFILES}, targets
@@ -168,13 +172,6 @@ def show(context: Context, section: Section) -> None:
         "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
         " few distances hold a J.",
     )
-    section.numbers(
-        "fig3_family", names=family.names, choices=family.choices, r2=family.r2, targets=targets
-    )
-
-
-def _draw(family: Family, targets: Mapping[str, float], figure: Figure) -> None:
-    plot(family, figure.subplots(), targets)
 
 
 def _list_values(
@@ -189,11 +186,7 @@ def _list_values(
         near = np.abs(r2 - targets[name]) <= tolerances[name] * targets[name]
         values[f"wall.family.{name}"] = family.share(near)
         if r2.size:
-            values[f"wall.median.{name}"] = {
-                "value": np.median(r2),
-                "low": r2.min(),
-                "high": r2.max(),
-            }
+            values[f"wall.median.{name}"] = make_spread(np.median(r2), r2.min(), r2.max())
     for other in family.names[1:]:
         higher = by_name[family.names[0]] > by_name[other]
         values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)

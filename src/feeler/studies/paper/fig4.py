@@ -3,8 +3,8 @@ locations.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,6 @@ from matplotlib.figure import Figure
 
 from feeler.encoding import (
     LABELS,
-    ConvolutiveNMF,
-    LocationMapping,
     compute_entropies,
     compute_mass_entropy,
     hoyer_sparseness,
@@ -25,7 +23,7 @@ from feeler.encoding import (
 from feeler.encoding.inputs import check_choice
 from feeler.plotting.bases import plot_bases
 from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.scale import Scale
@@ -51,37 +49,9 @@ over all trials, their mean or sum; or activations as shares of mass, of all tri
 each tensor."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fig4Data:
-    """What Fig. 4B–D shows, and the tests of its reading."""
-
-    ranks: tuple[int, ...]
-    residual: np.ndarray
-    """‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first."""
-    entropy: dict[str, np.ndarray]
-    """Entropy of each restart's activations, bits, by definition (``ENTROPIES``): (rank, restart).
-    """
-    stability: np.ndarray
-    """How alike the restarts' bases are, (rank,)."""
-    encoders: dict[int, ConvolutiveNMF]
-    """The fitted encoder of each rank."""
-    examples: dict[str, np.ndarray]
-    """Fixed-basis sparse codes by example, "ball 0.5" …: (component, time)."""
-    mapping: dict[str, LocationMapping]
-    """Location against dominant component, by code."""
-    residual_by_code: dict[str, float]
-    """‖V − V̂‖/‖V‖ of the jointly found activations and of each code on the same, fixed bases."""
-    sparseness_by_code: dict[str, float]
-    """Mean Hoyer sparseness of the rows of each code."""
-    sampling: float
-    """Time between samples, ms."""
-    tensor_sparseness: float = field(default=float("nan"))
-    """Mean Hoyer sparseness of the tensors, each as one vector."""
-
-
 def compute(
     tensors: Any, *, effort: Scale, quantity: str = "angle", random_state: int = 0
-) -> Fig4Data:
+) -> SimpleNamespace:
     """Encode the tensors of the main antenna with each rank and measure what the paper shows.
 
     Parameters
@@ -89,6 +59,18 @@ def compute(
     tensors : Dataset (trial, sensor, time) with the trials' feature, location, size and speed.
     effort : ranks, restarts and iterations.
     quantity : "angle" or "curvature"; rectified.
+
+    Returns
+    -------
+    SimpleNamespace
+        By rank (``ranks``): ``residual`` ‖V − V̂‖/‖V‖ of each restart, (rank, restart), best first;
+        ``entropy`` of each restart's activations [bits], by definition (``ENTROPIES``): (rank,
+        restart); ``stability``, how alike the restarts' bases are, (rank,); ``encoders``.
+        ``examples``: fixed-basis sparse codes by example, "ball 0.5" …: (component, time). By code:
+        ``mapping`` (:class:`~feeler.encoding.LocationMapping`) of location against dominant
+        component; ``residual_by_code`` on the same bases; ``sparseness_by_code``, the mean Hoyer
+        sparseness of its rows. ``sampling``: time between samples [ms]. ``tensor_sparseness``: mean
+        Hoyer sparseness of the tensors, each as one vector.
     """
     data = prepare(tensors, quantity)
     ranks = effort.ranks
@@ -100,12 +82,15 @@ def compute(
     codes = {"joint": main.activations_, **codes}
     locations, places = np.asarray(tensors["location"].values), locate_components(main.components_)
     size = np.linalg.norm(data)
-    return Fig4Data(
+    return SimpleNamespace(
         ranks=tuple(ranks),
         residual=np.stack([encoder.restarts_ for encoder in encoders.values()]),
         entropy={
-            definition: np.stack(
-                [_measure_restarts(encoder, measure) for encoder in encoders.values()]
+            definition: np.array(
+                [
+                    [measure(found) for found in encoder.restart_activations_]
+                    for encoder in encoders.values()
+                ]
             )
             for definition, measure in ENTROPIES.items()
         },
@@ -126,7 +111,7 @@ def compute(
 
 
 @lru_cache(maxsize=1)
-def load(context: Context) -> Fig4Data:
+def load(context: Context) -> SimpleNamespace:
     """What this run shows, fitted once; Fig. S5 takes its bases of 40 ms from here."""
     return compute(
         load_tensors(context, list_profiles(context)[0]),
@@ -143,20 +128,9 @@ def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
     return rectify(tensors[quantity].transpose("trial", "sensor", "time").values)
 
 
-def spread(restarts: np.ndarray) -> dict[str, float]:
+def span_restarts(restarts: np.ndarray) -> dict[str, float]:
     """The best restart, which comes first, and the ends of all."""
-    return {
-        "value": float(restarts[0]),
-        "low": float(np.min(restarts)),
-        "high": float(np.max(restarts)),
-    }
-
-
-def _measure_restarts(
-    encoder: ConvolutiveNMF, measure: Callable[[np.ndarray], float]
-) -> np.ndarray:
-    """Entropy of each restart's activations."""
-    return np.array([measure(found) for found in encoder.restart_activations_])
+    return make_spread(restarts[0], np.min(restarts), np.max(restarts))
 
 
 def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
@@ -174,7 +148,7 @@ def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
     return picked
 
 
-def plot_ranks(data: Fig4Data, ax: Axes) -> None:
+def plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
     """Fig. 4B: residual and activation entropy against the number of bases; bars span the restarts."""
     ranks = np.array(data.ranks)
     right = ax.twinx()
@@ -195,7 +169,7 @@ def plot_ranks(data: Fig4Data, ax: Axes) -> None:
     right.set_ylabel("activation entropy [bits]", color=PALETTE[1])
 
 
-def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
+def _plot_examples(data: SimpleNamespace, axes: np.ndarray) -> None:
     """Fig. 4D: activations of ball and box at each location, on fixed bases, as shares of the
     greatest.
     """
@@ -221,7 +195,7 @@ def plot_examples(data: Fig4Data, axes: np.ndarray) -> None:
         ax.set_ylabel("activation")
 
 
-def plot(data: Fig4Data, figure: Figure) -> None:
+def plot(data: SimpleNamespace, figure: Figure) -> None:
     """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
@@ -236,7 +210,7 @@ def plot(data: Fig4Data, figure: Figure) -> None:
         max((sum(k.startswith(n) for k in data.examples) for n in ("ball", "box")), default=1) or 1
     )
     axes = right.subplots(n_rows, 2, sharex=True, sharey=True, squeeze=False)
-    plot_examples(data, axes)
+    _plot_examples(data, axes)
     right.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     right.suptitle("D", x=0.02, ha="left", weight="bold")
 
@@ -253,7 +227,7 @@ def show(context: Context, section: Section) -> None:
     )
 
 
-def _show_ranks(section: Section, main: Fig4Data) -> None:
+def _show_ranks(section: Section, main: SimpleNamespace) -> None:
     section.text(
         "Every tensor is approximated by a few bases (sensor × 40 ms) laid down where sparse"
         " activations say. Joint angles, negative values set to 0; one fit of all tensors, several"
@@ -266,18 +240,14 @@ def _show_ranks(section: Section, main: Fig4Data) -> None:
         " box on the fixed bases. Panel A is a drawing. (Fig. 4B–D)",
         lambda figure: plot(main, figure),
         height=7.0,
-    )
-    section.numbers(
-        "fig4_encoding",
-        ranks=main.ranks,
-        residual=main.residual,
-        entropy=main.entropy,
-        stability=main.stability,
+        numbers={
+            name: getattr(main, name) for name in ("ranks", "residual", "entropy", "stability")
+        },
     )
     for i, rank in enumerate(main.ranks):
-        section.values[f"encoding.residual.M{rank}"] = spread(main.residual[i])
+        section.values[f"encoding.residual.M{rank}"] = span_restarts(main.residual[i])
         for definition, entropy in main.entropy.items():
-            section.values[f"encoding.entropy.{definition}.M{rank}"] = spread(entropy[i])
+            section.values[f"encoding.entropy.{definition}.M{rank}"] = span_restarts(entropy[i])
     section.table(
         ["entropy of the activations [bits]", *(f"M = {rank}" for rank in main.ranks)],
         [[name, *map(float, entropy[:, 0])] for name, entropy in main.entropy.items()],
@@ -298,7 +268,7 @@ def _show_ranks(section: Section, main: Fig4Data) -> None:
     section.text(f"Tensors have a mean Hoyer sparseness of {main.tensor_sparseness:.2f}.")
 
 
-def _show_codes(section: Section, main: Fig4Data) -> None:
+def _show_codes(section: Section, main: SimpleNamespace) -> None:
     section.heading("The same tensors, four codes")
     section.text(
         "Activations found together with the bases (the paper's recipe) are not unique: the same"

@@ -121,8 +121,8 @@ def compute(
     return Fig5Data(
         dispersion=dispersion,
         curves=curves,
-        verdicts=tuple(judge_curves(curves, claimed)),
-        confused=explain_all(curves, tensors[reference]),
+        verdicts=tuple(_judge_curves(curves, claimed)),
+        confused=_explain_all(curves, tensors[reference]),
         examples={
             n: g.tensors[len(g.tensors) // 2] for gs in groups.values() for n, g in gs.items()
         },
@@ -134,7 +134,7 @@ def compute(
     )
 
 
-def judge_curves(
+def _judge_curves(
     curves: Mapping[str, Curves], claimed: Mapping[str, tuple[str, ...]]
 ) -> list[Verdict]:
     """The verdict on every accuracy curve, with what the null explains of the best group's."""
@@ -156,7 +156,7 @@ def judge_curves(
     return verdicts
 
 
-def explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
+def _explain_all(curves: Mapping[str, Curves], data: Any) -> dict[str, Confused]:
     """What is confused at the noisiest level, for the paper's code and the tensors."""
     found = {}
     known = {label: k for k, label in enumerate(make_labels(data))}
@@ -217,7 +217,7 @@ def plot(data: Fig5Data, figure: Figure) -> None:
     top, *blocks = figure.subfigures(
         1 + n_blocks, 1, height_ratios=(1.2, *[2] * n_blocks), squeeze=False
     ).flat
-    plot_top(data, top)
+    _plot_top(data, top)
     for (comparison, curves), block in zip(data.curves.items(), blocks, strict=True):
         letter = "C" if comparison == "speed" else "D"
         axes = block.subplots(len(curves.noises), len(CODES), sharex=True, sharey=True)
@@ -238,7 +238,7 @@ def plot(data: Fig5Data, figure: Figure) -> None:
         block.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", **near)
 
 
-def plot_top(data: Fig5Data, figure: SubFigure) -> None:
+def _plot_top(data: Fig5Data, figure: SubFigure) -> None:
     """NMI of codes and tensors for both comparisons, and one tensor per condition."""
     left, right = figure.subfigures(1, 2, width_ratios=(3, 2), squeeze=False).flat
     axes = left.subplots(1, len(data.curves), squeeze=False)[0]
@@ -250,11 +250,11 @@ def plot_top(data: Fig5Data, figure: SubFigure) -> None:
         ax.tick_params(labelsize=7)
         ax.legend(fontsize=7, handletextpad=0)
     axes[0].set_ylabel("NMI with closest match", fontsize=7)
-    plot_examples(data, right.subplots())
+    _plot_examples(data, right.subplots())
     right.suptitle(f"E  one tensor per condition ({data.unit})", fontsize=7)
 
 
-def plot_examples(data: Fig5Data, ax) -> None:
+def _plot_examples(data: Fig5Data, ax) -> None:
     """One tensor of each condition on one colour scale."""
     tensors = list(data.examples.values())
     norm = Normalize(0, max(tensor.max() for tensor in tensors))
@@ -311,12 +311,7 @@ def _make_jitter(context: Context):
     def jitter(name: str, location: float, speed: float) -> Any:
         order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
         moved = jitter_trials(order, rng, location=location, speed=speed)
-        options: dict[str, Any] = {
-            "timestep": context.timestep,
-            "engine": context.engine,
-            "workers": context.workers,
-        }
-        return touch(context.profiles[name], moved, duration=DURATION, **options)
+        return touch(context.profiles[name], moved, duration=DURATION, **context.physics)
 
     return jitter
 

@@ -3,7 +3,7 @@ location.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feeler.encoding import (
-    ConvolutiveNMF,
-    LocationMapping,
     compute_entropies,
     compute_histogram_entropy,
     locate_components,
@@ -23,7 +21,7 @@ from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
-from feeler.studies.paper.fig4 import prepare, spread
+from feeler.studies.paper.fig4 import prepare, span_restarts
 from feeler.studies.scale import Scale
 
 PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
@@ -61,42 +59,28 @@ DRAWN = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fig5BasesData:
-    """Bases by profile and what is measured on them."""
-
-    encoders: dict[str, ConvolutiveNMF]
-    entropy: dict[str, dict[str, np.ndarray]]
-    """Bits, by definition and profile: (restart, component), best restart first."""
-    mapping: dict[str, LocationMapping]
-    """Location against dominant component of the ridge code."""
-    sampling: float
-    """ms"""
-
-    def mean_entropy(self, definition: str = "histogram of [0, 1]") -> dict[str, float]:
-        """Mean over the bases of the best restart, by profile."""
-        return {
-            name: float(np.nanmean(values[0])) for name, values in self.entropy[definition].items()
-        }
-
-
 def compute(
     tensors: Mapping[str, Any],
     *,
     effort: Scale,
     quantity: str = "angle",
     speed: float | None = None,
-    fitted: Mapping[str, ConvolutiveNMF] | None = None,
     random_state: int = 0,
-) -> Fig5BasesData:
+) -> SimpleNamespace:
     """Encode each profile's tensors by itself, on the touches that all profiles have.
 
     Parameters
     ----------
     tensors : Datasets by profile, with location and speed.
     speed : only touches of this speed, mm/ms; None: the slowest that all profiles have, as profiles
-    are compared there. fitted : encoders already fitted to exactly these tensors, by profile; the
-    others are fitted here.
+    are compared there.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``encoders`` by profile. ``entropy`` [bits] by definition and profile: (restart, component),
+        best restart first. ``mapping`` (:class:`~feeler.encoding.LocationMapping`) by profile:
+        location against dominant component of the ridge code. ``sampling`` [ms].
     """
     common = set.intersection(
         *(set(np.unique(np.round(d["speed"].values, 6))) for d in tensors.values())
@@ -105,50 +89,45 @@ def compute(
     chosen = {
         name: d.isel(trial=np.abs(d["speed"].values - speed) < 1e-6) for name, d in tensors.items()
     }
-    encoders, mapping = dict(fitted or {}), {}
+    encoders, mapping = {}, {}
     for name, dataset in chosen.items():
         data = prepare(dataset, quantity)
-        if name not in encoders:
-            encoder = effort.make_encoder(
-                n_restarts=effort.side_restarts, random_state=random_state
-            )
-            encoders[name] = encoder.fit(data)
+        encoder = effort.make_encoder(n_restarts=effort.side_restarts, random_state=random_state)
+        encoders[name] = encoder.fit(data)
         code = encoders[name].transform(data, code="ridge")
         mapping[name] = map_locations(
             code, dataset["location"].values, locate_components(encoders[name].components_)
         )
     entropy = {
-        definition: {name: _measure(definition, encoders[name]) for name in chosen}
-        for definition in DEFINITIONS
+        definition: {
+            name: np.array([measure(bases) for bases in encoder.restart_components_])
+            for name, encoder in encoders.items()
+        }
+        for definition, measure in DEFINITIONS.items()
     }
     sampling = float(np.diff(next(iter(chosen.values()))["time"].values[:2])[0])
-    return Fig5BasesData(
-        encoders={n: encoders[n] for n in chosen},
-        entropy=entropy,
-        mapping=mapping,
-        sampling=sampling,
-    )
+    return SimpleNamespace(encoders=encoders, entropy=entropy, mapping=mapping, sampling=sampling)
 
 
-def _measure(definition: str, encoder: ConvolutiveNMF) -> np.ndarray:
-    """Entropy of every basis of every restart, (restart, component)."""
-    return np.array([DEFINITIONS[definition](bases) for bases in encoder.restart_components_])
+def _average(entropies: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Mean over the bases of the best restart, by profile."""
+    return {name: float(np.nanmean(values[0])) for name, values in entropies.items()}
 
 
-def find_nearest(data: Fig5BasesData) -> str:
+def _find_nearest(data: SimpleNamespace) -> str:
     """The definition whose values come nearest to the paper's, by their root mean square
     difference.
     """
     off = {}
-    for definition in data.entropy:
-        found = data.mean_entropy(definition)
+    for definition, entropies in data.entropy.items():
+        found = _average(entropies)
         errors = [found[name] - value for name, value in PAPER.items() if name in found]
         if errors:
             off[definition] = float(np.sqrt(np.mean(np.square(errors))))
     return min(off, key=off.__getitem__) if off else ""
 
 
-def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
+def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
     """Fig. 5G: mean entropy of the bases by definition; whiskers span the restarts; crosses are the
     paper's.
     """
@@ -175,7 +154,7 @@ def plot_entropy(data: Fig5BasesData, ax: Axes) -> None:
     ax.legend(loc="upper left")
 
 
-def plot(data: Fig5BasesData, figure: Figure) -> None:
+def plot(data: SimpleNamespace, figure: Figure) -> None:
     """F on the left, G on the right; needs about 7.2 × 4 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.4, 1), squeeze=False).flat
     plot_bases(
@@ -184,7 +163,7 @@ def plot(data: Fig5BasesData, figure: Figure) -> None:
         left.subplots(),
     )
     left.suptitle("F", x=0.02, ha="left", weight="bold")
-    plot_entropy(data, right.subplots())
+    _plot_entropy(data, right.subplots())
     right.suptitle("G", x=0.02, ha="left", weight="bold")
 
 
@@ -200,15 +179,16 @@ def show(context: Context, section: Section) -> None:
         " how its entropy was computed. (Fig. 5F–G)",
         lambda figure: plot(data, figure),
         height=4.2,
+        numbers={"entropy": data.entropy},
     )
     for definition, by_profile in data.entropy.items():
         for name, values in by_profile.items():
-            section.values[f"encoding.basis_entropy.{definition}.{name}"] = spread(
+            section.values[f"encoding.basis_entropy.{definition}.{name}"] = span_restarts(
                 np.nanmean(values, axis=1)
             )
-    rows = [
-        [d, *(float(np.nanmean(data.entropy[d][name][0])) for name in data.encoders)]
-        for d in data.entropy
+    rows: list[list[object]] = [
+        [definition, *_average(entropies).values()]
+        for definition, entropies in data.entropy.items()
     ]
     rows.append(["the paper, which names none", *(PAPER.get(name, "–") for name in data.encoders)])
     section.table(
@@ -217,10 +197,9 @@ def show(context: Context, section: Section) -> None:
         "Mean entropy of the three bases [bits, but nats where said], best restart, under every"
         " definition tried.",
     )
-    if nearest := find_nearest(data):
+    if nearest := _find_nearest(data):
         section.text(
             f"Nearest to the paper's three values: {nearest}. The scale of a basis is one free"
             " number that nobody stated, so being near is no reproduction, and being far says"
             " something of the definition only."
         )
-    section.numbers("fig5f_bases", entropy=data.entropy)

@@ -35,7 +35,7 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.15), squeeze=False).flat
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
-    plot_layout(a[0])
+    _plot_layout(a[0])
     plot_channels(data.raw, a[1], "capacitance [pF]")
     plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
     _name_row(
@@ -43,8 +43,8 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
         "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left",
     )
     b = rows[1].subplots(1, 2)
-    plot_release(data, b[0])
-    plot_grid(data.training, b[1])
+    _plot_release(data, b[0])
+    _plot_grid(data.training, b[1])
     pair = rows[2].subplots(1, 2, sharey=True)
     tensors = (
         data.training.values[data.training.labels.index(("ball", 0.9, 0.027))],
@@ -59,9 +59,9 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     shown = [
         draw
         for draw, has in (
-            (plot_gap, True),
-            (plot_closing, data.variants or data.shots),
-            (plot_early, True),
+            (_plot_gap, True),
+            (_plot_closing, data.variants or data.shots),
+            (_plot_early, True),
         )
         if has
     ]
@@ -77,7 +77,7 @@ def _name_row(row: SubFigure, words: str) -> None:
     row.suptitle(words, x=0.01, ha="left", fontsize=8)
 
 
-def plot_layout(ax: Axes) -> None:
+def _plot_layout(ax: Axes) -> None:
     """The eight hinges on the device's outline, base at the left."""
     robot = make_robot()
     place, width = robot.hinge_position, (11.0, 10.0, 9.2, 8.2, 7.1, 6.1, 5.2, 4.6)
@@ -106,7 +106,7 @@ def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
     ax.set(xlabel="time [ms]", ylabel="hinge (base → tip)", title=title)
 
 
-def plot_release(data: Fig6Data, ax: Axes) -> None:
+def _plot_release(data: Fig6Data, ax: Axes) -> None:
     """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
     robot = make_robot()
     ax.plot(
@@ -155,7 +155,7 @@ def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
     return move
 
 
-def plot_grid(training: Touches, ax: Axes) -> None:
+def _plot_grid(training: Touches, ax: Axes) -> None:
     """The simulated set: tip traces of all 30 classes, aligned (panel C)."""
     tips = compute_tip(training.antenna, training.values)
     for tip, (feature, _, _) in zip(tips, training.labels, strict=True):
@@ -196,7 +196,7 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     )
 
 
-def plot_gap(data: Fig6Data, ax: Axes) -> None:
+def _plot_gap(data: Fig6Data, ax: Axes) -> None:
     """Accuracy against the size of the reality gap, 95 % intervals."""
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
@@ -207,7 +207,7 @@ def plot_gap(data: Fig6Data, ax: Axes) -> None:
     _label_share(ax, "reality gap", "size of the reality gap")
 
 
-def plot_closing(data: Fig6Data, ax: Axes) -> None:
+def _plot_closing(data: Fig6Data, ax: Axes) -> None:
     """What closes the gap: random models in training, touches of the robot itself in training."""
     if data.variants:
         scores = [data.score, *data.by_variants]
@@ -221,7 +221,7 @@ def plot_closing(data: Fig6Data, ax: Axes) -> None:
     _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
-def plot_early(data: Fig6Data, ax: Axes) -> None:
+def _plot_early(data: Fig6Data, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
     early = data.early
     ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")

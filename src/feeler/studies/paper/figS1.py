@@ -3,13 +3,13 @@ never published.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.antenna.cockroach import cockroach
-from feeler.antenna.fit import SigmoidFit, fit_sigmoid
+from feeler.antenna.fit import fit_sigmoid
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
@@ -18,32 +18,29 @@ N_ANTENNAE = 4  # [P]
 SCATTER = 0.08  # [C] sd of one segment's length, as a share of it
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FigS1Data:
-    """What Fig. S1 shows."""
-
-    fit: SigmoidFit
-    planted: np.ndarray | None
-    """Length shares (segment,) that synthetic antennae were made from; None for measured ones."""
-
-
-def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> FigS1Data:
+def compute(lengths: Sequence[np.ndarray] | None = None, *, seed: int = 0) -> SimpleNamespace:
     """Fit measured ``lengths`` (one array per antenna), or four synthetic antennae scattered about
     the default one.
 
     The synthetic ones test the method; how well they are fitted says nothing about cockroaches.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``fit`` (:class:`~feeler.antenna.fit.SigmoidFit`) and ``planted``: the length shares
+        (segment,) that synthetic antennae were made from, None for measured ones.
     """
     if lengths is not None:
-        return FigS1Data(fit=fit_sigmoid(lengths), planted=None)
+        return SimpleNamespace(fit=fit_sigmoid(lengths), planted=None)
     rng, antenna = np.random.default_rng(seed), cockroach()
     scatter = np.exp(SCATTER * rng.standard_normal((N_ANTENNAE, antenna.n_segments)))
-    return FigS1Data(
+    return SimpleNamespace(
         fit=fit_sigmoid(list(antenna.segment_length * scatter)),
         planted=antenna.segment_length / antenna.length,
     )
 
 
-def plot(data: FigS1Data, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Length share against relative segment number."""
     ax, fit = figure.subplots(), data.fit
     for number, share in enumerate(fit.share):
@@ -73,21 +70,19 @@ def plot(data: FigS1Data, figure: Figure | SubFigure) -> None:
 
 def show(context: Context, section: Section) -> None:
     """The sigmoid on synthetic antennae."""
-    lengths = compute(seed=context.seed)
+    data = compute(seed=context.seed)
     section.figure(
         "figS1_lengths",
         "Sigmoid fitted to segment lengths of four synthetic antennae scattered about the default"
         " one; the measured lengths were not published. (Fig. S1)",
-        lambda figure: plot(lengths, figure),
+        lambda figure: plot(data, figure),
         width=3.5,
         height=2.6,
+        numbers={
+            "segment": data.fit.x,
+            "share": data.fit.share,
+            "sigmoid": data.fit.sigmoid.at(data.fit.x),
+            "planted": data.planted,
+        },
     )
-    fit = lengths.fit
-    section.numbers(
-        "figS1_lengths",
-        segment=fit.x,
-        share=fit.share,
-        sigmoid=fit.sigmoid.at(fit.x),
-        planted=lengths.planted,
-    )
-    section.values["calibration.sigmoid_residual"] = fit.squared_residual
+    section.values["calibration.sigmoid_residual"] = data.fit.squared_residual

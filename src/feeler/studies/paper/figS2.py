@@ -2,7 +2,7 @@
 published.
 """
 
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
-from feeler.tracking import SIDES, Exploration, Tracks, make_synthetic_tracks, measure_exploration
+from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_exploration
 from feeler.tracking.speed import MAX_GAP
 
 PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
@@ -19,46 +19,37 @@ SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between
 N_TRIALS = 6  # [P]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FigS2Data:
-    """What Fig. S2 shows."""
-
-    trial: Tracks
-    """The first trial's tracks."""
-    exploration: Exploration
-    """Measured speeds of all trials."""
-    planted: np.ndarray
-    """Planted peak speeds (trial, side) [rad/ms]; NaN for measured tracks."""
-
-
 def compute(
     tracks: list[Tracks] | None = None, *, n_trials: int = N_TRIALS, seed: int = 0
-) -> FigS2Data:
+) -> SimpleNamespace:
     """Measure ``tracks``, or as many synthetic trials whose planted mean is the paper's 86.67 °/s.
 
     The synthetic trials test the method (it must give back what was planted); they say nothing
     about cockroaches.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``trial``: the first trial's tracks; ``exploration``
+        (:class:`~feeler.tracking.Exploration`): speeds of all trials; ``planted``: peak speeds
+        (trial, side) [rad/ms], NaN for measured tracks.
     """
-    if tracks is not None:
-        planted = np.full((len(tracks), len(SIDES)), np.nan)
-        return FigS2Data(
-            trial=tracks[0],
-            exploration=measure_exploration(tracks, max_gap=MAX_GAP),
-            planted=planted,
-        )
-    rng = np.random.default_rng(seed)
-    planted = rng.normal(0.0, SPREAD, (n_trials, len(SIDES)))
-    planted += PAPER_MEAN - planted.mean()
-    trials = [make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted]
-    return FigS2Data(
-        trial=trials[0], exploration=measure_exploration(trials, max_gap=MAX_GAP), planted=planted
-    )
+    planted = np.full((len(tracks or ()), len(SIDES)), np.nan)
+    if tracks is None:
+        rng = np.random.default_rng(seed)
+        planted = rng.normal(0.0, SPREAD, (n_trials, len(SIDES)))
+        planted += PAPER_MEAN - planted.mean()
+        tracks = [
+            make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted
+        ]
+    exploration = measure_exploration(tracks, max_gap=MAX_GAP)
+    return SimpleNamespace(trial=tracks[0], exploration=exploration, planted=planted)
 
 
-def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the tracks, the angles and speeds of one trial, and the box plot of all trials."""
     path, trace, box = figure.subplots(1, 3, width_ratios=(1.1, 1.6, 1.0))
-    plot_path(data.trial, path)
+    _plot_path(data.trial, path)
     plot_trace(data, trace)
     plot_box(data, box)
     if data.exploration.source == "synthetic":
@@ -67,7 +58,7 @@ def plot(data: FigS2Data, figure: Figure | SubFigure) -> None:
         )
 
 
-def plot_path(tracks: Tracks, ax) -> None:
+def _plot_path(tracks: Tracks, ax) -> None:
     """Paths of the four landmarks."""
     for name, colour in zip(tracks.landmarks, (*PALETTE[:2], "#000000", "#888888"), strict=False):
         ax.plot(*tracks.of(name).T, lw=0.7, color=colour, label=name.replace("_", " "))
@@ -75,7 +66,7 @@ def plot_path(tracks: Tracks, ax) -> None:
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def plot_trace(data: FigS2Data, ax) -> None:
+def plot_trace(data: SimpleNamespace, ax) -> None:
     """Angular speed of both antennae in the first trial, peaks marked."""
     for side, colour, sweeps in zip(SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True):
         ax.plot(
@@ -86,7 +77,7 @@ def plot_trace(data: FigS2Data, ax) -> None:
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def plot_box(data: FigS2Data, ax) -> None:
+def plot_box(data: SimpleNamespace, ax) -> None:
     """Average maximum angular speed per side, a dot per trial, the paper's mean as a line."""
     speeds = [column[np.isfinite(column)] for column in _degrees(data.exploration.mean_peak).T]
     ax.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)
@@ -104,7 +95,6 @@ def _degrees(speed: Any) -> Any:
 def show(context: Context, section: Section) -> None:
     """Fig. S2 on synthetic tracks."""
     data = compute(seed=context.seed)
-    mean = float(np.degrees(data.exploration.mean) * 1e3)
     section.text(
         "The tracks of the paper's cockroach were not published. These are synthetic tracks with"
         " noise and gaps, whose planted mean peak speed is the paper's; the method must give it"
@@ -116,9 +106,9 @@ def show(context: Context, section: Section) -> None:
         " peaks, and the average maximum speed of every trial and side. (Fig. S2)",
         lambda figure: plot(data, figure),
         height=3.0,
+        numbers={"mean_peak": data.exploration.mean_peak, "planted": data.planted},
     )
-    section.numbers("figS2_tracking", mean_peak=data.exploration.mean_peak, planted=data.planted)
     section.values |= {
-        "tracking.mean": mean,
+        "tracking.mean": float(_degrees(data.exploration.mean)),
         "tracking.lateral": float(PAPER_MEAN * context.antenna.length * 100),
     }

@@ -75,7 +75,7 @@ def compute(
         PyTorch is not installed; the message holds the install command.
     """
     groups = list_groups(tensors, reference=reference, quantity=quantity)
-    sweeps = sweep_groups(groups, settings, random_state=random_state, device=device)
+    sweeps = _sweep_groups(groups, settings, random_state=random_state, device=device)
     verdicts = []
     for comparison, members in sweeps.items():
         claimed = [
@@ -99,7 +99,7 @@ def compute(
     )
 
 
-def sweep_groups(
+def _sweep_groups(
     groups: Mapping[str, Mapping[str, tuple[np.ndarray, np.ndarray]]],
     settings: Mapping[str, Any],
     *,
@@ -135,7 +135,7 @@ def sweep_groups(
 def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
     """The layers, then one panel per comparison."""
     axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
-    plot_layers(data, axes[0])
+    _plot_layers(data, axes[0])
     for (comparison, sweeps), ax in zip(data.sweeps.items(), axes[1:], strict=False):
         for colour, (name, sweep) in zip(PALETTE, sweeps.items(), strict=False):
             plot_sweep(sweep, ax, color=colour, label=name)
@@ -144,7 +144,7 @@ def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
         ax.legend(fontsize=7, frameon=False)
 
 
-def plot_layers(data: FigS4Data, ax) -> None:
+def _plot_layers(data: FigS4Data, ax) -> None:
     """The layers from top to bottom, in words."""
     h, w = data.shape
     for place, layer in enumerate(LAYERS):
@@ -203,7 +203,7 @@ def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
     arrays = complete_arrays(tensors)
     peak = max(array.max() for array in arrays.values())
     groups = {"profile": {name: (array / peak, labels) for name, array in arrays.items()}}
-    whole = sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
+    whole = _sweep_groups(groups, context.effort.network, random_state=context.seed)["profile"]
     found = {WINDOWS[0]: cut.sweeps["profile"], WINDOWS[1]: whole}
     rows = []
     for window, sweeps in found.items():

@@ -1,7 +1,7 @@
 """Fig. S5: do the bases change with how long they last?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,25 +19,6 @@ from feeler.tensors.unit import in_unit
 REFERENCE = 40  # [P]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FigS5Data:
-    """Bases for each duration."""
-
-    encoders: dict[int, ConvolutiveNMF]
-    """By duration, samples."""
-    profile_similarity: np.ndarray
-    """(duration, component): cosine of the bases' profiles along the antenna (sums over lags) with
-    the reference's.
-    """
-    basis_similarity: np.ndarray
-    """(duration, component): greatest cosine over shifts of the whole bases with the reference's; a
-    shorter one can reach 1 only where the longer one is silent."""
-    residual: np.ndarray
-    """(duration,), ‖V − V̂‖/‖V‖."""
-    sampling: float
-    """ms"""
-
-
 def compute(
     tensors: Any,
     *,
@@ -46,12 +27,21 @@ def compute(
     durations: Sequence[int] | None = None,
     fitted: ConvolutiveNMF | None = None,
     random_state: int = 0,
-) -> FigS5Data:
+) -> SimpleNamespace:
     """Fit three bases of each duration to the tensors of the main antenna.
 
     durations : in samples; by default those of the effort.
     fitted : an encoder already fitted to these tensors (Fig. 4's of rank 3), used for its own
     duration.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``encoders`` by duration [samples]. ``profile_similarity`` (duration, component): cosine of
+        the bases' profiles along the antenna (sums over lags) with the reference's.
+        ``basis_similarity`` (duration, component): greatest cosine over shifts of the whole bases
+        with the reference's; a shorter one can reach 1 only where the longer one is silent.
+        ``residual`` (duration,): ‖V − V̂‖/‖V‖. ``sampling`` [ms].
     """
     durations = durations or effort.durations
     data = prepare(tensors, quantity)
@@ -60,15 +50,13 @@ def compute(
         if fitted is not None and fitted.n_lags == n_lags:
             encoders[n_lags] = fitted
         else:
-            options = {
-                "n_lags": n_lags,
-                "n_restarts": effort.side_restarts,
-                "random_state": random_state,
-            }
-            encoders[n_lags] = effort.make_encoder(**options).fit(data)
+            encoder = effort.make_encoder(
+                n_lags=n_lags, n_restarts=effort.side_restarts, random_state=random_state
+            )
+            encoders[n_lags] = encoder.fit(data)
     reference = encoders[REFERENCE if REFERENCE in encoders else durations[-1]].components_
     profiles = [encoder.components_.sum(axis=2, keepdims=True) for encoder in encoders.values()]
-    return FigS5Data(
+    return SimpleNamespace(
         encoders=encoders,
         profile_similarity=np.stack(
             [match_components(reference.sum(axis=2, keepdims=True), p)[1] for p in profiles]
@@ -81,7 +69,7 @@ def compute(
     )
 
 
-def plot(data: FigS5Data, figure: Figure) -> None:
+def plot(data: SimpleNamespace, figure: Figure) -> None:
     """One row per duration, one column per basis."""
     sets = {
         f"T = {data.sampling * n_lags:g} ms": encoder.components_
@@ -94,10 +82,8 @@ def show(context: Context, section: Section) -> None:
     """Bases of every duration, and how alike they are."""
     if not context.effort.durations:
         return
-    tensors, fitted = (
-        load_tensors(context, list_profiles(context)[0]),
-        load(context).encoders.get(3),
-    )
+    tensors = load_tensors(context, list_profiles(context)[0])
+    fitted = load(context).encoders.get(3)
     data = compute(tensors, effort=context.effort, fitted=fitted, random_state=context.seed)
     section.heading("How long a basis lasts")
     section.figure(
@@ -105,19 +91,18 @@ def show(context: Context, section: Section) -> None:
         "Three bases for each duration from 10 to 60 ms. (Fig. S5)",
         lambda figure: plot(data, figure),
         height=5.0,
+        numbers={
+            "profile": data.profile_similarity,
+            "basis": data.basis_similarity,
+            "residual": data.residual,
+        },
     )
-    section.numbers(
-        "figS5_durations",
-        profile=data.profile_similarity,
-        basis=data.basis_similarity,
-        residual=data.residual,
-    )
+    profile, basis = data.profile_similarity.min(), data.basis_similarity.min()
     section.values |= {
-        "encoding.duration.profile along the antenna": float(np.min(data.profile_similarity)),
-        "encoding.duration.whole basis": float(np.min(data.basis_similarity)),
+        "encoding.duration.profile along the antenna": float(profile),
+        "encoding.duration.whole basis": float(basis),
     }
     section.text(
         "Along the antenna the bases of all durations resemble those of 40 ms with a cosine of at"
-        f" least {np.min(data.profile_similarity):.2f}; as whole pictures, at least"
-        f" {np.min(data.basis_similarity):.2f}."
+        f" least {profile:.2f}; as whole pictures, at least {basis:.2f}."
     )

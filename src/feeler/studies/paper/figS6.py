@@ -58,12 +58,12 @@ def compute(
             dispersions[comparison][kind] = found
             if len(claimed[comparison]) > 1:
                 verdicts += [
-                    judge(found, index, comparison, kind, claimed[comparison]) for index in INDICES
+                    _judge(found, index, comparison, kind, claimed[comparison]) for index in INDICES
                 ]
     return FigS6Data(dispersions=dispersions, claimed=dict(claimed), verdicts=tuple(verdicts))
 
 
-def judge(
+def _judge(
     found: Dispersion, index: str, comparison: str, kind: str, claimed: tuple[str, ...]
 ) -> Verdict:
     """Verdict on one index: similar tensors have high Pearson, SSIM, NMI, and low MSE."""

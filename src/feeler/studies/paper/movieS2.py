@@ -1,7 +1,5 @@
 """Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
 
-from typing import Any
-
 from feeler.experiment.touch import DURATION, touch
 from feeler.plotting.movie import SLOWER
 from feeler.plotting.touch import write_touch_movie, write_touches_movie
@@ -24,10 +22,9 @@ def show(context: Context, section: Section) -> None:
     fps, touches = context.effort.fps, {}
     for speed in reversed(context.effort.speeds):
         trial = Trial(feature=Ball(radius=1.53), location=0.5, speed=SPEEDS[speed])
-        options: dict[str, Any] = {"timestep": context.timestep, "engine": context.engine}
         touches[speed] = (
             trial,
-            touch(context.antenna, trial, duration=DURATION, all_hinges=True, **options),
+            touch(context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics),
         )
     path = section.folder / f"{TOGETHER}.mp4"
     titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}

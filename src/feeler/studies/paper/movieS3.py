@@ -31,7 +31,7 @@ APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s
 MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}
 
 
-def write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS) -> Path:
+def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS) -> Path:
     """A wall comes nearer: one panel per antenna, seen from above, the body's base at the origin."""
     time = next(iter(touches.values())).motions[0].time
     frames = choose_frames(time, slower=APPROACH_SLOWER, fps=fps)
@@ -98,7 +98,7 @@ class _Panel:
         return [self.wall, *self.antenna.move(points, self.curvature[now]), self.dot]
 
 
-def write_following(
+def _write_following(
     antenna: Antenna, run: Run, angles: np.ndarray, path: Path, fps: int = FPS
 ) -> Path:
     """A body follows a wall: the scene from above, and the true and the felt distance as they come
@@ -162,7 +162,7 @@ def write_following(
 
 def show(context: Context, section: Section) -> None:
     """The movies, and how well bodies follow."""
-    path = write_approach(
+    path = _write_approach(
         load(context).drives, section.folder / "movieS3_wall.mp4", context.effort.fps
     )
     section.movie(
@@ -196,7 +196,7 @@ def _follow(context: Context, section: Section) -> None:
         if not shown:
             shown = True
             path = section.folder / "movieS3_following.mp4"
-            write_following(antenna, run, np.array([angles[0], *angles]), path, context.effort.fps)
+            _write_following(antenna, run, np.array([angles[0], *angles]), path, context.effort.fps)
             section.movie(
                 path,
                 "A point body runs at 0.45 m/s along a wall with a turn and steers by where the"

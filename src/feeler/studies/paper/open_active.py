@@ -127,13 +127,13 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
             "Wall following on the full dynamics: delays and gains at which a body that begins 2 mm"
             " off comes to rest (filled), at three speeds; a profile without markers has no map to"
             " steer by.",
-            lambda figure: plot_walls(walls, figure),
+            lambda figure: _plot_walls(walls, figure),
             height=3.0,
         )
         section.numbers("active_wall", **walls)
 
 
-def plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
+def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
     """A panel for each speed: delay against gain, a marker for each profile."""
     asked = load_contest().wall
     axes = figure.subplots(1, len(asked["speeds"]), sharey=True)

@@ -42,7 +42,7 @@ READERS = {
 }
 
 
-def draw_trials(
+def _draw_trials(
     shape: str, asked: Mapping[str, Any], count: int, held: bool, rng: np.random.Generator
 ) -> list[Trial]:
     """Touches drawn from the ranges: none in a held-out band for training, each in one for the
@@ -80,8 +80,8 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
     for number, shape in enumerate(asked["shapes"]):
         rng = np.random.default_rng([asked["seed"], number])
         sets = [
-            draw_trials(shape, asked, asked["train"], False, rng),
-            draw_trials(shape, asked, asked["test"], True, rng),
+            _draw_trials(shape, asked, asked["train"], False, rng),
+            _draw_trials(shape, asked, asked["test"], True, rng),
         ]
         targets = [_list_targets(antenna, trials) for trials in sets]
         angles = [
@@ -101,11 +101,11 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
                     [compute_bounds(compute_fisher(move, size)) for move in moves.swapaxes(0, 1)]
                 )
                 bounds[shape, kind, size] = np.sqrt((least**2).mean(axis=0))
-                errors[shape, kind, size] = read(clean, targets, size, asked, rng)
+                errors[shape, kind, size] = _read(clean, targets, size, asked, rng)
     return {"errors": errors, "bounds": bounds, "changes": changes}
 
 
-def read(
+def _read(
     clean: list[np.ndarray],
     targets: list[np.ndarray],
     size: float,
@@ -201,12 +201,7 @@ def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[st
 def show(context: Context, section: Section) -> None:
     """Errors beside bounds, and whether the derivatives have converged."""
     asked = load_questions("regression", context.effort.regression)
-    options: dict[str, Any] = {
-        "engine": context.engine,
-        "timestep": context.timestep,
-        "workers": context.workers,
-    }
-    data = compute(context.antenna, asked, **options)
+    data = compute(context.antenna, asked, **context.physics)
     changes = np.concatenate([values.ravel() for values in data["changes"].values()])
     section.text(
         f"Place, size and speed of one touch, read together from {asked['duration']:g} ms of its"

@@ -116,7 +116,7 @@ def plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> N
     axes[0].legend()
 
 
-def bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
+def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
     """Bend of the last 30 segments [degrees] after the same touch, each ms, by the antenna's name."""
     trial = Trial(feature=Ball(radius=1.5), location=0.7, speed=0.6)
     motions = {
@@ -128,7 +128,7 @@ def bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
     }
 
 
-def plot_cheat(tips: dict[str, np.ndarray], figure: Figure) -> None:
+def _plot_cheat(tips: dict[str, np.ndarray], figure: Figure) -> None:
     """How the tip goes on after the same touch."""
     ax = figure.subplots()
     for colour, (name, tip) in zip(PALETTE, tips.items(), strict=False):
@@ -206,9 +206,9 @@ def show(context: Context, section: Section) -> None:
     section.numbers("design_fronts", **front)
     section.heading("How an objective cheats")
     antennas = [context.antenna, make_floppy(context.antenna)]
-    tips = bend_tips(antennas)
+    tips = _bend_tips(antennas)
     section.figure("cheat", "The same touch: a floppy, hardly damped tip swings wide and rings.",
-                   lambda figure: plot_cheat(tips, figure))  # fmt: skip
+                   lambda figure: _plot_cheat(tips, figure))  # fmt: skip
     section.numbers("cheat", **tips)
     limits = Constraints(damping_share=1.0)
     cells = []

@@ -33,7 +33,7 @@ def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     return tomllib.loads(text)[part] | dict(changes)
 
 
-def make_graded(reference: Antenna, rate: float) -> Antenna:
+def _make_graded(reference: Antenna, rate: float) -> Antenna:
     """Stiffness ~ exp(rate · n) with the total compliance Σ 1/k_n and the damping per stiffness of
     the reference.
     """
@@ -42,7 +42,7 @@ def make_graded(reference: Antenna, rate: float) -> Antenna:
     return _give_stiffness(reference, scale * shape)
 
 
-def make_even(reference: Antenna, location: float) -> Antenna:
+def _make_even(reference: Antenna, location: float) -> Antenna:
     """Even stiffness with the reference's compliance at the place of contact, Σ (x − s_n)² / k_n
     over hinges before x.
     """
@@ -71,9 +71,9 @@ def compute(
 
     The sets are those numbered from ``first`` on.
     """
-    antennas = {f"{rate:g}": [make_graded(reference, rate)] for rate in asked["rates"]}
+    antennas = {f"{rate:g}": [_make_graded(reference, rate)] for rate in asked["rates"]}
     if asked["contact_control"]:
-        antennas[CONTACT] = [make_even(reference, location) for location in LOCATIONS]
+        antennas[CONTACT] = [_make_even(reference, location) for location in LOCATIONS]
     shape = (asked["sets"], len(asked["speeds"]), len(antennas))
     dims, names = ("set", "speed", "rate"), ("bits", "accuracy", "noise75", "within")
     data = xr.Dataset(
@@ -161,12 +161,7 @@ def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
     asked = load_questions("gradient", context.effort.gradient)
     declared = load_declared(seed=asked["seed"], draws=asked["draws"])
-    options: dict[str, Any] = {
-        "engine": context.engine,
-        "timestep": context.timestep,
-        "workers": context.workers,
-    }
-    data = compute(context.antenna, asked, declared, **options)
+    data = compute(context.antenna, asked, declared, **context.physics)
     section.text(
         "The antenna's stiffness is made anew with other rates at the same total compliance Σ"
         " 1/k_n, and with the damping per stiffness of each hinge as it was; touches are complete."

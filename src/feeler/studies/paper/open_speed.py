@@ -34,14 +34,9 @@ def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
         for name in list_profiles(context)
         if not asked or name in asked or not context.is_cockroach
     ]
-    options: dict[str, Any] = {
-        "engine": context.engine,
-        "timestep": context.timestep,
-        "workers": context.workers,
-    }
     return {
         name: (
-            measure_tradeoff(context.profiles[name], declared, **options).assign_attrs(antenna=name)
+            measure_tradeoff(context.profiles[name], declared, **context.physics).assign_attrs(antenna=name)
         )
         for name in names
     }

@@ -32,7 +32,7 @@ class Window:
     """Greatest accuracy that these pairs leave."""
 
 
-def list_contact(tensors: xr.Dataset) -> np.ndarray:
+def _list_contact(tensors: xr.Dataset) -> np.ndarray:
     """Whether each touch is in contact (trial, time)."""
     return (np.abs(tensors["force"].transpose("trial", "time", "axis").values) > 0).any(axis=2)
 
@@ -41,7 +41,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
     """Whole touches held against a window [ms] from their beginning; contact is looked for to the
     end of the recording.
     """
-    contact, time = list_contact(tensors), in_unit(tensors["time"], "ms").values
+    contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
     angle = in_unit(tensors["angle"], "rad").transpose("trial", "sensor", "time")
     array = rectify(angle.values)[:, :, inside]

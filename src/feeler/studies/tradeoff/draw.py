@@ -33,10 +33,10 @@ def plot_tradeoff(
     plot_windows(first, common, "distance", axes[0, 1])
     axes[0, 1].set(xlabel="distance since contact [mm]", title="the same, per distance")
     axes[0, 0].legend(title="m/s", loc="lower right", fontsize=6, title_fontsize=6)
-    plot_best(first, levels, axes[0, 2])
+    _plot_best(first, levels, axes[0, 2])
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
-            plot_speeds(data, levels[kind], ax, color=colour, label=name)
+            _plot_speeds(data, levels[kind], ax, color=colour, label=name)
         ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
     figure.legend(
         *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured)
@@ -59,7 +59,7 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
     mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
 
 
-def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
+def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     """Best speed against deadline; bars: speeds that the sets do not tell from it."""
     for colour, (kind, level) in zip(PALETTE, levels.items(), strict=False):
         best = find_best(data, level)
@@ -76,7 +76,7 @@ def plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
 
 
-def plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
+def _plot_speeds(data: xr.Dataset, level: str, ax: Axes, **style: Any) -> None:
     """Bits against speed: whole touches, and (dashed) at equal distance and samples."""
     matched = data["window"].values[data["kind"].values == "distance and samples"][0]
     for window, line in (("whole touch", "-"), (matched, "--")):
