@@ -55,7 +55,7 @@ def make_tensors(spread, speeds=(0.6, 0.06)):
     angle = rows[:, :, None] * np.exp(-0.5 * ((time - shift[:, None]) / 2) ** 2)[:, None, :]
     coordinates = {"feature": feature, "size": size, "location": location, "speed": speed}
     return xr.Dataset(
-        {"angle": (("trial", "sensor", "time"), angle)},
+        {"angle": (("trial", "sensor", "time"), angle, {"units": "rad"})},
         {k: ("trial", v) for k, v in coordinates.items()},
     )
 

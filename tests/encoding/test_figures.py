@@ -29,7 +29,7 @@ def make_dataset(width=1.5, n_sensors=16, n_times=120):
                 tensors.append(0.05 * bump * np.sin(np.pi * phase) - 1e-4)
                 locations.append(location), features.append(feature), speeds.append(speed)
     coords = {
-        "time": np.arange(n_times, dtype=float),
+        "time": ("time", np.arange(n_times, dtype=float), {"units": "ms"}),
         "location": ("trial", locations),
         "feature": ("trial", features),
         "speed": ("trial", speeds),
