@@ -6,12 +6,13 @@ python benchmarks/active.py confirm     # the policies chosen, on fresh sets
 python benchmarks/active.py confirm_learned  # the learned ones too, a quarter of an hour
 python benchmarks/active.py speed       # steps of 64 environments per second
 python benchmarks/active.py places      # where to touch next
-python benchmarks/active.py decode      # the recurrent decoder, its calibration, and templates
-python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed; needs
-sb3-contrib python benchmarks/active.py judge store_learned  # the learned policies under the exact
-observer, beside the others python benchmarks/active.py walls       # wall following as a closed
-loop python benchmarks/active.py write       # benchmarks/results/active.json of the journal; the
-others write their own parts
+python benchmarks/active.py learn       # recurrent PPO, a quarter of an hour a seed (sb3-contrib)
+python benchmarks/active.py judge store_learned  # the learned policies under the exact observer
+python benchmarks/active.py walls       # wall following as a closed loop
+python benchmarks/active.py write       # results/active.json of the journal
+
+The others write their own parts of it. What they need beside the library stands in
+active_learning.py, active_places.py and wall_loop.py.
 """
 
 import json
@@ -23,20 +24,22 @@ import numpy as np
 import xarray as xr
 
 from feeler.active import Observer, make_learned
-from feeler.active.compare import (
+from feeler.presets import cockroach
+from feeler.report.section import to_json
+from feeler.studies.contests import (
+    Contest,
     compare_policies,
     confirm_steering,
     judge_energy,
     judge_learned,
     judge_steering,
+    load_contest,
 )
-from feeler.active.declared import Contest, load_contest
-from feeler.presets import cockroach
-from feeler.report.section import to_json
 from feeler.studies.tradeoff import average_sets
 
 HERE = Path(__file__).parent / "results"
-STORED = Path(__file__).parents[1] / "src" / "feeler" / "active" / "measured.json"  # for the report
+SOURCE = Path(__file__).parents[1] / "src" / "feeler"
+STORED = SOURCE / "studies" / "contests" / "measured.json"  # for the report
 RESULTS = HERE / "active.json"
 JOURNAL = (
     Path(__file__).parents[1] / "build" / "active.jsonl"
@@ -240,7 +243,8 @@ def speed() -> None:
 
 def places() -> None:
     """How many touches until sure, by who chooses them."""
-    from feeler.active import search_places, simulate_places
+    from active_places import search_places, simulate_places
+
     from feeler.stimulus.shapes import Ball, Box
 
     asked = load_contest().places
@@ -281,65 +285,11 @@ def places() -> None:
     keep(places=found, touches=known.touches)
 
 
-def decode() -> None:
-    """The recurrent decoder and the templates, at every fixed speed and at wandering ones;
-    calibration; stopping.
-    """
-    from feeler.active import (
-        RecurrentDecoder,
-        TouchTask,
-        TravelDecoder,
-        measure_calibration,
-        record_episodes,
-    )
-    from feeler.active import decide as stop_at
-
-    comparison = load_contest()
-    asked = comparison.decoding
-    task = TouchTask(noise=comparison.noise, duration=comparison.duration, seed=comparison.seed)
-    learnt = record_episodes(task, asked["train"], seed=1)
-    print("recorded", flush=True)
-    decoders = {"templates": TravelDecoder(task, learnt)}
-    recurrent = RecurrentDecoder(task).fit(
-        learnt, passes=asked["passes"], progress=lambda *d: print(*d, flush=True)
-    )
-    recurrent.save(HERE / "active_decoder.safetensors")
-    decoders["recurrent"] = recurrent
-    found: dict[str, object] = {}
-    for speed in (None, *asked["speeds"]):
-        met = record_episodes(task, asked["test"], speed=speed, seed=2)
-        felt = met.add_noise(task.noise, np.random.default_rng(3))
-        for name, decoder in decoders.items():
-            belief = decoder.decode(felt, met.base)
-            ends = [int(d) - 1 for d in comparison.deadlines]
-            right = (belief[:, ends].argmax(axis=2) == met.target[:, None]).mean(axis=0)
-            stops = {}
-            for threshold in asked["thresholds"]:
-                when, answer = stop_at(belief, threshold)
-                stops[str(threshold)] = [
-                    float(when.mean() + 1),
-                    float((answer == met.target).mean()),
-                ]
-            diagrams = measure_calibration(
-                belief[:, 4::5].reshape(-1, task.n_outputs),
-                np.repeat(met.target, belief.shape[1] // 5),
-            )
-            found[f"{name} {speed or 'wandering'}"] = {
-                "accuracy": right,
-                "stops": stops,
-                "calibration": diagrams.to_dict(),
-            }
-            print(name, speed, right.round(3), round(diagrams.attrs["error"], 3), flush=True)
-    noticer = decoders["templates"].noticer
-    late = noticer.notice(felt) - met.onset
-    keep(decoding=found, noticing={"median_delay": np.median(late), "early": (late < 0).mean()})
-
-
 def learn() -> None:
     """Recurrent PPO on what the observer believes, each seed that has no weights yet."""
+    from active_learning import Practice, save_policy, train_policy
+
     from feeler.active.learned import find_weights
-    from feeler.active.practice import Practice
-    from feeler.active.training import save_policy, train_policy
 
     comparison = load_contest()
     asked, antenna = dict(comparison.learning), cockroach()
@@ -364,9 +314,10 @@ def judge() -> None:
     """The learned policies under the exact observer, on the sets that policies are judged on; and
     practice against it.
     """
+    from active_learning import Practice, practise
+
     from feeler.active import parse_policy
     from feeler.active.learned import find_weights
-    from feeler.active.practice import Practice, practise
 
     comparison, antenna = load_contest(), cockroach()
     seeds = [seed for seed in comparison.learning["seeds"] if find_weights(seed).is_file()]
@@ -406,7 +357,9 @@ def walls() -> None:
     """Stability over delay and gain of every profile and speed, gain and phase of the antenna, and
     turns.
     """
-    from feeler.wall import calibrate, follow, make_turn, map_stability, measure_wall_response
+    from wall_loop import map_stability, measure_wall_response
+
+    from feeler.wall import calibrate, follow, make_turn
 
     asked = load_contest().wall
     found = json.loads(RESULTS.read_text()).get("wall", {}) if RESULTS.exists() else {}
@@ -454,7 +407,6 @@ if __name__ == "__main__":
         "compare",
         "speed",
         "places",
-        "decode",
         "learn",
         "judge",
         "walls",

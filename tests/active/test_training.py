@@ -2,15 +2,25 @@
 stays; weights move bodies.
 """
 
+import importlib.util
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import feeler
-from feeler.active import Observer, TouchTask, load_contest, parse_policy
+from feeler.active import Observer, TouchTask, parse_policy
 from feeler.active.learned import KIND, VERSION, make_actor, see
-from feeler.active.practice import STEP, Practice, Practised, practise
 from feeler.errors import InvalidInput
+from feeler.studies.contests import load_contest
 from feeler.tensors.models import load_model
+
+spec = importlib.util.spec_from_file_location(
+    "active_learning", Path(__file__).parents[2] / "benchmarks" / "active_learning.py"
+)
+learning = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(learning)
+Practised, practise = learning.Practised, learning.practise
 
 OBJECTS = [feeler.Ball(radius=1.0), feeler.Box(half_width=4.0, half_height=4.0)]
 DEADLINE = 30.0
@@ -27,22 +37,18 @@ def practice():
         noise=0.03,
         seed=1,
     )
-    return Practice(task)
+    return learning.Practice(task)
 
 
 @pytest.fixture(scope="module")
 def model(practice):
     pytest.importorskip("sb3_contrib")
-    from feeler.active.training import train_policy
-
-    return train_policy([practice], [DEADLINE], steps=768, groups=8, rollout=12, rate=3e-3)
+    return learning.train_policy([practice], [DEADLINE], steps=768, groups=8, rollout=12, rate=3e-3)
 
 
 def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(practice, model):
-    from feeler.active.training import make_trained
-
     observer, rng = Observer(practice.task, period=5.0), np.random.default_rng(0)
-    learned = observer.run(make_trained(model, DEADLINE), copies=4).accuracy[-1]
+    learned = observer.run(learning.make_trained(model, DEADLINE), copies=4).accuracy[-1]
     chance = observer.run(
         lambda known: rng.choice(observer.menu, len(known.way)), copies=1
     ).accuracy[-1]
@@ -50,9 +56,7 @@ def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
 
 
 def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path):
-    from feeler.active.training import save_policy
-
-    save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
+    learning.save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
     stored = load_model(tmp_path / "policy.safetensors", kind=KIND, version=VERSION)
     assert stored.settings["steps"] == 768
     policy, state = make_actor(stored.arrays, DEADLINE), None
@@ -90,7 +94,7 @@ def test_practice_is_the_observer_where_speed_stays(practice):
     seen = observer.run(
         parse_policy("fixed:0.3"), 40, watch=(0, lambda arena: felt.append(arena.felt))
     )
-    place = np.rint(0.3 * np.arange(1, DEADLINE + 1) / STEP).astype(int)
+    place = np.rint(0.3 * np.arange(1, DEADLINE + 1) / learning.STEP).astype(int)
     np.testing.assert_allclose(
         practice.felt[row, place], np.array(felt) / practice.task.noise, atol=1e-5
     )

@@ -40,7 +40,7 @@ LAYERS = (
     {"scale"},
     {"plotting"},
     {"report"},
-    {"active", "comparison", "design", "studio", "tradeoff"},
+    {"active", "comparison", "contests", "design", "studio", "tradeoff"},
     {"paper", "__init__"},
     {"cli"},
 )

@@ -46,7 +46,7 @@ def make_actor(arrays: dict[str, np.ndarray], deadline: float) -> Policy:
         if seen.shape[1] != wanted:
             raise InvalidInput(
                 f"this policy was learned for {wanted - OWN} objects, the task has"
-                f" {seen.shape[1] - OWN}. Train one for it: feeler.active.training.train_policy."
+                f" {seen.shape[1] - OWN}. Train one for it with benchmarks/active_learning.py."
             )
         if known.time == 0:
             state[:] = [

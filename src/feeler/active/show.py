@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,7 +13,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from feeler.active.arena import Arena
+from feeler.active.observer import Observer, Policy
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.physics.scene import Scene
 from feeler.plotting.look import style
 from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
@@ -111,3 +114,33 @@ def write_film(
         if report:
             report(f"{len(shown)} frames")
         return write_movie(Path(path), figure, draw, len(shown))
+
+
+@checked
+def film_policy(
+    observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None
+) -> Film:
+    """What a body does that feels touch number ``touch`` and moves by a policy."""
+    frames: list[tuple[Any, ...]] = []
+
+    def watch(arena: Any) -> None:
+        points, angle, _ = look_at(arena, touch)
+        frames.append((points, angle, float(arena.reading.base[touch, 2])))
+
+    episodes = observer.run(policy, 1, duration, watch=(touch, watch))
+    points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
+    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(
+        int
+    )
+    labels = tuple(
+        f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
+    )
+    return Film(
+        scene=observer.starts[touch].scene,
+        time=1.0 + np.arange(len(frames)),
+        points=points,
+        angle=angle,
+        speed=speed,
+        belief=episodes.belief[row, touch],
+        labels=labels,
+    )

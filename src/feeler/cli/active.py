@@ -44,19 +44,13 @@ def active(
     """Policies against each other: accuracy of an ideal observer by deadline, work, and what
     steering gains.
     """
-    from feeler.active import (
-        Observer,
-        compare_policies,
-        film_policy,
-        load_contest,
-        parse_policy,
-        write_active,
-    )
+    from feeler.active import Observer, film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar, say_what_stays
     from feeler.errors import MissingExtra
     from feeler.provenance import describe_versions
+    from feeler.studies.contests import compare_policies, load_contest, write_active
 
     comparison = load_contest(sets=sets, copies=copies)
     names = policy or [*comparison.fixed, *comparison.steered]

@@ -3,7 +3,6 @@
 from feeler.wall.course import Course, make_turn
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, fit_distance, map_distance
 from feeler.wall.following import FOLLOWING, Controller, Run, calibrate, follow
-from feeler.wall.loop import Stability, map_stability, measure_wall_response
 from feeler.wall.peak import (
     Peak,
     compute_curvature,
@@ -27,7 +26,6 @@ __all__ = [
     "Peak",
     "Posture",
     "Run",
-    "Stability",
     "WallTouch",
     "approach",
     "bootstrap_median",
@@ -44,8 +42,6 @@ __all__ = [
     "make_postures",
     "make_turn",
     "map_distance",
-    "map_stability",
-    "measure_wall_response",
     "slide",
     "summarise",
 ]

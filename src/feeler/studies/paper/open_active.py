@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.active import Observer, judge_steering, load_contest, parse_policy
-from feeler.active.page import LEAD, fill_comparison
-from feeler.active.stored import load_stored
+from feeler.active import Observer, parse_policy
 from feeler.antenna.cockroach import cockroach
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
+from feeler.studies.contests import judge_steering, load_contest, load_stored
+from feeler.studies.contests.page import LEAD, fill_comparison
 from feeler.studies.paper.context import Context
 
 AGAIN = "fixed:1.2"  # the stored policy that is run again, on the first set
@@ -50,7 +50,7 @@ def show(context: Context, section: Section) -> None:
         f"Steering gains at least {comparison.gain:g} points over the best fixed speed at {paying}"
         f" of {verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a"
         " smaller gain. What was changed after first results were seen stands in"
-        " active/declared.toml."
+        " contests/declared.toml."
     )
     if confirmed := stored.get("confirmed"):
         _show_confirmed(

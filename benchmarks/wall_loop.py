@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.physics.scene import Scene
 from feeler.wall.course import Course
@@ -49,7 +48,6 @@ class Stability:
     """(delay, frequency)"""
 
 
-@checked
 def map_stability(
     antenna: Antenna,
     delays: Sequence[float],
@@ -110,7 +108,6 @@ def map_stability(
         return Stability(delay=late, frequency=gains, spread=spread, stable=spread <= QUIET)
 
 
-@checked
 def measure_wall_response(
     antenna: Antenna,
     known: DistanceMap,

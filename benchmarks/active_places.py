@@ -15,7 +15,6 @@ from scipy.special import softmax
 
 from feeler.active.observer import expect_gain
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.experiment.touch import touch
 from feeler.stimulus.feature import Feature
@@ -54,7 +53,6 @@ class Search:
     """Number of the touch (episode, most), −1 after the end."""
 
 
-@checked
 def simulate_places(
     antenna: Antenna,
     shapes: Sequence[Feature],
@@ -105,7 +103,6 @@ def simulate_places(
     )
 
 
-@checked
 def search_places(
     places: Places,
     chooser: str,

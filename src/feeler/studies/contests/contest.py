@@ -1,10 +1,13 @@
 """What is compared, as declared.toml says."""
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import Any
+
+import xarray as xr
 
 from feeler.active.task import TouchTask
 from feeler.antenna.antenna import Antenna
@@ -47,8 +50,6 @@ class Contest:
     """Fresh sets for the policies that were chosen."""
     places: Mapping[str, Any]
     """Where to touch next."""
-    decoding: Mapping[str, Any]
-    """The recurrent decoder's training and test."""
     learning: Mapping[str, Any]
     """The learned policy."""
     wall: Mapping[str, Any]
@@ -83,6 +84,32 @@ class Contest:
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
     found = tomllib.loads(
-        files("feeler.active").joinpath("declared.toml").read_text(encoding="utf-8")
+        files("feeler.studies.contests").joinpath("declared.toml").read_text(encoding="utf-8")
     )
     return Contest(**found | changes)
+
+
+def load_stored(comparison: Contest) -> dict[str, Any]:
+    """The stored results: ``measured`` and ``learned`` as Datasets, and what else there is, as
+    plain data.
+
+    Raises
+    ------
+    InvalidInput
+        They were made with other choices than are declared now.
+    """
+    found = json.loads(
+        files("feeler.studies.contests").joinpath("measured.json").read_text(encoding="utf-8")
+    )
+    for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
+        if found["declared"][name] != getattr(comparison, name):
+            raise InvalidInput(
+                f"the stored results were made with {name} {found['declared'][name]}, declared is"
+                f" {getattr(comparison, name)}. Run: python benchmarks/active.py compare write"
+            )
+    datasets = {
+        name: xr.Dataset.from_dict(found[name]) for name in ("measured", "learned") if name in found
+    }
+    return found | {
+        name: one.map(lambda values: values.astype(float)) for name, one in datasets.items()
+    }  # null is NaN

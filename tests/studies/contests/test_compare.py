@@ -10,24 +10,22 @@ import xarray as xr
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
-from feeler.active import (
-    compare_policies,
-    confirm_steering,
-    judge_energy,
-    judge_learned,
-    judge_steering,
-    load_contest,
-    show,
-)
-from feeler.active.observer import Observer
-from feeler.active.page import fill_comparison, film_policy, plot_comparison
-from feeler.active.policies import parse_policy
+from feeler.active import Observer, film_policy, parse_policy, show
 from feeler.active.show import write_film
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
+from feeler.studies.contests import (
+    compare_policies,
+    confirm_steering,
+    judge_energy,
+    judge_learned,
+    judge_steering,
+    load_contest,
+)
+from feeler.studies.contests.page import fill_comparison, plot_comparison
 from feeler.studies.tradeoff import average_sets
 
 SMALL = {"known": 8, "copies": 1, "duration": 20.0, "deadlines": (10.0, 20.0), "sets": 2}

@@ -2,11 +2,10 @@
 
 import pytest
 
-from feeler.active import load_contest
-from feeler.active.stored import load_stored
 from feeler.errors import InvalidInput
 from feeler.presets import cockroach
 from feeler.report import Section
+from feeler.studies.contests import load_contest, load_stored
 from feeler.studies.paper import open_active
 from feeler.studies.paper.context import Context
 

@@ -11,14 +11,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from feeler.active.compare import judge_energy, judge_learned, judge_steering
-from feeler.active.declared import Contest
-from feeler.active.observer import Observer, Policy
-from feeler.active.show import Film, look_at
 from feeler.checked import checked
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
+from feeler.studies.contests.contest import Contest
+from feeler.studies.contests.judge import judge_energy, judge_learned, judge_steering
 from feeler.studies.tradeoff import average_sets
 
 LEAD = (
@@ -65,7 +63,7 @@ def write_active(
 def fill_comparison(
     section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
 ) -> None:
-    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.active.judge_learned`
+    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.studies.contests.judge_learned`
     takes it, with ``work``.
     """
     section.figure(
@@ -210,33 +208,3 @@ def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Ax
                 va="center",
                 arrowprops=line,
             )
-
-
-@checked
-def film_policy(
-    observer: Observer, policy: Policy, touch: int = 0, duration: float | None = None
-) -> Film:
-    """What a body does that feels touch number ``touch`` and moves by a policy."""
-    frames: list[tuple[Any, ...]] = []
-
-    def watch(arena: Any) -> None:
-        points, angle, _ = look_at(arena, touch)
-        frames.append((points, angle, float(arena.reading.base[touch, 2])))
-
-    episodes = observer.run(policy, 1, duration, watch=(touch, watch))
-    points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))
-    row = np.minimum((np.arange(len(frames)) + 1) / observer.period, len(episodes.time) - 1).astype(
-        int
-    )
-    labels = tuple(
-        f"{feature.name} {feature.size:g} mm" for feature in observer.task.trials.features
-    )
-    return Film(
-        scene=observer.starts[touch].scene,
-        time=1.0 + np.arange(len(frames)),
-        points=points,
-        angle=angle,
-        speed=speed,
-        belief=episodes.belief[row, touch],
-        labels=labels,
-    )
