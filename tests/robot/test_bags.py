@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from feeler.cli.app import app
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.robot import load_recording
+from feeler.tensors.bags import read_bag
 from feeler.tensors.formats import load
 
 RULE = "=" * 80
@@ -55,6 +56,7 @@ def write(
     metadata=None,
     dims=1,
     topics=("/joint_states", "/antenna/touch"),
+    period=2_000_000,
 ):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
@@ -69,7 +71,7 @@ def write(
                 SENT,
             )
             for k in np.array_split(np.arange(50), parts)[part].tolist():
-                at = SENT + 2_000_000 * k + 125
+                at = SENT + period * k + 125
                 if "/joint_states" in topics:
                     header = {"stamp": {"sec": at // 10**9, "nanosec": at % 10**9}, "frame_id": ""}
                     state = {"header": header, "name": names(k) if callable(names) else names}
@@ -99,6 +101,16 @@ def test_joint_states_are_angles_at_their_own_times_in_the_order_of_their_number
         "read from run.mcap:/joint_states",
         "channels are " + ", ".join(f"hinge_{k}" for k in range(12)),
     )
+
+
+def test_a_recording_of_several_seconds_keeps_its_clock(tmp_path):
+    """Stamps hold seconds and the rest of each apart: 50 samples every 61.7 ms cross three."""
+    path = write(tmp_path / "run.mcap", period=61_700_003)
+    for topic, n in (("joint_states", 12), ("antenna/touch", 3)):
+        table = read_bag(str(path), topic, "rad")
+        assert table.values.shape == (50, 1 + n)
+        expected = 61.700003 * np.arange(50)
+        np.testing.assert_allclose(table.values[:, 0], expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

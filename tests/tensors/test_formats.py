@@ -148,6 +148,25 @@ def test_all_trials_share_one_clock_and_point_at_their_series(tmp_path, whole):
             )
 
 
+def test_a_series_of_another_rate_and_beginning_keeps_its_times(tmp_path, whole):
+    """Samples every 0.3 ms from 12.5 ms on: neither the rate nor the start is a round number."""
+    from pynwb import NWBHDF5IO
+
+    time = 12.5 + 0.3 * np.arange(whole.sizes["time"])
+    odd = whole.assign_coords(time=("time", time, whole["time"].attrs))
+    save(odd, tmp_path / "set.nwb", **NWB)
+    with NWBHDF5IO(str(tmp_path / "set.nwb"), "r") as io:
+        file = io.read()
+        starts = file.trials["start_time"][:]
+        for k, start in enumerate(starts):
+            series = file.acquisition[f"angle_{k:06d}"]
+            assert series.rate == pytest.approx(3333.333333, abs=1e-6)
+            read = series.starting_time + np.arange(len(series.data)) / series.rate
+            np.testing.assert_allclose(read - start, 1e-3 * (time - time[0]), atol=1e-10)
+        assert starts[0] == pytest.approx(12.5e-3)
+    np.testing.assert_allclose(load(tmp_path / "set.nwb")["time"], time, rtol=1e-12)
+
+
 def test_nwb_without_its_package_says_what_to_install(tmp_path, whole, monkeypatch):
     monkeypatch.setitem(sys.modules, "pynwb", None)
     with pytest.raises(MissingExtra, match=r"pip install 'feeler\[nwb\]'"):
