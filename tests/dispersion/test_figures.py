@@ -14,8 +14,9 @@ from feeler.decoding import list_groups
 from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.studies.comparison import compare_antennas, write_comparison
-from feeler.studies.paper import fig5, figS6
+from feeler.studies.paper import fig5, fig5_data, figS6
 from feeler.studies.paper.claims import SPREADS_MORE
+from feeler.studies.paper.fig5_new import score_again
 
 matplotlib.use("Agg")
 PLAN = Plan(
@@ -71,23 +72,16 @@ def tensors():
 
 @pytest.fixture(scope="module")
 def data(tensors):
-    return fig5.compute(
-        tensors, SumEncoder(), plan=PLAN, jitter=lambda name, place, speed: pick_slow(tensors[name])
-    )
-
-
-def pick_slow(tensors):
-    return tensors.isel(trial=tensors["speed"].values < 0.1)
+    return fig5_data.compute(tensors, SumEncoder(), plan=PLAN)
 
 
 def test_planted_orders_are_found_and_put_into_words(data):
-    words = {(v.claim, v.measure): v.word for v in data.dispersion.verdicts}
+    words = {(v.claim, v.measure): v.word for v in data.spread_verdicts}
     assert words[SPREADS_MORE["speed"], "MSE of tensors"] == "agrees"
     assert words[SPREADS_MORE["profile"], "MSE of tensors"] == "agrees"
-    text = data.describe()
-    assert {row[2] for row in fig5.list_copies(data.curves)} == {"3", "4"}
-    for part in ("variance that 30 components keep", "unseen touches, by profile", "wrong in"):
-        assert part in text
+    for comparison, curves in data.curves.items():
+        assert {row[2] for row in fig5.list_copies(comparison, curves)} == {"3", "4"}
+    assert all("wrong in" in confused.describe() for confused in data.confused.values())
 
 
 def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
@@ -98,14 +92,13 @@ def test_groups_hold_the_same_stimuli_in_the_same_order(tensors):
     assert len(set(labels)) == 1 and len(labels[0]) == 12
 
 
-def test_jittered_touches_that_did_not_move_are_recognised(data):
-    shifted = next(v for split, v in data.splits.items() if "place shifted" in split)
-    assert shifted["exponential"] > 0.9
+def test_touches_that_did_not_move_are_recognised(data):
+    group = data.groups["profile"]["exponential"]
+    assert score_again(group, group.tensors, group.labels, PLAN) > 0.9
+    assert score_again(group, group.tensors, group.labels[::-1], PLAN) < 0.5
 
 
-@pytest.mark.parametrize(
-    "plot", [lambda d, f: fig5.plot(d, f), lambda d, f: figS6.plot(d.dispersion, f)]
-)
+@pytest.mark.parametrize("plot", [fig5.plot, figS6.plot])
 def test_figures_draw_every_group(data, plot):
     figure = Figure(figsize=(9, 9))
     plot(data, figure)
@@ -118,7 +111,7 @@ def test_figures_draw_every_group(data, plot):
 
 
 def test_one_antenna_alone_still_has_its_speeds(tensors):
-    data = fig5.compute({"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine")
+    data = fig5_data.compute({"mine": tensors["linear"]}, SumEncoder(), plan=PLAN, reference="mine")
     assert list(data.curves) == ["speed"]
     fig5.plot(data, Figure())
 
@@ -154,6 +147,6 @@ def test_bad_input_is_refused(tensors):
     with pytest.raises(
         InvalidInput, match="no tensors of the reference antenna 'x'; given: exponential"
     ):
-        fig5.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
+        fig5_data.compute(tensors, SumEncoder(), plan=PLAN, reference="x")
     with pytest.raises(InvalidInput, match="did any contact"):
         list_groups({"exponential": 0 * tensors["linear"]})

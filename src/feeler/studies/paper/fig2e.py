@@ -1,5 +1,7 @@
 """Fig. 2E and Fig. S3: the tactile tensors of every profile, and how long each touch lasts."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.colors import Normalize
@@ -10,7 +12,7 @@ from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_complete, load_tensors, select_speed
-from feeler.studies.paper.window import Window, measure_window
+from feeler.studies.paper.window import measure_window
 from feeler.tensors.formats import save
 from feeler.tensors.unit import in_unit
 
@@ -91,7 +93,7 @@ def _draw_sets(section: Section, sets: dict) -> None:
         save(slow[name], section.folder / f"{figure_name}_{name}.nc")
 
 
-def _tabulate(section: Section, sets: dict, windows: dict[str, Window]) -> None:
+def _tabulate(section: Section, sets: dict, windows: dict[str, Any]) -> None:
     rows = []
     for name, tensors in sets.items():
         for speed in np.unique(tensors["speed"].values)[::-1]:

@@ -3,45 +3,40 @@ profile's short.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.decoding import make_labels
+from feeler.decoding import NOISES, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.noise import NOISES
 from feeler.decoding.plan import Plan
-from feeler.decoding.sweep import Sweep, compute_sweep
-from feeler.dispersion import INDICES, Dispersion, compute_dispersion
+from feeler.dispersion import INDICES, compute_dispersion
 from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.report.section import Section
-from feeler.studies.paper import fig5
+from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import COMPLETE, list_profiles, load_complete
-from feeler.studies.paper.fig5_nulls import spread
-from feeler.studies.paper.window import SAME, WINDOWS, Window, complete_arrays, measure_window
+from feeler.studies.paper.fig5_data import load, spread_accuracy
+from feeler.studies.paper.window import SAME, WINDOWS, complete_arrays, measure_window
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Complete:
-    """Dispersion and accuracy of whole touches by profile."""
-
-    windows: dict[str, Window]
-    dispersion: Dispersion
-    sweeps: dict[str, dict[str, Sweep]]
-    """sweeps[noise][profile] on tensors."""
-
-
-def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0) -> Complete:
+def compute(
+    tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int = 0
+) -> SimpleNamespace:
     """Everything of whole slow touches, by profile.
 
     tensors : Datasets by profile with ``angle`` and ``force``, recorded until no touch begins
     again.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``windows`` by profile, ``dispersion`` of whole touches, and ``sweeps[noise][profile]`` of
+        accuracy on tensors.
     """
     arrays = complete_arrays(tensors)
     peak = max(array.max() for array in arrays.values())
@@ -52,8 +47,6 @@ def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int 
         "n_copies": plan.n_copies,
         "n_repeats": plan.n_repeats,
         "rotate": True,
-    }
-    options |= {
         "estimator": make_fitting_lda(len(labels), plan.n_copies),
         "random_state": random_state,
     }
@@ -66,15 +59,14 @@ def compute(tensors: Mapping[str, xr.Dataset], plan: Plan, *, random_state: int 
         }
         for noise in ("relative", "common")
     }
-    windows = {name: measure_window(data) for name, data in tensors.items()}
-    return Complete(
-        windows=windows,
+    return SimpleNamespace(
+        windows={name: measure_window(data) for name, data in tensors.items()},
         dispersion=compute_dispersion(arrays, random_state=random_state),
         sweeps=sweeps,
     )
 
 
-def plot(data: Complete, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure) -> None:
+def plot(data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]], figure: Figure) -> None:
     """Accuracy on tensors by profile: the paper's window on the left, whole touches on the right; a
     row per noise.
     """
@@ -108,7 +100,7 @@ def show(context: Context, section: Section) -> None:
         context.effort.plan,
         random_state=context.seed,
     )
-    cut = {noise: fig5.load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
+    cut = {noise: load(context).curves["profile"].find("raw", noise) for noise in data.sweeps}
     section.heading("Whole touches")
     section.text(
         f"The paper's window of {DURATION:g} ms holds the exponential profile's touches whole and"
@@ -124,11 +116,23 @@ def show(context: Context, section: Section) -> None:
         " over repeats, chance dotted.",
         lambda figure: plot(data, cut, figure),
         height=4.6,
+        numbers={
+            "complete": _list_noisy(data.sweeps),
+            "cut": _list_noisy(cut),
+            "windows": {name: vars(window) for name, window in data.windows.items()},
+        },
     )
-    _keep(section, data, cut)
+    _keep_values(section, data, cut)
 
 
-def _tabulate(section: Section, data: Complete) -> None:
+def _list_noisy(found: Mapping[str, Mapping[str, Sweep]]) -> dict[str, dict[str, np.ndarray]]:
+    return {
+        noise: {name: sweep.noisy for name, sweep in sweeps.items()}
+        for noise, sweeps in found.items()
+    }
+
+
+def _tabulate(section: Section, data: SimpleNamespace) -> None:
     header = [
         "profile",
         "lets go at the latest [ms]",
@@ -143,20 +147,19 @@ def _tabulate(section: Section, data: Complete) -> None:
         " classifier can be right more often than the ceiling says.",
     )
     for name, window in data.windows.items():
-        section.values |= {
-            f"window.end.{name}": window.end, f"window.cut.{name}": window.cut, f"window.again.{name}": window.again,
-            f"window.pairs.{name}": window.pairs, f"window.ceiling.{name}": window.ceiling,
-        }  # fmt: skip
+        section.values |= {f"window.{part}.{name}": value for part, value in vars(window).items()}
 
 
-def _keep(section: Section, data: Complete, cut: Mapping[str, Mapping[str, Sweep]]) -> None:
+def _keep_values(
+    section: Section, data: SimpleNamespace, cut: Mapping[str, Mapping[str, Sweep]]
+) -> None:
     """Values of both windows, and a table of the four indices."""
     rows = []
     for index in INDICES:
         averages = data.dispersion.average[index]
         for name, found in averages.items():
-            value = {"value": found.estimate, "low": found.low, "high": found.high}
-            section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = value
+            spread = make_spread(found.estimate, found.low, found.high)
+            section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
             section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[
                 f"dispersion.tensor.{index}.{name}"
             ]
@@ -171,14 +174,5 @@ def _keep(section: Section, data: Complete, cut: Mapping[str, Mapping[str, Sweep
     )
     for noise, sweeps in data.sweeps.items():
         for name, sweep in sweeps.items():
-            section.values[f"complete.{noise}.{name}"] = spread(sweep)
-            section.values[f"cut.{noise}.{name}"] = spread(cut[noise][name])
-    section.numbers(
-        "fig5_complete",
-        complete={
-            noise: {name: s.noisy for name, s in sweeps.items()}
-            for noise, sweeps in data.sweeps.items()
-        },
-        cut={noise: {name: s.noisy for name, s in sweeps.items()} for noise, sweeps in cut.items()},
-        windows={name: vars(window) for name, window in data.windows.items()},
-    )
+            section.values[f"complete.{noise}.{name}"] = spread_accuracy(sweep)
+            section.values[f"cut.{noise}.{name}"] = spread_accuracy(cut[noise][name])

@@ -1,61 +1,57 @@
-"""Beside Fig. 5: trained on one size or place, tested on another; what a new touch costs, and why."""
+"""Beside Fig. 5: trained on some touches, tested on others: a new size or place, a shifted place,
+another speed; what a new touch costs, and why.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.decoding import compute_left_out
+from feeler.decoding import Relative, compute_left_out, compute_sweep, jitter_trials, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.noise import Relative
+from feeler.decoding.curves import Group
 from feeler.decoding.plan import Plan
+from feeler.experiment.touch import DURATION, touch
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.report.section import Section
+from feeler.report import Section
 from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, load_tensors, select_speed
+from feeler.studies.paper.data import list_profiles, list_touches, load_tensors, select_speed
+from feeler.studies.paper.fig5_data import load
 from feeler.tensors.scaling import rectify
 
 ATTRIBUTES = ("feature", "size", "location")
 SPLITS = {"size": ("feature", "location"), "place": ("feature", "size")}
 """What is left out in turn, and what is then read of the touches that have it."""
 LEFT_OUT = {"size": "size", "place": "location"}
+JITTERS = {
+    "place shifted by up to 2 % of the length": (0.02, 0.0),
+    "speed changed by up to 10 %": (0.0, 0.1),
+}
+"""[C] Half-widths of uniform changes of place (share of the length) and speed (relative)."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class New:
-    """One group's accuracy on clean touches of a size or place that was never trained, and what
-    changes its tensors.
+def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> SimpleNamespace:
+    """Leave out every size, then every place, in turn; LDA on the tensors of one speed.
+
+    Returns
+    -------
+    SimpleNamespace
+        By split: ``accuracy`` on clean touches of a size or place that was never trained,
+        ``chance``, and ``parts[split][attribute]``, the share of the answers in which that part is
+        right. ``change`` by attribute: how much a tensor changes if only that is changed (a place
+        by one step), as a share of its norm.
     """
-
-    accuracy: dict[str, float]
-    """By split."""
-    chance: dict[str, float]
-    parts: dict[str, dict[str, float]]
-    """parts[split][attribute]: share of the answers in which that part is right."""
-    change: dict[str, float]
-    """By attribute: how much a tensor changes if only that is changed (a place by one step), as a
-    share of its norm.
-    """
-
-
-def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> New:
-    """Leave out every size, then every place, in turn; LDA on the tensors of one speed."""
     array = rectify(tensors["angle"].transpose("trial", "sensor", "time").values)
     names = {
         a: np.array([f"{v:g}" if a != "feature" else v for v in tensors[a].values])
         for a in ATTRIBUTES
     }
-    options = {
-        "ratios": (plan.probe,),
-        "n_copies": plan.n_copies,
-        "n_repeats": plan.n_repeats,
-        "rotate": True,
-    }
-    options |= {"noise": Relative(each="tensor"), "random_state": random_state}
+    options = _list_options(plan, plan.n_repeats, random_state)
     accuracy, chance, parts = {}, {}, {}
     for split, read in SPLITS.items():
         groups = names[LEFT_OUT[split]]
@@ -69,7 +65,8 @@ def compute(tensors: xr.Dataset, plan: Plan, *, random_state: int = 0) -> New:
         chance[split] = folds[0].chance
         confusion = sum(sweep.confusion[-1] for sweep in folds)
         parts[split] = _split_parts(folds[0].classes, confusion / confusion.sum(), read)
-    return New(accuracy=accuracy, chance=chance, parts=parts, change=_measure_change(array, names))
+    change = _measure_change(array, names)
+    return SimpleNamespace(accuracy=accuracy, chance=chance, parts=parts, change=change)
 
 
 def _split_parts(classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]) -> dict[str, float]:
@@ -97,7 +94,19 @@ def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[
     return {a: float(np.mean(values)) if values else float("nan") for a, values in found.items()}
 
 
-def plot(data: Mapping[str, New], figure: Figure) -> None:
+def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, Any]:
+    """What ``compute_sweep`` takes for one noise ratio."""
+    return {
+        "ratios": (plan.probe,),
+        "n_copies": plan.n_copies,
+        "n_repeats": n_repeats,
+        "rotate": True,
+        "noise": Relative(each="tensor"),
+        "random_state": random_state,
+    }
+
+
+def plot(data: Mapping[str, SimpleNamespace], figure: Figure) -> None:
     """Accuracy on a new size and a new place; and how much each attribute changes a tensor."""
     left, right = figure.subplots(1, 2)
     width = 0.8 / len(data)
@@ -129,14 +138,15 @@ def plot(data: Mapping[str, New], figure: Figure) -> None:
 
 
 def show(context: Context, section: Section) -> None:
-    """New sizes and places, by profile at slow touch."""
-    sets = {
-        name: select_speed(load_tensors(context, name), SPEEDS["slow"])
-        for name in list_profiles(context)
-    }
+    """New sizes and places, by profile at slow touch; then shifted places and other speeds."""
     plan = context.effort.plan
     data = {
-        name: compute(tensors, plan, random_state=context.seed) for name, tensors in sets.items()
+        name: compute(
+            select_speed(load_tensors(context, name), SPEEDS["slow"]),
+            plan,
+            random_state=context.seed,
+        )
+        for name in list_profiles(context)
     }
     section.heading("New sizes and places")
     section.figure(
@@ -146,17 +156,14 @@ def show(context: Context, section: Section) -> None:
         " changes when only its shape, size or place is changed.",
         lambda figure: plot(data, figure),
         height=3.0,
+        numbers={name: vars(new) for name, new in data.items()},
     )
     for name, new in data.items():
-        section.values |= {
-            f"generalise.{split}.{name}": value for split, value in new.accuracy.items()
-        }
-        section.values |= {
-            f"generalise.chance.{split}": value for split, value in new.chance.items()
-        }
-        section.values |= {
-            f"generalise.change.{a}.{name}": value for a, value in new.change.items()
-        }
+        for split in SPLITS:
+            section.values[f"generalise.{split}.{name}"] = new.accuracy[split]
+            section.values[f"generalise.chance.{split}"] = new.chance[split]
+        for attribute, change in new.change.items():
+            section.values[f"generalise.change.{attribute}.{name}"] = change
     section.table(
         ["profile", "new size [%]", "of it shape", "place", "new place [%]", "of it shape", "size"],
         [
@@ -172,4 +179,38 @@ def show(context: Context, section: Section) -> None:
         ],
         "Share of answers that are right, and of which each part is right (on noisy copies).",
     )
-    section.numbers("fig5_new", **{name: vars(new) for name, new in data.items()})
+    if context.effort.jitters and len(data) > 1:
+        _show_jittered(context, section)
+
+
+def _show_jittered(context: Context, section: Section) -> None:
+    """Accuracy on clean slow touches, each a little off its place or speed."""
+    plan, rng = context.effort.plan, np.random.default_rng(context.seed)
+    sets = {name: load_tensors(context, name) for name in list_profiles(context)}
+    peak = max(float(data["angle"].max()) for data in sets.values())
+    for title, (location, speed) in JITTERS.items():
+        words = []
+        for name, group in load(context).groups["profile"].items():
+            order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
+            moved = jitter_trials(order, rng, location=location, speed=speed)
+            again = touch(context.profiles[name], moved, duration=DURATION, **context.physics)
+            labels = make_labels(select_speed(sets[name], SPEEDS["slow"]))
+            right = score_again(
+                group, rectify(again["angle"].values) / peak, labels, plan, context.seed
+            )
+            words.append(f"{name} {100 * right:.0f} %")
+        section.text(f"Touches never trained on, {title}, tensors by profile: {', '.join(words)}.")
+
+
+def score_again(
+    group: Group, again: np.ndarray, labels: np.ndarray, plan: Plan, random_state: int = 0
+) -> float:
+    """Accuracy of LDA, trained on noisy copies of a group's tensors, on clean other ones."""
+    sweep = compute_sweep(
+        group.tensors,
+        group.labels,
+        held_out=(again, labels),
+        estimator=make_fitting_lda(len(group.labels), plan.n_copies),
+        **_list_options(plan, plan.other_repeats, random_state),
+    )
+    return float(sweep.clean.mean())

@@ -2,24 +2,21 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from hashlib import sha256
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, SubFigure
 
-from feeler.decoding import Sweep, compute_sweep, list_groups, make_labels
+from feeler.decoding import Relative, Sweep, compute_sweep, list_groups, make_labels
 from feeler.decoding.cnn import TouchNetwork, import_torch
-from feeler.decoding.noise import Relative
-from feeler.decoding.verdict import Verdict, judge_order
 from feeler.plotting.accuracy import plot_sweep
 from feeler.plotting.look import PALETTE
 from feeler.report.section import Section
-from feeler.studies.paper.claims import PROFILES, READ_BETTER
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.data import list_profiles, list_speeds, load_complete, load_tensors
-from feeler.studies.paper.fig5_nulls import spread
+from feeler.studies.paper.data import list_profiles, load_complete, load_tensors
+from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
 LAYERS = (
@@ -29,36 +26,14 @@ LAYERS = (
 BATCH_SIZE = 8  # [C] few images make many steps
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FigS4Data:
-    """What Fig. S4 shows."""
-
-    sweeps: dict[str, dict[str, Sweep]]
-    """sweeps[comparison][group]; comparisons are ``speed`` and ``profile``."""
-    verdicts: tuple[Verdict, ...]
-    shape: tuple[int, int]
-    n_classes: int
-
-    def describe(self) -> str:
-        """The verdicts in words."""
-        return "\n".join(verdict.describe() for verdict in self.verdicts)
-
-    def summarise(self) -> dict[str, dict[str, float]]:
-        """Accuracy by group, averaged over the noise ratios above 0, ± 1 SD over repeats."""
-        return {
-            name: spread(sweep) for sweeps in self.sweeps.values() for name, sweep in sweeps.items()
-        }
-
-
 def compute(
     tensors: Mapping[str, Any],
     *,
     settings: Mapping[str, Any],
     reference: str = "exponential",
-    quantity: str = "angle",
     random_state: int = 0,
     device: str = "auto",
-) -> FigS4Data:
+) -> SimpleNamespace:
     """Train and score the network on noisy copies of every group's tensors.
 
     Parameters
@@ -69,34 +44,21 @@ def compute(
         ``max_epochs`` of each training, and what ``compute_sweep`` takes: ``ratios``,
         ``n_repeats``, ``n_copies``.
 
+    Returns
+    -------
+    SimpleNamespace
+        ``sweeps[comparison][group]``; comparisons are ``speed`` and ``profile``. ``shape`` (sensor,
+        time) of a tensor, and ``n_classes``.
+
     Raises
     ------
     MissingExtra
         PyTorch is not installed; the message holds the install command.
     """
-    groups = list_groups(tensors, reference=reference, quantity=quantity)
+    groups = list_groups(tensors, reference=reference)
     sweeps = _sweep_groups(groups, settings, random_state=random_state, device=device)
-    verdicts = []
-    for comparison, members in sweeps.items():
-        claimed = [
-            name for name in members if comparison == "speed" or name in (reference, *PROFILES)
-        ]
-        values = {name: sweeps[comparison][name].area for name in claimed}
-        if len(values) > 1:
-            verdicts.append(
-                judge_order(
-                    values,
-                    claim=READ_BETTER[comparison],
-                    measure="accuracy of the network on tensors",
-                )
-            )
     array, labels = next(iter(next(iter(groups.values())).values()))
-    return FigS4Data(
-        sweeps=sweeps,
-        verdicts=tuple(verdicts),
-        shape=array.shape[1:],
-        n_classes=np.unique(labels).size,
-    )
+    return SimpleNamespace(sweeps=sweeps, shape=array.shape[1:], n_classes=np.unique(labels).size)
 
 
 def _sweep_groups(
@@ -132,7 +94,7 @@ def _sweep_groups(
     return sweeps
 
 
-def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """The layers, then one panel per comparison."""
     axes = figure.subplots(1, 1 + max(len(data.sweeps), 1))
     _plot_layers(data, axes[0])
@@ -144,7 +106,7 @@ def plot(data: FigS4Data, figure: Figure | SubFigure) -> None:
         ax.legend(fontsize=7, frameon=False)
 
 
-def _plot_layers(data: FigS4Data, ax) -> None:
+def _plot_layers(data: SimpleNamespace, ax) -> None:
     """The layers from top to bottom, in words."""
     h, w = data.shape
     for place, layer in enumerate(LAYERS):
@@ -170,28 +132,26 @@ def show(context: Context, section: Section) -> None:
             sets, settings=context.effort.network, reference=first, random_state=context.seed
         )
         _show_complete(context, section, data)
-    speeds = {f"{speed:g} m/s": name for name, speed in list_speeds(context, first).items()}
     section.figure(
         "figS4_cnn",
         "Accuracy of the paper's network against noise, by speed and by profile; mean ± 1 SD. (Fig."
         " S4B–C)",
         lambda figure: plot(data, figure),
         height=3.2,
-    )
-    section.numbers(
-        "figS4_cnn",
-        **{
+        numbers={
             comparison: {
                 name: {"ratio": s.ratios, "accuracy": s.noisy} for name, s in sweeps.items()
             }
             for comparison, sweeps in data.sweeps.items()
         },
     )
-    for name, found in data.summarise().items():
-        section.values[f"cnn.{speeds.get(name, name)}"] = found
+    speeds = name_speeds(context)
+    for sweeps in data.sweeps.values():
+        for name, sweep in sweeps.items():
+            section.values[f"cnn.{speeds.get(name, name)}"] = spread_accuracy(sweep)
 
 
-def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
+def _show_complete(context: Context, section: Section, cut: SimpleNamespace) -> None:
     """Profiles again over whole touches, each over its own shortest full window with the samples of
     the paper's.
     """
@@ -208,7 +168,7 @@ def _show_complete(context: Context, section: Section, cut: FigS4Data) -> None:
     rows = []
     for window, sweeps in found.items():
         for name, sweep in sweeps.items():
-            section.values[f"cnn.{window}.{name}"] = spread(sweep)
+            section.values[f"cnn.{window}.{name}"] = spread_accuracy(sweep)
         rows.append(
             [window, *(float(sweep.noisy[sweep.ratios > 0].mean()) for sweep in sweeps.values())]
         )

@@ -36,7 +36,9 @@ def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
     ]
     return {
         name: (
-            measure_tradeoff(context.profiles[name], declared, **context.physics).assign_attrs(antenna=name)
+            measure_tradeoff(context.profiles[name], declared, **context.physics).assign_attrs(
+                antenna=name
+            )
         )
         for name in names
     }

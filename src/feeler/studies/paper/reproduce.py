@@ -45,7 +45,7 @@ STAGES = (
     Stage(
         name="reading",
         title="Dispersion and classification",
-        figures=("fig5", "fig5_complete", "fig5_new", "choices"),
+        figures=("figS6", "fig5", "fig5_nulls", "fig5_complete", "fig5_new", "choices"),
     ),
     Stage(
         name="cnn",

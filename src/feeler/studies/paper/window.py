@@ -1,7 +1,7 @@
 """What a window of 380 ms cuts off a touch, and touches over their whole length."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
@@ -16,30 +16,21 @@ WINDOWS = ("380 ms window", "complete touches")
 SAME = 1e-6  # rad: two tensors that differ by less are one
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Window:
-    """What the paper's window does to one profile's touches."""
-
-    end: float
-    """When the last of its touches lets go for good [ms]."""
-    cut: int
-    """Touches that go on, or begin again, after the window."""
-    again: int
-    """Of these, those without contact when the window closes."""
-    pairs: int
-    """Pairs of touches whose tensors are the same inside the window."""
-    ceiling: float
-    """Greatest accuracy that these pairs leave."""
-
-
 def _list_contact(tensors: xr.Dataset) -> np.ndarray:
     """Whether each touch is in contact (trial, time)."""
     return (np.abs(tensors["force"].transpose("trial", "time", "axis").values) > 0).any(axis=2)
 
 
-def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
-    """Whole touches held against a window [ms] from their beginning; contact is looked for to the
-    end of the recording.
+def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNamespace:
+    """What a window of ``duration`` [ms] does to whole touches.
+
+    Returns
+    -------
+    SimpleNamespace
+        ``end``: when the last touch lets go for good [ms]. ``cut``: touches that go on, or begin
+        again, after the window; ``again``: of these, those without contact when it closes.
+        ``pairs`` of touches whose tensors are the same inside the window, and ``ceiling``, the
+        greatest accuracy that these leave.
     """
     contact, time = _list_contact(tensors), in_unit(tensors["time"], "ms").values
     inside, after = time < duration, contact[:, time >= duration].any(axis=1)
@@ -48,7 +39,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> Window:
     same = np.abs(array[:, None] - array[None]).max(axis=(2, 3)) < SAME
     kinds = np.unique(np.argmax(same, axis=1)).size
     last = time[contact.any(axis=0)].max() if contact.any() else 0.0
-    return Window(
+    return SimpleNamespace(
         end=float(last + (time[1] - time[0])),
         cut=int(after.sum()),
         again=int((after & ~contact[:, inside][:, -1]).sum()),
