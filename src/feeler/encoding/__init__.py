@@ -1,6 +1,4 @@
-"""Tensors become codes: convolutive NMF with exact sparseness, and measures of its bases and
-activations.
-"""
+"""Tensors become codes: convolutive NMF with exact sparseness, and measures of what it finds."""
 
 from feeler.encoding.bases import (
     compute_basis_similarity,

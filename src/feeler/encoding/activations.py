@@ -1,11 +1,12 @@
-"""Steps of the activations on fixed bases, from what the bases see (A) and from their inner
-products (kernel, edge).
+"""Steps of the activations on fixed bases.
+
+They need what the bases see (A) and the bases' inner products (kernel, edge).
 """
 
 import numpy as np
 
 from feeler.compiled import compiled
-from feeler.encoding.gram import add_convolved
+from feeler.encoding.convolution import add_convolved
 from feeler.encoding.sparseness import project_row
 
 
@@ -36,12 +37,9 @@ def _find_extent(row):
 
 @compiled
 def multiply_activations(seen, kernel, edge, activations, n_sweeps):
-    """Multiplicative updates H ← H·A/(G H), n_sweeps of them: activations (trial, component, time)
-    change in place.
-    """
-    tiny = np.finfo(
-        np.float32
-    ).eps  # what scikit-learn's NMF puts in place of a vanishing denominator
+    """Multiplicative updates H ← H·A/(G H) of activations (trial, component, time), in place."""
+    # what scikit-learn's NMF puts in place of a vanishing denominator
+    tiny = np.finfo(np.float32).eps
     pulled = np.empty(activations.shape[1:])
     for n in range(activations.shape[0]):
         for _ in range(n_sweeps):
@@ -55,19 +53,18 @@ def multiply_activations(seen, kernel, edge, activations, n_sweeps):
 
 @compiled
 def descend_activations(seen, kernel, edge, activations, steps, l1, joint, n_sweeps, tol):
-    """Projected-gradient sweeps under the sparseness constraint: activations (trial, component,
-    time) change in place.
+    """Projected-gradient sweeps under the sparseness constraint, in place.
 
-    joint: one constraint per component over all trials given, else one per component and trial.
-    steps (trial, component) are the step sizes, kept between calls, in units of the one that cannot
-    fail. A trial ends early once a sweep lowers its loss by less than tol times what the bases
-    explain. Returns the most sweeps any trial took.
+    Activations are (trial, component, time). With ``joint`` there is one constraint per component
+    over all trials given, otherwise one per component and trial. ``steps`` (trial, component) are
+    the step sizes in units of the step that cannot fail; they are kept between calls. A trial ends
+    early once a sweep lowers its loss by less than ``tol`` times what the bases explain. Returns
+    the most sweeps that any trial took.
     """
     safe = np.empty(kernel.shape[0])
     for m in range(safe.size):
-        bound = np.abs(
-            kernel[m, m]
-        ).sum()  # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
+        # Gershgorin: no eigenvalue of a Toeplitz matrix lies above
+        bound = np.abs(kernel[m, m]).sum()
         safe[m] = 1.0 / bound if bound > 0.0 else 0.0
     if joint:
         return _descend_group(seen, kernel, edge, activations, steps[0], safe, l1, n_sweeps, tol)
@@ -88,10 +85,8 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
     for n in range(n_trials):
         apply_gram(kernel, edge, activations[n], pulled[n])
     row, projected = np.empty(n_trials * n_times), np.empty(n_trials * n_times)
-    change, pull = (
-        np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2)),
-        np.empty((n_trials, n_times)),
-    )
+    change = np.zeros((n_trials, n_times + 2 * edge.shape[2] - 2))
+    pull = np.empty((n_trials, n_times))
     for sweep in range(n_sweeps):
         gained, explained = 0.0, 0.0
         for m in range(n_components):
@@ -123,8 +118,9 @@ def _descend_group(seen, kernel, edge, activations, steps, safe, l1, n_sweeps, t
 def _descend_row(
     m, seen, kernel, edge, activations, pulled, steps, safe, l1, row, projected, change, pull
 ):
-    """One step of component m: halve it until the loss falls, then try a longer one next time.
-    Returns the fall.
+    """One step of component m, halved until the loss falls; returns the fall.
+
+    The next step begins longer.
     """
     n_trials, _, n_times = activations.shape
     pad = edge.shape[2] - 1

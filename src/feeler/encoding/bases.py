@@ -1,6 +1,4 @@
-"""The bases: multiplicative updates from sums over trials, a canonical order and scale, and how
-alike two sets are.
-"""
+"""The bases: their multiplicative updates, their order and scale, and how alike two sets are."""
 
 from itertools import combinations
 from typing import Annotated
@@ -11,41 +9,44 @@ from scipy.optimize import linear_sum_assignment
 from feeler.checked import checked
 
 Bases = Annotated[np.ndarray, "component sensor lag"]
-_TINY = float(
-    np.finfo(np.float32).eps
-)  # scikit-learn's NMF puts it in place of a vanishing denominator
+# scikit-learn's NMF puts it in place of a vanishing denominator
+_TINY = float(np.finfo(np.float32).eps)
 
 
 def multiply_bases(
     components: np.ndarray, seen: np.ndarray, gram: np.ndarray, n_sweeps: int
 ) -> tuple[np.ndarray, float, float]:
-    """Multiplicative updates W ← W·B/(W C), n_sweeps of them; each lowers the loss or leaves it
-    (Lee & Seung 2001).
+    """Multiplicative updates W ← W·B/(W C), of which none raises the loss (Lee & Seung 2001).
 
     Parameters
     ----------
-    components : (component, sensor, lag)
-    seen : (component, sensor, lag), B: the data correlated with the activations.
-    gram : (component, lag, component, lag), C: the activations correlated with each other.
+    components : np.ndarray
+        Bases W (component, sensor, lag).
+    seen : np.ndarray
+        B, the data correlated with the activations (component, sensor, lag).
+    gram : np.ndarray
+        C, the activations correlated with each other (component, lag, component, lag).
+    n_sweeps : int
+        Number of updates.
 
     Returns
     -------
-    The new bases, and two of the three parts of the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩: ⟨B, W⟩ and ⟨W,
-    W C⟩.
+    components : np.ndarray
+        The new bases.
+    shared, square : float
+        ⟨B, W⟩ and ⟨W, W C⟩, of which the loss ½‖V‖² − ⟨B, W⟩ + ½⟨W, W C⟩ consists.
     """
     n_components, n_sensors, n_lags = components.shape
     size = n_components * n_lags
     flat = components.transpose(1, 0, 2).reshape(n_sensors, size)
-    target = (
-        np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)
-    )  # the Fourier transform leaves −1e-16
+    # the Fourier transform leaves −1e-16
+    target = np.maximum(seen, 0).transpose(1, 0, 2).reshape(n_sensors, size)
     square = gram.reshape(size, size)
     pulled = flat @ square
     for _ in range(n_sweeps):
         flat = flat / np.where(pulled == 0, _TINY, pulled) * target  # this order: no overflow
-        flat[flat < 1e-50 * flat.max()] = (
-            0  # fading for ever, such numbers end up slowing the processor
-        )
+        # numbers that fade for ever end up slowing the processor
+        flat[flat < 1e-50 * flat.max()] = 0
         pulled = flat @ square
     bases = np.ascontiguousarray(flat.reshape(n_sensors, n_components, n_lags).transpose(1, 0, 2))
     return bases, float(np.vdot(target, flat)), float(np.vdot(flat, pulled))
@@ -53,10 +54,18 @@ def multiply_bases(
 
 @checked
 def locate_components(components: Bases) -> np.ndarray:
-    """Where along the antenna each basis acts: its centre of mass over sensors, 0 at the first and
-    1 at the last.
+    """Where along the antenna each basis acts.
 
-    A basis of zeros is put at the tip.
+    Parameters
+    ----------
+    components : np.ndarray
+        Bases (component, sensor, lag).
+
+    Returns
+    -------
+    np.ndarray
+        Centre of mass over sensors (component,), 0 at the first sensor and 1 at the last; 1 for a
+        basis of zeros.
     """
     profile = components.sum(axis=2)
     mass = profile.sum(axis=1)
@@ -65,8 +74,9 @@ def locate_components(components: Bases) -> np.ndarray:
 
 
 def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Order the components from base to tip and give each basis unit length; their product stays
-    the same.
+    """Order the components from base to tip and give each basis unit length.
+
+    The activations take over the lengths, so that the reconstruction stays the same.
     """
     order = np.argsort(locate_components(components), kind="stable")
     components, activations = components[order], activations[:, order]
@@ -77,17 +87,18 @@ def canonicalise(components: np.ndarray, activations: np.ndarray) -> tuple[np.nd
 
 @checked
 def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
-    """Greatest cosine between each basis of one set and each of another, over all shifts along the
-    lags.
+    """Greatest cosine over all shifts between each basis of one set and each of another.
 
     Parameters
     ----------
-    first, second : (component, sensor, lag); the numbers of components and lags may differ.
+    first, second : np.ndarray
+        Bases (component, sensor, lag); the numbers of components and lags may differ.
 
     Returns
     -------
-    (component of first, component of second), in [0, 1]: 1 for the same basis, however it is scaled
-    or shifted within the lags.
+    np.ndarray
+        (component of first, component of second), in [0, 1]: 1 for the same basis, however it is
+        scaled or shifted within the lags.
     """
     length = first.shape[2] + second.shape[2]
     spectra = [np.fft.rfft(_to_unit(bases), length) for bases in (first, second)]
@@ -97,12 +108,19 @@ def compute_basis_similarity(first: Bases, second: Bases) -> np.ndarray:
 
 @checked
 def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarray]:
-    """Pair the bases of two sets so that the similarities sum to the most.
+    """Pair the bases of two sets so that their similarities have the greatest sum.
+
+    Parameters
+    ----------
+    first, second : np.ndarray
+        Bases (component, sensor, lag).
 
     Returns
     -------
-    order : for each basis of `first`, its partner's number in `second`.
-    similarity : the cosine of each pair, see `compute_basis_similarity`.
+    order : np.ndarray
+        For each basis of ``first``, the number of its partner in ``second``.
+    similarity : np.ndarray
+        The cosine of each pair, see :func:`compute_basis_similarity`.
     """
     similarity = compute_basis_similarity(first, second)
     rows, order = linear_sum_assignment(-similarity)
@@ -111,11 +129,20 @@ def match_components(first: Bases, second: Bases) -> tuple[np.ndarray, np.ndarra
 
 @checked
 def compute_stability(restarts: list[Bases]) -> float:
-    """How alike the bases of several restarts are: mean cosine of matched bases over all pairs of
-    restarts, in [0, 1].
+    """How alike the bases of several restarts are.
 
-    NaN for a single restart. Random non-negative bases already score far above 0, so compare scores
-    between numbers of components rather than read one by itself.
+    Random non-negative bases already score far above 0, so compare scores between numbers of
+    components rather than read one by itself.
+
+    Parameters
+    ----------
+    restarts : list of np.ndarray
+        Bases (component, sensor, lag) of each restart.
+
+    Returns
+    -------
+    float
+        Mean cosine of matched bases over all pairs of restarts, in [0, 1]; NaN for one restart.
     """
     pairs = [
         match_components(first, second)[1].mean() for first, second in combinations(restarts, 2)

@@ -1,9 +1,11 @@
-"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ), forwards and as correlations, per
-trial.
+"""The convolutive model V(x, t) = Σ_m Σ_τ W_m(x, τ) H_m(t − τ) of each trial, and its products.
 
 A trial starts with nothing before it and its window ends at T: what a basis would do after T is not
 seen, and nothing of it runs into the next trial. Zero padding by L − 1 makes the circular
 correlations of the Fourier transform equal to these.
+
+Inner products of shifted bases, and of shifted activations, replace reconstructions. Both matrices
+are Toeplitz up to the end of the window, so that two small sums along diagonals give them exactly.
 """
 
 from typing import Annotated
@@ -24,12 +26,15 @@ def reconstruct(
 
     Parameters
     ----------
-    components : (component, sensor, lag)
-    activations : (trial, component, time)
+    components : np.ndarray
+        Bases (component, sensor, lag).
+    activations : np.ndarray
+        (trial, component, time).
 
     Returns
     -------
-    (trial, sensor, time), in the units of the activations times those of the bases.
+    np.ndarray
+        (trial, sensor, time), in the unit of the activations times that of the bases.
 
     References
     ----------
@@ -55,10 +60,8 @@ def compute_spectra(tensors: np.ndarray, length: int) -> np.ndarray:
     spectra = np.empty((2, *tensors.shape[:-1], length // 2 + 1))
     for start in range(0, len(tensors), 8):  # a few at a time: no second copy of all
         transform = fft.rfft(tensors[start : start + 8], length)
-        spectra[0, start : start + 8], spectra[1, start : start + 8] = (
-            transform.real,
-            transform.imag,
-        )
+        spectra[0, start : start + 8] = transform.real
+        spectra[1, start : start + 8] = transform.imag
     return spectra
 
 
@@ -97,3 +100,108 @@ def correlate_with_activations(v_re, v_im, h_re, h_im, out):
                 for f in range(n_frequencies):
                     re[f] += a[f] * c[f] + b[f] * d[f]
                     im[f] += b[f] * c[f] - a[f] * d[f]
+
+
+def compute_basis_gram(components: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Inner products of the bases placed at two moments of one trial.
+
+    Parameters
+    ----------
+    components : np.ndarray
+        Bases (component, sensor, lag).
+
+    Returns
+    -------
+    kernel : np.ndarray
+        (component m, component k, 2·lag − 1). kernel[m, k, d + L − 1] = Σ_x Σ_τ W_m(x, τ)
+        W_k(x, τ + d), where m starts d samples after k and both fit into the window.
+    edge : np.ndarray
+        (component m, component k, lag, lag). In edge[m, k, i, j], m starts i samples before the
+        last one and k starts j samples before it, and what runs past the window is cut off.
+        edge[..., L − 1, :] and edge[..., :, L − 1] are the kernel.
+    """
+    n_components, n_sensors, n_lags = components.shape
+    flat = components.transpose(1, 0, 2).reshape(n_sensors, n_components * n_lags)
+    products = (
+        (flat.T @ flat).reshape(n_components, n_lags, n_components, n_lags).transpose(0, 2, 1, 3)
+    )
+    edge = np.ascontiguousarray(products)
+    for i in range(1, n_lags):
+        edge[:, :, i, 1:] += edge[:, :, i - 1, :-1]
+    # products of fading numbers slow the processor, and change nothing
+    edge[edge < 1e-50 * edge.max()] = 0
+    kernel = np.empty((n_components, n_components, 2 * n_lags - 1))
+    # m starts d after k: with k at the last full place (j = L − 1), m stands at i = L − 1 − d
+    kernel[:, :, n_lags - 1 :] = edge[:, :, ::-1, n_lags - 1]
+    kernel[:, :, : n_lags - 1] = edge[:, :, n_lags - 1, : n_lags - 1]
+    return kernel, edge
+
+
+@compiled(fastmath={"contract"})  # fused multiply-add: half the instructions
+def add_convolved(kernel, edge, padded, first, stop, out):
+    """Add G·h to out (time), with the kernel of the pair (m, k) and the edge of (k, m).
+
+    h stands in `padded` with n_lags − 1 zeros each side, and is zero outside [first, stop).
+    """
+    n_lags, n_times = edge.shape[0], out.size
+    low, high = max(0, first - n_lags + 1), min(n_times, stop + n_lags - 1)
+    target, width = out[low:high], high - low
+    offset = low + 2 * (n_lags - 1)
+    j = 0
+    while (
+        j + 4 <= kernel.size
+    ):  # four lags per pass: a quarter of the loads and stores of the target
+        a, b, c, d = kernel[j], kernel[j + 1], kernel[j + 2], kernel[j + 3]
+        source = padded[offset - j - 3 :]
+        for s in range(width):
+            target[s] += a * source[s + 3] + b * source[s + 2] + c * source[s + 1] + d * source[s]
+        j += 4
+    while j < kernel.size:
+        a, source = kernel[j], padded[offset - j :]
+        for s in range(width):
+            target[s] += a * source[s]
+        j += 1
+    # near the end both are cut: put the edge's numbers instead, along its rows, where they lie side
+    # by side
+    for place in range(max(first, n_times - n_lags + 1), stop):
+        value = padded[place + n_lags - 1]
+        if value != 0.0:
+            row, whole = edge[n_times - 1 - place], n_times - place + n_lags - 2
+            for i in range(n_lags - 1):
+                out[n_times - 1 - i] += value * (row[i] - kernel[whole - i])
+
+
+def compute_activation_gram(activations: np.ndarray, n_lags: int) -> np.ndarray:
+    """C[m, τ, k, σ] = Σ_n Σ_t H_nm(t − τ) H_nk(t − σ) over the window (component, lag, …)."""
+    n_trials, n_components, _ = activations.shape
+    ends = np.ascontiguousarray(activations[:, :, : -n_lags - 1 : -1]).reshape(
+        n_trials, n_components * n_lags
+    )
+    # what each further lag pushes out
+    lost = (ends.T @ ends).reshape(n_components, n_lags, n_components, n_lags)
+    lagged = np.zeros((n_components, n_components, n_lags))
+    _correlate_lags(np.ascontiguousarray(activations), lagged)
+    gram = np.empty_like(lost)
+    gram[:, 0, :, :] = lagged
+    gram[:, :, :, 0] = lagged.transpose(1, 2, 0)
+    for lag in range(1, n_lags):
+        gram[:, lag, :, 1:] = gram[:, lag - 1, :, :-1] - lost[:, lag - 1, :, :-1]
+    return np.maximum(gram, 0, out=gram)  # rounding may leave −1e-16
+
+
+@compiled
+def _correlate_lags(activations, out):
+    """Add Σ_n Σ_u H_nk(u) H_nm(u + d) to out[m, k, d], d ≥ 0."""
+    n_trials, n_components, n_times = activations.shape
+    n_lags = out.shape[2]
+    for n in range(n_trials):
+        for k in range(n_components):
+            for u in range(n_times):
+                value = activations[n, k, u]
+                if value == 0.0:  # moments without activation cost nothing
+                    continue
+                reach = min(n_lags, n_times - u)
+                for m in range(n_components):
+                    later, target = activations[n, m, u:], out[m, k]
+                    for d in range(reach):
+                        target[d] += value * later[d]

@@ -7,9 +7,8 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-SCALES = ("max", "none")
-# [D]: only a histogram of 256 grey levels gives numbers of the size the paper reports (1.9 to 2.8
-# bits)
+_SCALES = ("max", "none")
+# [D]: only 256 grey levels give numbers of the size that the paper reports (1.9 to 2.8 bits)
 LEVELS = 256
 
 
@@ -17,23 +16,24 @@ LEVELS = 256
 def compute_histogram_entropy(
     values: np.ndarray, *, levels: Annotated[int, "> 0"] = LEVELS, scale: str = "max"
 ) -> float:
-    """Entropy of the grey levels of an array taken as a picture, −Σ p log₂ p over its histogram, in
-    bits.
+    """Entropy [bit] of the grey levels of an array taken as a picture.
 
-    How many values occur, however they are arranged: 0 for a flat picture, log₂(levels) at most. It
-    depends on the scaling.
+    −Σ p log₂ p over the histogram says how many values occur, however they are arranged: 0 for a
+    flat picture, log₂(levels) at most. It depends on the scaling.
 
     Parameters
     ----------
-    values : non-negative, any shape; one basis, or one activation vector.
-    levels : grey levels; 256 is MATLAB's `entropy` of a picture.
-    scale : "max" stretches the largest entry to the top level; "none" takes 1 as the top level and
-    clips above, as
-        MATLAB does with a picture of doubles.
+    values : np.ndarray
+        One basis or activation vector of any shape, ≥ 0.
+    levels : int, default=256
+        Grey levels; 256 is MATLAB's ``entropy`` of a picture.
+    scale : {"max", "none"}, default="max"
+        ``max`` stretches the largest entry to the top level. ``none`` takes 1 as the top level and
+        clips above, as MATLAB does with a picture of doubles.
     """
     values = _check(values)
-    if scale not in SCALES:
-        raise InvalidInput(f"scale must be one of {', '.join(map(repr, SCALES))}; got {scale!r}.")
+    if scale not in _SCALES:
+        raise InvalidInput(f"scale must be one of {', '.join(map(repr, _SCALES))}; got {scale!r}.")
     top = values.max() if scale == "max" else 1.0
     if top > 0:
         values = values / top
@@ -43,11 +43,15 @@ def compute_histogram_entropy(
 
 @checked
 def compute_mass_entropy(values: np.ndarray) -> float:
-    """Entropy of an array taken as a distribution of mass over its entries, −Σ p log₂ p with p =
-    v/Σv, in bits.
+    """Entropy [bit] of an array taken as a distribution of mass over its entries.
 
-    How many entries share the mass: 0 where one holds it all, log₂(size) where all hold the same.
-    Scaling changes nothing. NaN for an array of zeros.
+    −Σ p log₂ p with p = v/Σv says how many entries share the mass: 0 where one holds it all,
+    log₂(size) where all hold the same. Scaling changes nothing. NaN for an array of zeros.
+
+    Parameters
+    ----------
+    values : np.ndarray
+        One basis or activation vector of any shape, ≥ 0.
     """
     values = _check(values)
     return _entropy(values.ravel()) if values.max() > 0 else float("nan")
@@ -57,7 +61,15 @@ def compute_mass_entropy(values: np.ndarray) -> float:
 def compute_entropies(
     arrays: Annotated[np.ndarray, "... array element"], definition: str = "histogram"
 ) -> np.ndarray:
-    """The entropy of each array along the first axis, in bits; definition "histogram" or "mass"."""
+    """Entropy of each array along the first axis (array,) [bit].
+
+    Parameters
+    ----------
+    arrays : np.ndarray
+        (array, …), ≥ 0.
+    definition : {"histogram", "mass"}, default="histogram"
+        :func:`compute_histogram_entropy` or :func:`compute_mass_entropy`.
+    """
     definitions = {"histogram": compute_histogram_entropy, "mass": compute_mass_entropy}
     if definition not in definitions:
         raise InvalidInput(

@@ -11,7 +11,7 @@ from feeler.encoding.model import ConvolutiveNMF
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.tensors.models import Model, load_model, save_model
 
-KIND, VERSION = "ConvolutiveNMF", 1
+_KIND, _VERSION = "ConvolutiveNMF", 1
 _ARRAYS = ("components_", "activations_", "loss_curve_", "restarts_", "restart_components_")
 _NUMBERS = ("reconstruction_err_", "relative_residual_", "n_iter_", "stability_", "n_sensors_in_")
 
@@ -22,7 +22,8 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
 
     Raises
     ------
-    StoreError : the encoder is not fitted.
+    StoreError
+        The encoder is not fitted.
     """
     if not hasattr(encoder, "components_"):
         raise StoreError("The encoder has no bases yet: fit it before saving.")
@@ -35,25 +36,32 @@ def save_encoder(encoder: ConvolutiveNMF, path: str | os.PathLike) -> Path:
         if hasattr(encoder, name)
     }
     save_model(
-        Model(kind=KIND, version=VERSION, arrays=arrays, settings={"parameters": parameters}), path
+        Model(kind=_KIND, version=_VERSION, arrays=arrays, settings={"parameters": parameters}),
+        path,
     )
     return Path(path)
 
 
 @checked
 def load_encoder(path: str | os.PathLike, *, trusted: bool = False) -> ConvolutiveNMF:
-    """Read an encoder that `save_encoder` wrote; ``trusted=True`` skips the guard, for a file of
-    your own.
+    """Read an encoder that :func:`save_encoder` wrote.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+    trusted : bool, default=False
+        Skip the guard, for a file of your own.
 
     Raises
     ------
-    StoreError : no such file, another kind of file, another version, or arrays that do not fit
-    together.
+    StoreError
+        No such file, another kind or version, or arrays that do not fit together.
     """
     if not Path(path).exists():
         raise StoreError(f"There is no file {path}.")
     try:
-        model = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
+        model = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
     except InvalidInput as error:
         raise StoreError(
             f"{path} is not an encoder of feeler, or is damaged ({error}). Save it again."

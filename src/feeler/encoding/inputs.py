@@ -7,8 +7,8 @@ import numpy as np
 from feeler.encoding.sparseness import check_sparseness
 from feeler.errors import InvalidInput
 
-CONSTRAINTS = ("trial", "all")
-CODES = ("sparse", "ridge", "nonnegative")
+_CONSTRAINTS = ("trial", "all")
+FIXED_CODES = ("sparse", "ridge", "nonnegative")
 LABELS = {
     "joint": "joint fit (paper)",
     "sparse": "fixed bases, sparse",
@@ -16,20 +16,22 @@ LABELS = {
     "nonnegative": "fixed bases, least squares",
     "raw": "tensors",
 }
-"""What every figure and table calls activations found together with the bases, the codes on fixed
-bases, and no code.
-"""
-STARTS = ("windows", "random")
+"""What figures and tables call each kind of code; ``raw`` is no code at all."""
+_STARTS = ("windows", "random")
 
 
 def as_tensors(X: Any) -> np.ndarray:
     """Tensors (trial, sensor, time) as an array of non-negative floats.
 
-    Takes an array, a DataArray with these dims, or feeler's Dataset, whose `angle` it reads.
+    Parameters
+    ----------
+    X : np.ndarray, xr.DataArray or xr.Dataset
+        An array, a DataArray with these dims, or feeler's Dataset, of which ``angle`` is read.
 
     Raises
     ------
-    InvalidInput : other dims, nothing in it, NaN or infinite entries, negative entries.
+    InvalidInput
+        Other dims, nothing in it, NaN or infinite entries, negative entries.
     """
     if hasattr(X, "data_vars"):
         if "angle" not in X:
@@ -60,10 +62,8 @@ def as_tensors(X: Any) -> np.ndarray:
 
 
 def _check_values(tensors: np.ndarray) -> None:
-    low, high = (
-        tensors.min(),
-        tensors.max(),
-    )  # NaN carries through both; no copy of the data is made
+    # NaN carries through both, and no copy of the data is made
+    low, high = tensors.min(), tensors.max()
     if not (np.isfinite(low) and np.isfinite(high)):
         trial = next(i for i, tensor in enumerate(tensors) if not np.isfinite(tensor).all())
         raise InvalidInput(
@@ -88,10 +88,10 @@ def check_settings(estimator: Any) -> None:
             raise InvalidInput(f"{name} must be a whole number of at least 1; got {value!r}.")
     if estimator.sparseness is not None:
         check_sparseness(estimator.sparseness)
-    check_choice("constraint", estimator.constraint, CONSTRAINTS)
-    check_choice("init", estimator.init, STARTS)
+    check_choice("constraint", estimator.constraint, _CONSTRAINTS)
+    check_choice("init", estimator.init, _STARTS)
     if estimator.code is not None:
-        check_choice("code", estimator.code, CODES)
+        check_choice("code", estimator.code, FIXED_CODES)
     for name in ("tol", "ridge"):
         value = getattr(estimator, name)
         if not value >= 0:

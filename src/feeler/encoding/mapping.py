@@ -1,6 +1,4 @@
-"""Do the bases map to contact location? How well location follows from the component that dominates
-a code.
-"""
+"""How well contact location follows from the component that dominates a code."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -17,22 +15,17 @@ class LocationMapping:
     """How contact location and dominant component hang together, against shuffled locations."""
 
     information: float
-    """Mutual information between the dominant component and the location, bits."""
+    """Mutual information between the dominant component and the location [bit]."""
     information_null: float
-    """Its mean over shuffles: what so few trials yield by chance, bits."""
+    """Its mean over shuffles [bit]: what so few trials yield by chance."""
     ceiling: float
-    """The entropy of the locations or log₂(components), whichever is less: no code can do better,
-    bits.
-    """
+    """Least of the locations' entropy and log₂(components) [bit]; no code can exceed it."""
     p_information: float
     """Share of shuffles, the real order counted as one, with at least this information."""
     correlation: float
-    """Spearman's rank correlation of location with where along the antenna the active bases act, in
-    [−1, 1].
-    """
+    """Spearman's correlation of location with where the active bases act, in [−1, 1]."""
     p_correlation: float
-    """Share of shuffles, the real order counted as one, with a correlation at least as far from 0.
-    """
+    """Share of shuffles, the real order counted as one, with at least this |correlation|."""
     share: np.ndarray
     """Mean share of each component in the energy of a code, (location, component)."""
     locations: np.ndarray
@@ -55,10 +48,16 @@ def map_locations(
 
     Parameters
     ----------
-    activations : (trial, component, time), codes on fixed bases; prefer the ridge code, which is
-    unique. locations : (trial,), where each contact was, any unit.
-    places : (component,), where each basis acts: `locate_components(components_)`.
-    n_shuffles : how many shuffles of the locations make the null.
+    activations : np.ndarray
+        Codes (trial, component, time) on fixed bases; prefer the ridge code, which is unique.
+    locations : np.ndarray
+        Where each contact was (trial,), any unit.
+    places : np.ndarray
+        Where each basis acts (component,), from :func:`locate_components`.
+    n_shuffles : int, default=999
+        Shuffles of the locations that make the null.
+    rng : np.random.Generator, int or None, default=0
+        Generator or seed of the shuffles.
     """
     energy = np.square(np.asarray(activations, dtype=float)).sum(axis=2)
     locations, places = np.asarray(locations), np.asarray(places, dtype=float)
@@ -76,16 +75,16 @@ def map_locations(
     share = energy / energy.sum(axis=1, keepdims=True)
     dominant, centre = share.argmax(axis=1), rankdata(share @ places)
     order = rankdata(which)
-    real = _information(dominant, which), _correlation(centre, order)
+    real = _compute_information(dominant, which), _correlation(centre, order)
     generator = np.random.default_rng(rng)
     shuffles = [generator.permutation(which.size) for _ in range(n_shuffles)]
     null = np.array(
         [
-            (_information(dominant, which[shuffle]), _correlation(centre, order[shuffle]))
+            (_compute_information(dominant, which[shuffle]), _correlation(centre, order[shuffle]))
             for shuffle in shuffles
         ]
     ).reshape(n_shuffles, 2)
-    entropy = _information(which, which)
+    entropy = _compute_information(which, which)
     return LocationMapping(
         information=real[0],
         information_null=float(null[:, 0].mean()) if n_shuffles else float("nan"),
@@ -100,7 +99,7 @@ def map_locations(
     )
 
 
-def _information(first: np.ndarray, second: np.ndarray) -> float:
+def _compute_information(first: np.ndarray, second: np.ndarray) -> float:
     """Mutual information of two labellings, bits."""
     joint = np.zeros((first.max() + 1, second.max() + 1))
     np.add.at(joint, (first, second), 1 / len(first))

@@ -11,69 +11,98 @@ from sklearn.utils.validation import check_is_fitted
 from feeler.encoding.bases import canonicalise, compute_stability
 from feeler.encoding.code import encode
 from feeler.encoding.convolution import reconstruct
-from feeler.encoding.factorise import Data, Factors, Settings, factorise, open_pool
-from feeler.encoding.inputs import CODES, as_tensors, check_choice, check_settings, check_size
-from feeler.encoding.online import OnlineSums, learn_batch
-from feeler.encoding.start import make_generators, start_activations, start_bases
+from feeler.encoding.factorise import (
+    Data,
+    Factors,
+    Settings,
+    factorise,
+    learn_batch,
+    make_generators,
+    open_pool,
+    start_activations,
+    start_bases,
+)
+from feeler.encoding.inputs import FIXED_CODES, as_tensors, check_choice, check_settings, check_size
 from feeler.errors import InvalidInput
 from feeler.execute.threads import count_cores
 from feeler.tensors.labels import label_like
 
 
 class ConvolutiveNMF(TransformerMixin, BaseEstimator):
-    """Convolutive non-negative matrix factorisation of tactile tensors, with exactly sparse
-    activations (cNMFsc).
+    """Convolutive non-negative matrix factorisation with exactly sparse activations (cNMFsc).
 
-    Every tensor becomes a sum of a few bases that are short films of the antenna, each played
-    whenever its activation says:
+    Every tensor becomes a sum of a few bases. A basis is a short film of the antenna, which is
+    played whenever its activation says so:
 
         V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
 
-    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it: multiplicative updates for the bases,
-    projected-gradient steps with Hoyer's exact projection for the activations, row by row, a step
+    The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it. The bases take multiplicative updates. The
+    activations take projected-gradient steps with Hoyer's exact projection, row by row; a step is
     accepted only if the loss falls. No trial runs into the next.
 
     Parameters
     ----------
-    n_components : how many bases, M. The paper shows 2 to 5, and works with 3.
-    n_lags : how many samples a basis lasts, T. The paper: 40 samples of 1 ms.
-    sparseness : Hoyer sparseness of the activations, in [0, 1). The paper: 0.8. None: plain
-    convolutive NMF with
-        multiplicative updates; with n_lags=1 it is scikit-learn's NMF(solver="mu"), step for step.
-    constraint : "trial": every trial's activation of every component has this sparseness, or is
-    zero. "all": the
-        activation of each component over all trials together has it, as if the tensors were one
-        recording; then how sparse a trial's code is depends on the others. The default is "trial",
-        because only then is the code of a tensor a matter of the tensor alone.
-    code : what `transform` computes on the fixed bases: "sparse" (that sparseness in every row),
-    "ridge"
-        (non-negative with a small ridge: one answer, continuous in the tensor), "nonnegative" (no
-        ridge). None: "sparse" with a sparseness, else "nonnegative".
-    ridge : weight of the ridge, relative to the squared length of a basis.
-    init : "random" starts from uniform numbers, "windows" from stretches of the tensors drawn by
-    energy: nearer
-        at first, but planted bases come back less often from there.
-    n_restarts : fits from this many starts; keeps the one with the lowest loss.
-    max_iter, tol : a fit ends after max_iter iterations, or when over ten of them the loss falls by
-    less than tol
-        times itself per iteration (times 10⁻⁴ of the tensors' energy, once it is lower than that).
-    inner_steps : steps of the activations, and of the bases, per iteration. None: 3 under a
-    sparseness, 1 without. random_state : seed or generator of the starts.
-    n_jobs : threads; None: all that this process may use. The numbers do not depend on it.
-    warn : say so when a fit or a code stops before it has converged.
+    n_components : int, default=3
+        Number of bases, M. The paper shows 2 to 5, and works with 3.
+    n_lags : int, default=40
+        Samples that a basis lasts, T. The paper has 40 samples of 1 ms.
+    sparseness : float or None, default=0.8
+        Hoyer sparseness of the activations, in [0, 1); the paper has 0.8. None is plain convolutive
+        NMF with multiplicative updates; with ``n_lags=1`` it is scikit-learn's
+        ``NMF(solver="mu")``, step for step.
+    constraint : {"trial", "all"}, default="trial"
+        ``trial`` gives every trial's activation of every component this sparseness, or makes it
+        zero. ``all`` gives it to the activation of each component over all trials together, as if
+        the tensors were one recording; then how sparse a trial's code is depends on the others.
+        Only with ``trial`` does the code of a tensor depend on the tensor alone.
+    code : {"sparse", "ridge", "nonnegative"}, optional
+        What ``transform`` computes on the fixed bases; see :func:`feeler.encoding.encode`. None:
+        ``sparse`` with a sparseness, otherwise ``nonnegative``.
+    ridge : float, default=0.1
+        Weight of the ridge, relative to the squared length of a basis.
+    init : {"random", "windows"}, default="random"
+        ``random`` starts from uniform numbers. ``windows`` starts from stretches of the tensors
+        drawn by energy: this start is nearer, but planted bases come back less often from it.
+    n_restarts : int, default=3
+        Fits from this many starts; the one with the lowest loss is kept.
+    max_iter : int, default=300
+        Most iterations of a fit.
+    tol : float, default=1e-4
+        A fit ends when over ten iterations the loss falls by less than ``tol`` times itself per
+        iteration (times 10⁻⁴ of the tensors' energy, once it is lower than that).
+    inner_steps : int, optional
+        Steps of the activations, and of the bases, per iteration. None: 3 under a sparseness, 1
+        without.
+    random_state : int, np.random.Generator or np.random.RandomState, optional
+        Seed or generator of the starts.
+    n_jobs : int, optional
+        Threads; None: all that this process may use. The numbers do not depend on it.
+    warn : bool, default=True
+        Whether to warn when a fit or a code stops before it has converged.
 
     Attributes
     ----------
-    components_ : (component, sensor, lag); unit length each, ordered from base to tip by where they
-    act. activations_ : (trial, component, time): those found together with the bases. They are not
-    unique, so codes to
-        compare come from `transform`; `fit_transform` returns those too.
-    reconstruction_err_ : ‖V − V̂‖, Frobenius, in the tensors' unit. relative_residual_ : ‖V −
-    V̂‖/‖V‖. n_iter_ : iterations of the restart kept. loss_curve_ : ½‖V − V̂‖² after each of them.
-    stability_ : mean cosine between the restarts' bases, matched over order and shift; NaN for one
-    restart. restarts_ : relative residual of each restart, best first. restart_components_,
-        restart_activations_ : their bases and activations, in the same order.
-    n_sensors_in_ : sensors the bases were learned on.
+    components_ : np.ndarray
+        Bases (component, sensor, lag) of unit length, from base to tip by where they act.
+    activations_ : np.ndarray
+        Activations (trial, component, time) found together with the bases. They are not unique, so
+        codes to compare come from ``transform``; ``fit_transform`` returns those too.
+    reconstruction_err_ : float
+        ‖V − V̂‖, Frobenius, in the tensors' unit.
+    relative_residual_ : float
+        ‖V − V̂‖/‖V‖.
+    n_iter_ : int
+        Iterations of the restart kept.
+    loss_curve_ : np.ndarray
+        ½‖V − V̂‖² after each of them.
+    stability_ : float
+        Mean cosine between the restarts' bases, matched over order and shift; NaN for one restart.
+    restarts_ : np.ndarray
+        Relative residual of each restart, best first.
+    restart_components_, restart_activations_ : np.ndarray, list of np.ndarray
+        Their bases and activations, in the same order.
+    n_sensors_in_ : int
+        Sensors that the bases were learned on.
 
     References
     ----------
@@ -85,22 +114,22 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
     def __init__(
         self,
-        n_components=3,
-        n_lags=40,
-        sparseness=0.8,
+        n_components: int = 3,
+        n_lags: int = 40,
+        sparseness: float | None = 0.8,
         *,
-        constraint="trial",
-        code=None,
-        ridge=0.1,
-        init="random",
-        n_restarts=3,
-        max_iter=300,
-        tol=1e-4,
-        inner_steps=None,
-        random_state=None,
-        n_jobs=None,
-        warn=True,
-    ):
+        constraint: str = "trial",
+        code: str | None = None,
+        ridge: float = 0.1,
+        init: str = "random",
+        n_restarts: int = 3,
+        max_iter: int = 300,
+        tol: float = 1e-4,
+        inner_steps: int | None = None,
+        random_state: int | np.random.Generator | np.random.RandomState | None = None,
+        n_jobs: int | None = None,
+        warn: bool = True,
+    ) -> None:
         self.n_components = n_components
         self.n_lags = n_lags
         self.sparseness = sparseness
@@ -117,14 +146,22 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         self.warn = warn
 
     def fit(self, X, y=None, *, components=None, activations=None):
-        """Learn the bases of tensors (trial, sensor, time); y is ignored.
+        """Learn the bases of tensors.
 
-        components (component, sensor, lag) and activations (trial, component, time) set the start;
-        then there is one restart.
+        Parameters
+        ----------
+        X : np.ndarray or xr.DataArray
+            Tensors (trial, sensor, time), ≥ 0.
+        y : None
+            Ignored.
+        components, activations : np.ndarray, optional
+            Where to start: (component, sensor, lag) and (trial, component, time); then there is one
+            restart.
 
         Raises
         ------
-        InvalidInput : tensors or parameters that cannot be used, each with what to do.
+        InvalidInput
+            Tensors or parameters that cannot be used, each with what to do.
         """
         check_settings(self)
         tensors = as_tensors(X)
@@ -139,17 +176,26 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return self
 
     def fit_transform(self, X, y=None, **starts):
-        """`fit`, then `transform` of the same tensors: the same code that new tensors get."""
+        """``fit``, then ``transform`` of the same tensors: the same code that new tensors get."""
         return self.fit(X, y, **starts).transform(X)
 
     def transform(self, X, *, code=None):
-        """Activations (trial, component, time) of tensors on the fixed bases; see `encode` for the
-        codes.
-
-        A labelled DataArray gives a labelled one, with the coordinates of its trials and times.
+        """Activations of tensors on the fixed bases.
 
         Each trial is coded by itself from a fixed start: the same tensor gets the same code,
         whatever its neighbours.
+
+        Parameters
+        ----------
+        X : np.ndarray or xr.DataArray
+            Tensors (trial, sensor, time), ≥ 0.
+        code : {"sparse", "ridge", "nonnegative"}, optional
+            See :func:`feeler.encoding.encode`; None: that of the encoder.
+
+        Returns
+        -------
+        np.ndarray or xr.DataArray
+            (trial, component, time); labelled where the tensors are.
         """
         check_is_fitted(self, "components_")
         tensors = self._check_against_bases(as_tensors(X))
@@ -180,9 +226,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         return tags
 
     def inverse_transform(self, X):
-        """Tensors (trial, sensor, time) from activations (trial, component, time); labelled where
-        these are.
-        """
+        """Tensors (trial, sensor, time) from activations (trial, component, time)."""
         check_is_fitted(self, "components_")
         activations = np.asarray(X, dtype=float)
         if activations.ndim != 3 or activations.shape[1] != len(self.components_):
@@ -198,15 +242,16 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         )
 
     def score(self, X, y=None):
-        """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²; 1 is best."""
+        """Share of the tensors' energy that their code gives back, 1 − ‖V − V̂‖²/‖V‖²."""
         tensors = as_tensors(X)
         energy = np.vdot(tensors, tensors)
         rest = tensors - self.inverse_transform(self.transform(tensors))
         return float(1 - np.vdot(rest, rest) / energy) if energy > 0 else 1.0
 
     def partial_fit(self, X, y=None, *, forget=0.7):
-        """Learn from one batch of tensors; with each, the sums over earlier ones count `forget`
-        times as much.
+        """Learn from one batch of tensors (trial, sensor, time).
+
+        With each batch, the sums over earlier ones count ``forget`` times as much.
         """
         check_settings(self)
         tensors = as_tensors(X)
@@ -214,10 +259,10 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             check_size(tensors, self.n_components, self.n_lags)
             rng = make_generators(self.random_state, 1)[0]
             start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
-            self._sums, self.components_, self.n_sensors_in_ = OnlineSums(), start, tensors.shape[1]
+            self._sums, self.components_, self.n_sensors_in_ = (0.0, 0.0), start, tensors.shape[1]
         self._check_against_bases(tensors)
         with open_pool(_count_threads(self.n_jobs)) as run:
-            self.components_ = learn_batch(
+            self.components_, self._sums = learn_batch(
                 tensors, self.components_, self._sums, self._settings(), forget, run
             )
         return self
@@ -225,11 +270,21 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
     def fit_stream(self, source, *, batch_size=32, n_epochs=5, forget=0.7, prepare=None):
         """Learn from tensors that need not fit into memory, a batch of trials at a time.
 
-        source : anything with a shape (trial, sensor, time) that gives tensors when sliced over
-        trials: a Zarr array,
-            a NumPy memory map, a DataArray opened lazily. Each batch is read, checked and dropped.
-        prepare : applied to each batch first, for instance ``feeler.tensors.rectify`` to stored
-        tensors, which are signed.
+        Parameters
+        ----------
+        source : array-like
+            Anything with a shape (trial, sensor, time) that gives tensors when sliced over trials:
+            a Zarr array, a NumPy memory map, a DataArray opened lazily. Each batch is read, checked
+            and dropped.
+        batch_size : int, default=32
+            Trials in a batch.
+        n_epochs : int, default=5
+            How often all batches are read.
+        forget : float, default=0.7
+            What earlier batches count beside a new one.
+        prepare : Callable, optional
+            Applied to each batch first, for instance ``feeler.tensors.rectify`` to stored tensors,
+            which are signed.
         """
         if len(getattr(source, "shape", ())) != 3:
             raise InvalidInput(
@@ -308,7 +363,7 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
 
     def _choose_code(self, code: str | None) -> str:
         code = code or self.code or ("nonnegative" if self.sparseness is None else "sparse")
-        check_choice("code", code, CODES)
+        check_choice("code", code, FIXED_CODES)
         if code == "sparse" and self.sparseness is None:
             raise InvalidInput(
                 "The sparse code needs a sparseness; set one, or choose code='ridge' or"

@@ -11,17 +11,21 @@ from feeler.errors import InvalidInput
 
 @checked
 def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = -1) -> np.ndarray:
-    """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1): 0 where all entries are equal, 1 where one entry
-    alone is not zero.
+    """Sparseness s(h) = (√n − ‖h‖₁/‖h‖₂)/(√n − 1) of vectors.
+
+    It is 0 where all entries are equal, and 1 where a single entry is not zero.
 
     Parameters
     ----------
-    vectors : array of any shape; n is its length along `axis`.
-    axis : the axis the vectors lie along.
+    vectors : np.ndarray
+        Any shape; n is the length along ``axis``.
+    axis : int, default=-1
+        The axis that the vectors lie along.
 
     Returns
     -------
-    One number per vector, in [0, 1]; NaN for a vector of zeros, whose sparseness is undefined.
+    np.ndarray
+        One number per vector, in [0, 1]; NaN for a vector of zeros, whose sparseness is undefined.
 
     References
     ----------
@@ -35,9 +39,8 @@ def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = 
             f" {axis}."
         )
     peak = np.max(np.abs(vectors), axis=axis, keepdims=True)
-    scaled = np.abs(vectors) / np.where(
-        peak > 0, peak, 1
-    )  # squares of very small entries would underflow
+    # squares of very small entries would underflow
+    scaled = np.abs(vectors) / np.where(peak > 0, peak, 1)
     largest, length = scaled.sum(axis=axis), np.sqrt((scaled**2).sum(axis=axis))
     undefined = length == 0
     sparseness = (root - largest / np.where(undefined, 1, length)) / (root - 1)
@@ -46,17 +49,25 @@ def hoyer_sparseness(vectors: Annotated[np.ndarray, "... element"], axis: int = 
 
 @checked
 def project_to_sparseness(vector: np.ndarray, sparseness: float) -> np.ndarray:
-    """The non-negative vector of exactly this sparseness that lies nearest to `vector`.
+    """The non-negative vector of exactly this sparseness that lies nearest to ``vector``.
 
     The nearest point keeps its own length free: with u the unit vector of the asked sparseness that
     maximises ⟨vector, u⟩, the result is max(0, ⟨vector, u⟩)·u, because the best u does not depend
     on the length. u is the soft threshold max(vector − λ, 0) scaled to unit length, with the one λ
     that gives ‖u‖₁ = √n − sparseness·(√n − 1).
 
+    Parameters
+    ----------
+    vector : np.ndarray
+        One vector of at least 2 entries.
+    sparseness : float
+        Hoyer sparseness, in [0, 1).
+
     Returns
     -------
-    An array of the same shape; all zeros where no vector of this sparseness points the same way as
-    `vector`.
+    np.ndarray
+        Of the same shape; all zeros where no vector of this sparseness points the same way as
+        ``vector``.
 
     References
     ----------
@@ -84,14 +95,14 @@ def check_sparseness(sparseness: float) -> None:
 
 
 def l1_of_unit_vector(size: int, sparseness: float) -> float:
-    """‖u‖₁ of a vector u of unit length, `size` entries and this sparseness."""
+    """‖u‖₁ of a vector u of unit length, ``size`` entries and this sparseness."""
     root = np.sqrt(size)
     return float(root - sparseness * (root - 1))
 
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def project_row(v, l1, out):
-    """Write into `out` the point nearest to `v` among the non-negative vectors with ‖·‖₁ = l1·‖·‖₂."""
+    """Write into ``out`` the point nearest to ``v`` among the h ≥ 0 with ‖h‖₁ = l1·‖h‖₂."""
     n = v.size
     if l1 * l1 >= n * (1 - 1e-12):  # sparseness 0: all entries equal
         level = max(v.mean(), 0.0)
@@ -121,8 +132,9 @@ def project_row(v, l1, out):
 
 @compiled
 def _rank_ties(z):
-    """Too many equal peaks leave the nearest point undefined: prefer the earlier moment by a ramp
-    of 1 in 10⁶.
+    """Prefer the earlier of equal peaks, by a ramp of 1 in 10⁶.
+
+    Too many equal peaks would leave the nearest point undefined.
     """
     low = 0.0
     for i in range(z.size):
@@ -139,7 +151,7 @@ def _rank_ties(z):
 
 @compiled(fastmath={"reassoc", "contract"})  # sums in vector registers
 def _threshold(z, l1):
-    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂; max(z) is 0. z is used up.
+    """λ for which w = max(z − λ, 0) has ‖w‖₁ = l1·‖w‖₂. max(z) is 0, and z is used up.
 
     On a fixed set of k active entries with mean m and variance q, ‖w‖₁² = l1²‖w‖₂² gives m − λ =
     l1·√(q/(k − l1²)). Dropping the entries below λ and solving again (Hoyer's loop) only raises λ,
