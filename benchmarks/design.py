@@ -57,7 +57,7 @@ FAMILY = Space(reference=PLAN.reference, stiffness=2, damping=2, span=300.0)
 FAMILIES = {
     "relative": (PLAN.task, Constraints(damping_ratio=0.5)),
     "common": (
-        PLAN.task.replace(noise="common", level=0.03),
+        PLAN.task.replace(noise="common:0.03"),
         Constraints(damping_ratio=0.5, peak_angle=0.12),
     ),
 }

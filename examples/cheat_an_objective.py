@@ -10,16 +10,17 @@ from matplotlib.figure import Figure
 
 import feeler
 from feeler.antenna import compute_modes
-from feeler.design import Constraints, Task, score
+from feeler.design import Constraints, DesignTask, score
+from feeler.task import Common, Relative
 
-TASK = Task(
+TASK = DesignTask(
     objects=("ball:radius=1.5", "box", "triangle"),
     locations=(0.7, 0.9),
     speeds=(0.6,),
     deadline=50.0,
     test=3,
 )
-NOISES = {"one floor of 0.1 rad": ("common", 0.1), "relative, 1 peak": ("relative", 1.0)}
+FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
 def make_floppy(antenna: feeler.Antenna) -> feeler.Antenna:
@@ -41,8 +42,7 @@ def main(out: Path) -> None:
         )  # how far the last thirty segments turn together
         ax.plot(motion["time"], tip, label=antenna.name)
         told = {
-            name: score(antenna, TASK.replace(noise=kind, level=size)).bits
-            for name, (kind, size) in NOISES.items()
+            name: score(antenna, TASK.replace(noise=noise)).bits for name, noise in FLOORS.items()
         }
         ratio = compute_modes(antenna, 6).damping_ratio.min()
         broken = Constraints(damping_share=1.0).check(antenna, animal)["damping_share"]

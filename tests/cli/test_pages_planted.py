@@ -273,17 +273,17 @@ def test_conditions_stand_at_the_foot_of_a_design(monkeypatch, tmp_path):
         design_page, "write_design", lambda *_, conditions, **__: said.append(conditions)
     )
     task = SimpleNamespace(
-        n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common", level=0.03
+        n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common:0.03"
     )
-    task.seeds, task.timestep = (1, 2, 3), 0.1
+    task.seeds, task.timestep = (("optimiser", 1), ("test", 2)), 0.1
     scores = {name: SimpleNamespace(errors=0.1) for name in ("final", "reference_final")}
     found = SimpleNamespace(
         plan=SimpleNamespace(task=task), compare=lambda: (0.2, 0.1), looks=1, **scores
     )
     _report(found, tmp_path, robot=False, movie=False, executor=None, as_json=False)
     words = (
-        "12 classes at 0.06, 0.6 m/s, 40 ms, common noise 0.03; seeds of the draws (1, 2, 3);"
-        " timestep 0.1 ms. python"
+        "12 classes at 0.06, 0.6 m/s, 40 ms, noise common:0.03; seeds of the draws"
+        " {'optimiser': 1, 'test': 2}; timestep 0.1 ms. python"
     )
     assert said[0].startswith(words)
 

@@ -28,8 +28,8 @@ def make_cosine(tensors):
 class Dropout(Noise):
     """Each entry is lost with a probability."""
 
-    def draw(self, codes, ratio, n_copies, rng):
-        kept = rng.random((n_copies, *codes.shape)) >= ratio
+    def add(self, codes, rng, n_copies=1):
+        kept = rng.random((n_copies, *codes.shape)) >= self.size
         return (kept * codes).reshape(-1, *codes.shape[1:])
 
 

@@ -15,7 +15,6 @@ from feeler.decoding import (
     compute_jittered,
     compute_left_out,
     compute_sweep,
-    jitter_trials,
     make_lda,
     make_null,
     make_svm,
@@ -23,6 +22,7 @@ from feeler.decoding import (
 from feeler.errors import InvalidInput
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
+from feeler.task import Nuisances
 
 FEW = {"n_copies": 4, "n_repeats": 3}
 
@@ -177,13 +177,18 @@ def make_trials():
     ]
 
 
+def jitter(**by):
+    return compute_jittered(BUMPS, np.arange(6), make_trials() * 2, simulate_bumps, **by)
+
+
 def simulate_bumps(trials):
     return make_bumps(places=[100 * trial.location for trial in trials])
 
 
 def test_jittered_trials_stay_near_and_keep_the_rest():
     trials = make_trials()
-    jittered = jitter_trials(trials, np.random.default_rng(0), location=0.05, speed=0.1, n_each=50)
+    by = Nuisances.only(location=0.05, speed=0.1)
+    jittered = by.jitter(trials, np.random.default_rng(0), 50)
     assert len(jittered) == 150
     shift = np.array([j.location - t.location for j, t in zip(jittered, trials * 50, strict=True)])
     change = np.array([j.speed / t.speed - 1 for j, t in zip(jittered, trials * 50, strict=True)])
@@ -194,8 +199,8 @@ def test_jittered_trials_stay_near_and_keep_the_rest():
 def test_what_is_not_asked_for_does_not_jitter():
     trials, rng = make_trials(), np.random.default_rng(0)
     moved, hurried = (
-        jitter_trials(trials, rng, location=0.02),
-        jitter_trials(trials, rng, speed=0.1),
+        Nuisances.only(location=0.02).jitter(trials, rng),
+        Nuisances.only(speed=0.1).jitter(trials, rng),
     )
     assert {t.speed for t in moved} == {0.06} and [t.location for t in moved] != [
         t.location for t in trials
@@ -231,7 +236,7 @@ BUMPS = make_bumps()
     [
         (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
         (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "ratio ≥ 0"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "size must be finite and ≥ 0"),
         (
             lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3),
             "18 training trials cannot give 30 .* at most 18",
@@ -249,9 +254,9 @@ BUMPS = make_bumps()
             "held-out trials have",
         ),
         (lambda: compute_left_out(BUMPS, np.arange(6), [1] * 6), "belong to one group"),
-        (lambda: jitter_trials([], np.random.default_rng(0), location=-1), "jitter must lie"),
-        (lambda: jitter_trials([], np.random.default_rng(0), location=1.0), "jitter must lie"),
-        (lambda: jitter_trials([], np.random.default_rng(0), speed=1.0), "jitter must lie"),
+        (lambda: jitter(location=-1), "location must be finite and ≥ 0"),
+        (lambda: jitter(location=1.0), "location must be < 1"),
+        (lambda: jitter(speed=1.0), "speed must be < 1"),
     ],
 )
 def test_bad_input_is_refused(call, message):

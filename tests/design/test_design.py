@@ -7,7 +7,7 @@ import pytest
 
 import feeler
 from feeler.antenna.modes import compute_modes
-from feeler.design import Constraints, DesignProblem, Space, Task, optimise, score
+from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.constraints import compute_diameter
 from feeler.design.scoring import decode, touch_classes
 from feeler.design.search import find_start
@@ -18,14 +18,14 @@ from feeler.information import compute_information
 ANTENNA = feeler.Antenna(
     segment_length=np.full(6, 4.0), segment_mass=2e-4, radius=0.3, stiffness=0.3, damping=2.0
 )
-TASK = Task(
+TASK = DesignTask(
     objects=("ball", "box"),
     locations=(0.6, 0.9),
     speeds=(0.6,),
     deadline=15.0,
     train=2,
     test=2,
-    level=0.5,
+    noise="relative:0.5",
 )
 SPACE = Space(reference=ANTENNA, stiffness=1, damping=0, span=10.0)
 
@@ -36,7 +36,7 @@ def found():
 
 
 def test_the_score_is_that_of_the_touches_that_touch_makes(found):
-    trials = TASK.draw(ANTENNA, "test", 0.6)
+    trials = TASK.draw_classes(ANTENNA, "test", 0.6)
     angle = feeler.touch(ANTENNA, trials, duration=TASK.duration)["angle"].values[:, :, 6:]
     assert np.array_equal(touch_classes(ANTENNA, TASK, "test", 0.6).reshape(angle.shape), angle)
     assert 0 < found.bits < 2 and 0 < found.errors < 1
@@ -47,9 +47,9 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(found):
 
 def test_purposes_meet_different_touches_and_antennas_the_same():
     first, second = (
-        [t.location for t in TASK.draw(ANTENNA, name, 0.6)] for name in ("test", "final")
+        [t.location for t in TASK.draw_classes(ANTENNA, name, 0.6)] for name in ("test", "final")
     )
-    softer = TASK.draw(ANTENNA.replace(stiffness=0.1), "test", 0.3)
+    softer = TASK.draw_classes(ANTENNA.replace(stiffness=0.1), "test", 0.3)
     assert not set(first) & set(second)
     assert [t.location for t in softer] == first
 
@@ -185,7 +185,7 @@ def test_an_interrupted_search_goes_on_with_the_same_numbers(searched, tmp_path,
 
 def test_resumed_with_another_task_it_says_so(searched):
     with pytest.raises(InvalidInput, match="belongs to another search"):
-        optimise(TASK.replace(level=0.6), SPACE, evaluations=2, journal=searched[1])
+        optimise(TASK.replace(noise="relative:0.6"), SPACE, evaluations=2, journal=searched[1])
 
 
 def test_a_candidate_that_diverges_is_counted_and_never_wins(monkeypatch):
@@ -220,7 +220,7 @@ def test_far_starts_keep_the_constraints():
 def test_a_hopeless_task_is_refused_before_minutes_are_spent(level, words, monkeypatch):
     monkeypatch.setattr("feeler.design.search.find_start", None)
     with pytest.raises(InvalidInput, match=words):
-        optimise(TASK.replace(level=level), SPACE)
+        optimise(TASK.replace(noise=f"relative:{level}"), SPACE)
 
 
 def test_constraints_that_exclude_all_are_named():
@@ -233,19 +233,26 @@ def test_constraints_that_exclude_all_are_named():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Task(objects=("ball",), locations=(0.5,)), "nothing to tell apart"),
-        (lambda: Task(seeds=(1, 1, 2)), "seeds .* must differ"),
-        (lambda: Task(noise="pink"), "noise must be one of relative, common"),
-        (lambda: Task(level=0.0), "level must be finite and > 0"),
-        (lambda: Task(speeds=()), "speeds must be"),
-        (lambda: Task(train=1), "train must be ≥ 2"),
-        (lambda: Task(nuisances=(("colour", 1.0),)), "unknown nuisance 'colour'"),
+        (lambda: DesignTask(objects=("ball",), locations=(0.5,)), "nothing to tell apart"),
+        (lambda: DesignTask(seeds={"optimiser": 1, "test": 1, "final": 2}), "seeds .* must differ"),
+        (lambda: DesignTask(noise="pink"), "unknown noise model 'pink'; valid: relative, common"),
+        (lambda: DesignTask(noise="relative:0"), "noise of a design's task must be > 0"),
+        (lambda: DesignTask(speeds=()), "speeds must be"),
+        (lambda: DesignTask(train=1), "train must be ≥ 2"),
+        (lambda: DesignTask(nuisances={"colour": 1.0}), "unknown nuisance 'colour'"),
+        (
+            lambda: optimise(TASK, SPACE, method="lbfgs"),
+            "unknown method of design 'lbfgs'; valid: cma",
+        ),
         (lambda: Space(reference=ANTENNA, stiffness=0, damping=0), "no freedom"),
         (lambda: Space(reference=ANTENNA, stiffness=7), "0 to 6 knots"),
         (lambda: Space(reference=ANTENNA, length=(1.5, 2.0)), "length must be factors"),
         (lambda: Constraints(mass=-1.0), "mass must be finite and > 0"),
         (lambda: Constraints(compliance=(2.0, 1.0)), "compliance must be shares"),
-        (lambda: TASK.draw(ANTENNA, "training", 0.6), "drawn for one of optimiser, test, final"),
+        (
+            lambda: TASK.draw_classes(ANTENNA, "training", 0.6),
+            "drawn for one of optimiser, test, final",
+        ),
     ],
 )
 def test_wrong_input_is_refused_in_plain_words(make, words):

@@ -31,7 +31,7 @@ objects = ["ball:radius=1.5", "box:half_width=1.5,half_height=1.5"]
 locations = [0.6, 0.9]
 speeds = [0.6]
 deadline = 15
-level = 0.5
+noise = "relative:0.5"
 train = 2
 test = 2
 [task.seeds]
@@ -65,7 +65,11 @@ def test_the_template_is_a_plan(tmp_path):
     path = tmp_path / "task.toml"
     path.write_text(TEMPLATE.format(file="task.toml"))
     plan = load_plan(path)
-    assert plan.task.n_classes == 12 and plan.task.seeds == (1, 2, 3)
+    assert plan.task.n_classes == 12 and dict(plan.task.seeds) == {
+        "optimiser": 1,
+        "test": 2,
+        "final": 3,
+    }
     assert (
         plan.space.names[:2] == ["stiffness 1", "stiffness 2"]
         and plan.constraints.damping_share == 1.0
@@ -77,10 +81,10 @@ def test_the_template_is_a_plan(tmp_path):
     [
         ('"feeler.design/1"', '"feeler.robot/1"', "schema must be"),
         ("[search]", "[serach]", "unknown key 'serach'"),
-        ("level = 0.5", "levl = 0.5", r"\[task\] has no 'levl'"),
-        ("level = 0.5", "level = -1.0", r"\[task\] level must be finite and > 0"),
+        ('noise = "relative', 'nois = "relative', r"\[task\] has no 'nois'"),
+        ("relative:0.5", "relative:-1", r"\[task\] Relative.size must be finite and ≥ 0"),
         ("span = 10", 'span = "wide"', r"\[space\]"),
-        ("optimiser = 1", "optimizer = 1", "seeds must name"),
+        ("optimiser = 1", "optimizer = 1", "seeds must name optimiser, test and final"),
         ("evaluations = 4", "evaluations = 4.5", r"\[search\] evaluations must be int"),
         ("ball:radius=1.5", "bell", r"\[task\] .*unknown .*'bell'"),
         ("small.toml", "none.toml", "cannot read"),

@@ -29,6 +29,7 @@ LAYERS = (
     },
     {"antenna"},
     {"stimulus"},
+    {"task"},
     {"execute"},
     {"tensors"},
     {"physics"},

@@ -84,8 +84,8 @@ def _report(found, out: Path, robot: bool, movie: bool, executor, as_json: bool)
     task = found.plan.task
     conditions = (
         f"{task.n_classes} classes at {', '.join(f'{v:g}' for v in task.speeds)} m/s,"
-        f" {task.deadline:g} ms, {task.noise} noise {task.level:g}; seeds of the draws"
-        f" {task.seeds}; timestep {task.timestep:g} ms. {describe_versions()}"
+        f" {task.deadline:g} ms, noise {task.noise}; seeds of the draws"
+        f" {dict(task.seeds)}; timestep {task.timestep:g} ms. {describe_versions()}"
     )
     page = write_design(found, out, conditions=conditions, movie=movie, tolerance=tolerance)
     if as_json:

@@ -9,16 +9,15 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import group_tensors, list_groups
 from feeler.decoding.ideal import IdealReader
 from feeler.decoding.labels import make_labels
-from feeler.decoding.noise import NOISES, Common, Noise, Relative
 from feeler.decoding.reader import READERS, Reader, measure_reader
 from feeler.decoding.splits import (
     compute_jittered,
     compute_left_out,
     iterate_left_out,
-    jitter_trials,
 )
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.decoding.templates import TemplateReader
+from feeler.task.noise import NOISES, Common, Noise, Relative
 
 __all__ = [
     "CODES",
@@ -42,7 +41,6 @@ __all__ = [
     "explain_confusion",
     "group_tensors",
     "iterate_left_out",
-    "jitter_trials",
     "list_groups",
     "make_codes",
     "make_labels",

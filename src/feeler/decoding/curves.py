@@ -11,10 +11,10 @@ import numpy as np
 from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode_with, make_null
-from feeler.decoding.noise import NOISES, Common
 from feeler.decoding.null import JointFit, fit_null
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import rectify
 
 
@@ -170,12 +170,12 @@ def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> 
     found = {}
     for name, array in codes.items():
         for model in noises:
-            noise = NOISES[model](
+            noise = NOISES[model]().suit(
                 each="tensor" if kind == "raw" else "vector", reference=float(peak)
             )
             options = {
                 "noise": noise,
-                "rotate": kind == "raw" and noise.is_even,
+                "rotate": kind == "raw" and noise.is_even(array),
                 "random_state": random_state,
             }
             found[Curve(name, kind, model, plan.n_copies)] = compute_sweep(
@@ -206,7 +206,7 @@ def _sweep_before(groups, kinds, noises, plan: Plan, random_state) -> dict[Curve
 
                 found[Curve(name, kind, model, plan.before_copies, "before")] = compute_sweep(
                     group.tensors, group.labels, ratios=(plan.probe,), n_copies=plan.before_copies,
-                    n_repeats=plan.before_repeats, noise=NOISES[model](each="tensor", reference=peak), encode=encode_noisy,
+                    n_repeats=plan.before_repeats, noise=NOISES[model]().suit(reference=peak), encode=encode_noisy,
                     estimator=make_fitting_lda(len(group.labels), plan.before_copies),
                     random_state=random_state,
                 )  # fmt: skip

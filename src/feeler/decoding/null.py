@@ -10,9 +10,9 @@ from sklearn.base import clone
 
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.codes import make_null
-from feeler.decoding.noise import NOISES
 from feeler.decoding.plan import Plan
 from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.task.noise import Relative
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +78,7 @@ def compare_twins(
     fitted = fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
     first, second = np.split(fitted.codes, 2)
     options: dict[str, Any] = {
-        "ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "noise": NOISES["relative"](each="vector"),
+        "ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "noise": Relative(each="vector"),
         "estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state,
     }  # fmt: skip
     same = compute_sweep(first, labels, **options)

@@ -1,7 +1,6 @@
 """Harder splits than copies of the same tensor: unseen sizes, shifted places, other speeds."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
+from feeler.task.nuisances import Nuisances
 
 
 @checked
@@ -58,44 +58,6 @@ def compute_left_out(
 
 
 @checked
-def jitter_trials(
-    trials: Sequence[Any],
-    rng: np.random.Generator,
-    *,
-    location: float = 0.0,
-    speed: float = 0.0,
-    n_each: int = 1,
-) -> list[Any]:
-    """Trials that miss their nominal place or speed a little, to test what a classifier makes of
-    touches it never saw.
-
-    Parameters
-    ----------
-    trials
-        Frozen ``feeler.stimulus.Trial`` objects (or any dataclass with ``location`` and ``speed``).
-    location
-        Half-width of a uniform shift, as a fraction of the antenna's length [C]; 0.02 is a fifth of
-        the grid's step.
-    speed
-        Half-width of a uniform relative change of speed [C]; 0.1 is ±10 %.
-    n_each
-        Jittered trials per trial, the set in turn.
-    """
-    if not 0 <= location < 1 or not 0 <= speed < 1:
-        raise InvalidInput(f"jitter must lie in [0, 1), got location {location}, speed {speed}.")
-    if n_each < 1:
-        raise InvalidInput(f"n_each must be ≥ 1, got {n_each}.")
-    jittered = []
-    for _ in range(n_each):
-        for trial in trials:
-            place = min(trial.location + rng.uniform(-location, location), 1.0)
-            jittered.append(
-                replace(trial, location=place, speed=trial.speed * (1 + rng.uniform(-speed, speed)))
-            )
-    return jittered
-
-
-@checked
 def compute_jittered(
     codes: Any,
     labels: Labels,
@@ -118,8 +80,11 @@ def compute_jittered(
     simulate
         Turns a list of trials into codes in the same order and form as ``codes`` (engine, window,
         scaling, encoder: whatever made ``codes``).
-    location, speed, n_each
-        See ``jitter_trials``.
+    location, speed
+        Half-widths of a uniform shift, as a fraction of the antenna's length, and of a uniform
+        change of speed, as a share of it [C]; 0.02 of the length is a fifth of the grid's step.
+    n_each
+        Jittered trials per trial.
     **options
         Of ``compute_sweep``.
     """
@@ -128,6 +93,6 @@ def compute_jittered(
             f"{len(trials)} trials but {len(labels)} labels; give one label per trial."
         )
     rng = np.random.default_rng(random_state)
-    jittered = jitter_trials(trials, rng, location=location, speed=speed, n_each=n_each)
+    jittered = Nuisances.only(location=location, speed=speed).jitter(trials, rng, n_each)
     held_out = (simulate(jittered), np.tile(np.asarray(labels), n_each))
     return compute_sweep(codes, labels, held_out=held_out, random_state=random_state, **options)

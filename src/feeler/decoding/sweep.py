@@ -13,11 +13,14 @@ from feeler.checked import checked
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.labels import Labels
-from feeler.decoding.noise import NOISES, Noise, draw_rotated
+from feeler.decoding.noise import draw_rotated
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
+from feeler.task.noise import NOISES, Noise, parse_noise
 
+# at noise 0 copies are identical and LDA's within-class spread is 0: this is its limit
+LEAST_RATIO = 1e-6
 RATIOS = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 N_COPIES = 10  # [C] not stated for LDA; 10 is the paper's number for the robot's SVM
 N_REPEATS = 10  # [P]
@@ -117,7 +120,9 @@ def compute_sweep(
     labels
         Class of each trial.
     ratios, noise
-        How much of which noise: a ``Noise``, or the name of a registered one.
+        How much of which noise: each ratio is the size of the noise for one point of the curve. A
+        :class:`feeler.task.Noise`, or the name of a registered one: ``relative`` is then relative
+        to each vector, and ``common`` to the greatest magnitude of the codes, as in the paper.
     n_copies, n_repeats
         Copies per trial, repeats per ratio.
     estimator
@@ -129,7 +134,7 @@ def compute_sweep(
         Other trials ``(codes, labels)`` to test on instead of the training trials.
     rotate
         Use ``draw_rotated``: exact for estimators that see only distances and angles, and noise
-        that is the same over a whole trial (``Relative(each="tensor")`` or ``Common()``).
+        that is the same over a whole trial (``Relative()`` or ``Common()``).
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
@@ -147,11 +152,12 @@ def compute_sweep(
     Paper, "Feature classification from tactile tensors".
     """
     sets = _check_sets(codes, labels, held_out)
-    noise = NOISES[noise]() if isinstance(noise, str) else noise
-    if rotate and (encode is not None or not noise.is_even):
+    if isinstance(noise, str) and ":" not in noise:
+        noise = NOISES[noise]().suit(each="vector", reference=None)
+    noise = parse_noise(noise)
+    if rotate and (encode is not None or not noise.is_even(sets[0])):
         raise InvalidInput(
-            "rotate needs noise that is the same over a trial: Relative(each='tensor') or Common(),"
-            " no encode."
+            "rotate needs noise that is the same over a trial: Relative() or Common(), no encode."
         )
     classes = np.unique(sets[1])
     estimator = make_lda() if estimator is None else estimator
@@ -161,11 +167,14 @@ def compute_sweep(
     noisy, clean, kept_noisy, kept_clean = (np.full(shape, np.nan) for _ in range(4))
     confusion = np.zeros((n_repeats, len(ratios), classes.size, classes.size), dtype=int)
     draw = _draw_rotated if rotate else _draw_encoded
+    noises = [
+        noise.replace(size=max(ratio, LEAST_RATIO) if ratio >= 0 else ratio) for ratio in ratios
+    ]
 
     def run(r: int, seed: np.random.SeedSequence) -> None:
-        for k, (ratio, child) in enumerate(zip(ratios, seed.spawn(len(ratios)), strict=True)):
+        for k, child in enumerate(seed.spawn(len(noises))):
             rng = np.random.default_rng(child)
-            train, test, originals = draw(sets, ratio, n_copies, noise, encode, rng)
+            train, test, originals = draw(sets, noises[k], n_copies, encode, rng)
             model = clone(estimator).fit(*train)
             predicted = model.predict(test[0])
             noisy[k, r] = np.mean(predicted == test[1])
@@ -223,17 +232,17 @@ def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.nda
     return codes, found
 
 
-def _draw_encoded(sets, ratio, n_copies, noise, encode, rng):
+def _draw_encoded(sets, noise, n_copies, encode, rng):
     """Training copies, test copies and clean originals, flat, each with its labels."""
     train, labels, test, test_labels = sets
     drawn = []
     for codes, names in ((train, labels), (test, test_labels)):
-        copies = noise.draw(codes, ratio, n_copies, rng)
+        copies = noise.add(codes, rng, n_copies)
         drawn.append((_flatten(copies, encode), np.tile(names, n_copies)))
     return *drawn, (_flatten(test, encode), test_labels)
 
 
-def _draw_rotated(sets, ratio, n_copies, noise, encode, rng):
+def _draw_rotated(sets, noise, n_copies, encode, rng):
     """The same through ``draw_rotated``."""
     train, labels, test, test_labels = sets
     same = test is train
@@ -241,7 +250,7 @@ def _draw_rotated(sets, ratio, n_copies, noise, encode, rng):
     first = np.tile(np.arange(len(train)), n_copies)
     second = first if same else len(train) + np.tile(np.arange(len(test)), n_copies)
     owner = np.concatenate([first, second])
-    sd = np.broadcast_to(noise.sd(everything, ratio), (len(everything), 1, 1))[:, 0, 0]
+    sd = np.broadcast_to(noise.sd(everything), (len(everything), 1, 1))[:, 0, 0]
     noisy, clean = draw_rotated(everything.reshape(len(everything), -1), owner, sd[owner], rng)
     return (
         (noisy[: first.size], np.tile(labels, n_copies)),

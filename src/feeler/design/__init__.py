@@ -13,7 +13,7 @@ from feeler.design.scoring import Score, score
 from feeler.design.search import METHODS, Optimum, optimise
 from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
 from feeler.design.space import Design, Space
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 
 __all__ = [
     "CHOICES",
@@ -24,10 +24,10 @@ __all__ = [
     "DesignOutcome",
     "DesignPlan",
     "DesignProblem",
+    "DesignTask",
     "Optimum",
     "Score",
     "Space",
-    "Task",
     "carry_out",
     "choose_sensors",
     "compute_settling",

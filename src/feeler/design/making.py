@@ -9,7 +9,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.design.scoring import Score, score
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 from feeler.robot.hinge import FACTS, Flexures
 
 SHEETS = (
@@ -56,7 +56,7 @@ def _nearest(widths: np.ndarray, length: float) -> np.ndarray:
 @checked
 def measure_tolerance(
     antenna: Antenna,
-    task: Task,
+    task: DesignTask,
     purpose: str = "test",
     *,
     share: Annotated[float, "> 0"] = 0.05,

@@ -19,7 +19,7 @@ from feeler.design.plan import DesignPlan
 from feeler.design.problem import DesignProblem
 from feeler.design.scoring import Score, score
 from feeler.design.search import Optimum, optimise
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.provenance import compute_digest
 
@@ -50,7 +50,7 @@ class DesignOutcome:
         return self.ends[0].design.antenna
 
     @property
-    def task(self) -> Task:
+    def task(self) -> DesignTask:
         """The task at the best one's own speed."""
         speed = self.ends[0].design.speed
         return self.plan.task if speed is None else self.plan.task.replace(speeds=(speed,))
@@ -138,11 +138,11 @@ def carry_out(
     return found
 
 
-def _count_looks(path: Path, task: Task, antenna: Antenna) -> int:
+def _count_looks(path: Path, task: DesignTask, antenna: Antenna) -> int:
     """Note that this antenna was judged on the final draws of this seed; how many have been."""
     try:
         known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        seen = known.setdefault(str(task.seeds[2]), [])
+        seen = known.setdefault(str(dict(task.seeds)["final"]), [])
     except (ValueError, AttributeError) as error:
         raise InvalidInput(
             f"{path} is damaged; remove it, and take another final seed in the task."

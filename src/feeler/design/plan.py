@@ -14,7 +14,7 @@ from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.search import METHODS
 from feeler.design.space import Space
-from feeler.design.task import DRAWS, Task
+from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
 from feeler.toml import parse_toml
@@ -30,8 +30,7 @@ objects = ["ball:radius=1.5", "ball:radius=3", "box:half_width=1.5,half_height=1
 locations = [0.5, 0.7, 0.9] # shares of the length; object × location is what must be told
 speeds = [0.3]              # m/s
 deadline = 100              # ms since contact
-noise = "relative"          # white; sd as a share of each tensor's own peak; or "common", in rad
-level = 1.0
+noise = "relative:1"        # white; sd as a share of each tensor's own peak; or "common:0.03", in rad
 train = 4                   # touches of each class to learn from, all drawn anew within the nuisances,
 test = 3                    # and others to be asked about
 [task.nuisances]
@@ -66,7 +65,7 @@ seed = 0
 class DesignPlan:
     """What a design file holds."""
 
-    task: Task
+    task: DesignTask
     space: Space
     constraints: Constraints
     search: dict[str, Any] = field(default_factory=dict)
@@ -101,7 +100,7 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
         raise InvalidInput(
             f"{path.name}: schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}."
         )
-    tables = {"task": Task, "space": Space, "constraints": Constraints, "search": None}
+    tables = {"task": DesignTask, "space": Space, "constraints": Constraints, "search": None}
     if unknown := sorted(content.keys() - tables.keys() - {"schema", "antenna"}):
         raise InvalidInput(
             f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}."
@@ -151,15 +150,7 @@ def _check_search(path: Path, table: dict[str, Any]) -> dict[str, Any]:
 
 
 def _read(key: str, value: Any) -> Any:
-    """Lists as tuples, seeds and nuisances by name."""
-    if key == "seeds":
-        if not isinstance(value, dict) or set(value) != set(DRAWS):
-            raise InvalidInput(f"seeds must name {', '.join(DRAWS)}, got {value}.")
-        return tuple(value[name] for name in DRAWS)
-    if isinstance(value, dict):
-        return tuple((name, _read(name, one)) for name, one in value.items())
+    """Lists as tuples."""
     if isinstance(value, list):
         return tuple(_read(key, one) for one in value)
-    return (
-        float(value) if isinstance(value, int) and key in ("deadline", "level", "span") else value
-    )
+    return float(value) if isinstance(value, int) and key in ("deadline", "span") else value

@@ -13,7 +13,7 @@ from feeler.calibration.journal import Journal
 from feeler.design.constraints import Constraints
 from feeler.design.scoring import Score, score
 from feeler.design.space import Design, Space
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.provenance import make_key
 
@@ -44,7 +44,7 @@ class Candidate:
 class DesignProblem:
     """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``."""
 
-    task: Task
+    task: DesignTask
     space: Space
     constraints: Constraints = field(default_factory=Constraints)
     options: dict[str, Any] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class DesignProblem:
             return np.array([0.0, 0.0, 1.0, np.inf])
         return np.array([found.bits, np.nan_to_num(found.bits_error), found.errors, found.peak])
 
-    def at_speed(self, design: Design) -> Task:
+    def at_speed(self, design: Design) -> DesignTask:
         """The task at the design's own speed, if it has one."""
         return self.task if design.speed is None else self.task.replace(speeds=(design.speed,))
 
@@ -125,7 +125,7 @@ class DesignProblem:
         return make_key(made_with, "feeler.design.problem")
 
 
-def check_task(found: Score, task: Task) -> None:
+def check_task(found: Score, task: DesignTask) -> None:
     """Refuse a task at which there is nothing to gain, before minutes are spent.
 
     Raises
@@ -137,14 +137,13 @@ def check_task(found: Score, task: Task) -> None:
         found.bits / np.log2(task.n_classes),
         f"{found.bits:.4g} of {np.log2(task.n_classes):.4g} bits",
     )
-    noise = f"{task.noise} {task.level:g}"
     if share < CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"
-            f" follow chance. Lower the noise (now {noise}), or give more time or larger objects."
+            f" follow chance. Lower the noise (now {task.noise}), or give more time or larger objects."
         )
     if share > CLEAR[1]:
         raise InvalidInput(
             f"the reference already tells {told}: nothing is left to gain. Raise the noise (now"
-            f" {noise}), or give less time or more classes."
+            f" {task.noise}), or give less time or more classes."
         )

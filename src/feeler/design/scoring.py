@@ -27,10 +27,9 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding.templates import fit_class
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
-from feeler.information import scale_peaks
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.scene import Scene
@@ -38,6 +37,7 @@ from feeler.physics.simulate import expect_motions
 from feeler.physics.simulate import simulate as run_scenes
 from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.trial import LEAD
+from feeler.task.noise import Common
 
 N_DRAWS = 32  # [C] pairs of drawn noise
 NOISE_SEED = 0
@@ -70,7 +70,7 @@ class Score:
 @checked
 def score(
     antenna: Antenna,
-    task: Task,
+    task: DesignTask,
     purpose: str = "test",
     *,
     workers: int | None = None,
@@ -101,7 +101,7 @@ def score(
 
 def touch_classes(
     antenna: Antenna,
-    task: Task,
+    task: DesignTask,
     purpose: str,
     speed: float,
     *,
@@ -121,17 +121,17 @@ def touch_classes(
     return angles.reshape(task.n_classes, task.train + task.test, *angles.shape[1:])
 
 
-def make_clock(task: Task) -> Clock:
+def make_clock(task: DesignTask) -> Clock:
     """Samples of 1 ms until the deadline."""
     return Clock(duration=task.duration, timestep=task.timestep)
 
 
-def make_scenes(antenna: Antenna, task: Task, purpose: str, speed: float) -> list[Scene]:
+def make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
     """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
     kept.
     """
     outline = antenna.replace(stiffness=1.0, damping=1.0, sensors=[1], name="")
-    objects = _place_objects(outline, task.replace(level=1.0, noise="common"), purpose, speed)
+    objects = _place_objects(outline, task.replace(noise=Common(1.0)), purpose, speed)
     return [
         Scene(antenna=antenna, objects=(item,), contact=get_contact(), label=item.name)
         for item in objects
@@ -139,14 +139,18 @@ def make_scenes(antenna: Antenna, task: Task, purpose: str, speed: float) -> lis
 
 
 @lru_cache(maxsize=32)
-def _place_objects(outline: Antenna, task: Task, purpose: str, speed: float) -> tuple[Object, ...]:
-    return tuple(make_object(outline, trial) for trial in task.draw(outline, purpose, speed))
+def _place_objects(
+    outline: Antenna, task: DesignTask, purpose: str, speed: float
+) -> tuple[Object, ...]:
+    return tuple(
+        make_object(outline, trial) for trial in task.draw_classes(outline, purpose, speed)
+    )
 
 
-def judge(angles: list[np.ndarray], task: Task) -> Score:
+def judge(angles: list[np.ndarray], task: DesignTask) -> Score:
     """The score of angles (class, touch, sensor, time), speed by speed."""
     with hold_blas():
-        found = [decode(scale(one, task.noise), task.train, task.level) for one in angles]
+        found = [_decode_angles(one, task) for one in angles]
     bits = np.array([logs.mean(axis=0) for logs, _ in found])  # (speed, class, touch)
     answers = np.array([shares for _, shares in found])  # (speed, class, touch, answer)
     k = np.arange(task.n_classes)
@@ -163,13 +167,25 @@ def judge(angles: list[np.ndarray], task: Task) -> Score:
     )
 
 
-def scale(angles: np.ndarray, noise: str) -> np.ndarray:
-    """Tensors (class, touch, entry) in whose unit the noise is white: divided by their own peaks
-    where it is relative.
+def _decode_angles(angles: np.ndarray, task: DesignTask) -> tuple[np.ndarray, np.ndarray]:
+    """What :func:`decode` gives of the angles in whose unit the noise is white.
+
+    Noise that is not white in any unit is drawn as it is, and the decoder takes it for white: the
+    bits are then still a lower bound.
     """
-    flat = angles.reshape(-1, *angles.shape[2:])
-    flat = scale_peaks(flat) if noise == "relative" else flat
-    return flat.reshape(*angles.shape[:2], -1)
+    noise, flat = task.noise, angles.reshape(-1, *angles.shape[2:])
+    shape = (*angles.shape[:2], -1)
+    white = noise.whiten(flat).reshape(shape)
+    if noise.is_even(flat):
+        return decode(white, task.train, noise.size)
+    rng, unit = np.random.default_rng(NOISE_SEED), noise.find_level(flat) / noise.size
+    known = white[:, : task.train]
+    logits = []
+    for _ in range(2 * N_DRAWS):
+        noisy = (noise.add(flat, rng) / unit).reshape(shape)[:, task.train :]
+        both = np.concatenate([known, noisy], axis=1)
+        logits.append(compute_logits(both, task.train, noise.size, np.zeros((1, both.shape[2]))))
+    return _count_bits(np.concatenate(logits))
 
 
 @checked
@@ -181,10 +197,14 @@ def decode(
     """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares
     (class, touch, answer).
     """
-    logits = compute_logits(tensors, train, sd)
+    return _count_bits(compute_logits(tensors, train, sd, draw_noise(tensors.shape[-1], sd)))
+
+
+def _count_bits(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     own, _ = take_own(logits)
-    answers = np.eye(len(tensors))[logits.argmax(axis=-1)].mean(axis=0)
-    return np.log2(len(tensors)) + own / np.log(2), answers
+    count = logits.shape[-1]
+    answers = np.eye(count)[logits.argmax(axis=-1)].mean(axis=0)
+    return np.log2(count) + own / np.log(2), answers
 
 
 def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -197,12 +217,12 @@ def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return shifted[:, k, :, k].transpose(1, 0, 2), np.exp(shifted)
 
 
-def compute_logits(tensors: np.ndarray, train: int, sd: float) -> np.ndarray:
-    """Logits (noise, class, touch, answer) of noisy test touches; terms common to all answers are
-    left out.
+def compute_logits(tensors: np.ndarray, train: int, sd: float, noise: np.ndarray) -> np.ndarray:
+    """Logits (noise, class, touch, answer) of test touches in noise (noise, entry).
+
+    Terms common to all answers are left out.
     """
     known, tests = tensors[:, :train], tensors[:, train:]
-    noise = draw_noise(tensors.shape[-1], sd)
     cross = np.einsum("ne,kte->nkt", noise, tests)
     logits = np.empty((*cross.shape, len(known)))
     for k, own in enumerate(known):

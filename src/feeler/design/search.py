@@ -14,7 +14,7 @@ from feeler.design.constraints import Constraints
 from feeler.design.problem import FAR, Candidate, DesignProblem, check_task
 from feeler.design.scoring import score
 from feeler.design.space import Design, Space
-from feeler.design.task import Task
+from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.registry import Registry
 
@@ -40,13 +40,13 @@ class Optimum:
 
 Method = Callable[[DesignProblem, np.ndarray, int, np.random.Generator], None]
 """``method(problem, x, evaluations, rng)`` searches from x; the problem itself keeps the best."""
-METHODS: Registry[Method] = Registry("method of design", {"lbfgs": "feeler.design.descent:descend"})
+METHODS: Registry[Method] = Registry("method of design")
 """Every known method by its name."""
 
 
 @checked
 def optimise(
-    task: Task,
+    task: DesignTask,
     space: Space,
     constraints: Constraints | None = None,
     *,
@@ -65,8 +65,7 @@ def optimise(
     Parameters
     ----------
     method
-        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or ``lbfgs`` with the engine's own
-        gradients, for many knots.
+        ``cma`` (CMA-ES, Hansen 2016, arXiv:1604.00772), or another one of :data:`METHODS`.
     evaluations
         Candidates simulated from each start.
     starts, far

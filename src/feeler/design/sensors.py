@@ -9,8 +9,8 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna, make_even_sensors
 from feeler.checked import checked
-from feeler.design.scoring import decode, scale, touch_classes
-from feeler.design.task import Task
+from feeler.design.scoring import decode, touch_classes
+from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.execute.threads import hold_blas
 from feeler.registry import Registry
@@ -26,7 +26,7 @@ CHOICES: Registry[Choice] = Registry("choice of sensors")
 @checked
 def choose_sensors(
     antenna: Antenna,
-    task: Task,
+    task: DesignTask,
     count: Annotated[int, "> 0"],
     choice: str = "d-optimal",
     purpose: str = "optimiser",
@@ -43,14 +43,14 @@ def choose_sensors(
         )
     angles = touch_classes(antenna, task, purpose, task.speeds[0])
     return np.sort(
-        antenna.sensors[CHOICES[choice](_scale(angles, task), task.level, count)[:count]]
+        antenna.sensors[CHOICES[choice](_whiten(angles, task), task.noise.size, count)[:count]]
     )
 
 
 @checked
 def measure_sensors(
     antenna: Antenna,
-    task: Task,
+    task: DesignTask,
     counts: list[int],
     choice: str = "d-optimal",
     purpose: str = "test",
@@ -59,24 +59,26 @@ def measure_sensors(
     those of ``purpose``.
     """
     known, asked = (
-        _scale(touch_classes(antenna, task, name, task.speeds[0]), task)
+        _whiten(touch_classes(antenna, task, name, task.speeds[0]), task)
         for name in ("optimiser", purpose)
     )
     chosen = [
-        np.sort(CHOICES[choice](known, task.level, n)[:n]) for n in counts
+        np.sort(CHOICES[choice](known, task.noise.size, n)[:n]) for n in counts
     ]  # in their order along the antenna
     return np.array([_tell(asked[:, :, own], task) for own in chosen])
 
 
-def _tell(tensors: np.ndarray, task: Task) -> float:
+def _tell(tensors: np.ndarray, task: DesignTask) -> float:
     with hold_blas():
         return float(
-            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.level)[0].mean()
+            decode(tensors.reshape(*tensors.shape[:2], -1), task.train, task.noise.size)[0].mean()
         )
 
 
-def _scale(angles: np.ndarray, task: Task) -> np.ndarray:
-    return scale(angles, task.noise).reshape(angles.shape)
+def _whiten(angles: np.ndarray, task: DesignTask) -> np.ndarray:
+    """The angles in whose unit the noise is white; noise that is not even is taken for white."""
+    flat = angles.reshape(-1, *angles.shape[2:])
+    return task.noise.whiten(flat).reshape(angles.shape)
 
 
 @CHOICES.register("d-optimal")

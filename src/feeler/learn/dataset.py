@@ -11,14 +11,13 @@ import xarray as xr
 from feeler.decoding.cnn import import_torch
 from feeler.errors import InvalidInput
 from feeler.learn.split import check_coordinate, split_trials
+from feeler.task.noise import Noise, parse_noise
 from feeler.tensors.formats import load
 
 torch: Any = import_torch()
 
 BLOCK = 256  # trials read at once: a shard of a large store
 MIX = 4  # [C] blocks whose trials are shuffled among each other
-
-Noise = float | Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
 
 class TouchDataset(torch.utils.data.IterableDataset):
@@ -38,7 +37,8 @@ class TouchDataset(torch.utils.data.IterableDataset):
         them gives (batch, target) if all are numbers, and classes of all that occurs together
         otherwise. None gives no target.
     noise
-        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or
+        Standard deviation of Gaussian noise, fresh every time, in the variable's unit; or a
+        :class:`feeler.task.Noise` or its text, such as ``"relative:0.1"``; or a function
         ``noise(tensors, rng)``.
     split, by, shares, split_seed
         The side to be read and what keeps trials together, as in :func:`feeler.learn.split_trials`;
@@ -71,7 +71,7 @@ class TouchDataset(torch.utils.data.IterableDataset):
         store: str | os.PathLike | xr.Dataset,
         target: str | Sequence[str] | None = None,
         *,
-        noise: Noise = 0.0,
+        noise: float | str | Noise | Callable[..., np.ndarray] = 0.0,
         split: str | None = None,
         by: str | Sequence[str] = "twin",
         shares: Mapping[str, float] | None = None,
@@ -90,6 +90,8 @@ class TouchDataset(torch.utils.data.IterableDataset):
             raise InvalidInput(
                 f"there is no variable {variable!r} of trials; valid: {', '.join(valid)}."
             )
+        if isinstance(noise, str | Noise):
+            noise = parse_noise(noise).add
         if not callable(noise) and not 0 <= noise < np.inf:
             raise InvalidInput(
                 f"noise must be a standard deviation ≥ 0 or a function, got {noise!r}."

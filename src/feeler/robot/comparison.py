@@ -97,7 +97,7 @@ def _compare(
             classes,
             ratios=(0.2,),
             n_repeats=n_repeats,
-            noise=Relative(each="tensor"),
+            noise=Relative(),
             random_state=random_state,
         )
         result[name] = {

@@ -2,14 +2,15 @@
 classifier.
 """
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.stimulus import Trial
+from feeler.task.nuisances import NAMES as NUISANCES
+from feeler.task.nuisances import Nuisances
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,15 +108,5 @@ def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
     """The same touch as an experimenter would carry it out: place, speed, size, direction and
     friction drawn.
     """
-    factor = float(np.exp(gap.size * rng.standard_normal()))
-    changed: dict[str, Any] = {
-        "location": float(
-            np.clip(trial.location + gap.location * rng.standard_normal(), 0.05, 1.0)
-        ),
-        "speed": trial.speed * float(np.exp(gap.speed * rng.standard_normal())),
-        "approach": float(
-            np.clip(trial.approach + gap.approach * rng.standard_normal(), 30.0, 150.0)
-        ),
-        "friction": trial.friction * float(np.exp(gap.friction * rng.standard_normal())),
-    }
-    return replace(trial, feature=trial.feature.scale(factor), **changed)
+    named = {name: getattr(gap, name) for name in NUISANCES}
+    return Nuisances(kind="normal", **named).jitter([trial], rng)[0]

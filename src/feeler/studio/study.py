@@ -11,7 +11,6 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.splits import jitter_trials
 from feeler.dispersion import INDICES, compute_nmi, compute_pearson, compute_ssim, find_closest
 from feeler.encoding import ConvolutiveNMF
 from feeler.physics.clock import Clock
@@ -21,6 +20,7 @@ from feeler.physics.scene import make_scene
 from feeler.stimulus.ninety import trials
 from feeler.stimulus.trial import Trial
 from feeler.studio.touching import find_sensed
+from feeler.task.nuisances import Nuisances
 from feeler.tensors.scaling import rectify, scale_common
 
 DURATION, INTERVAL = 380.0, 1.0  # ms [P]
@@ -143,7 +143,9 @@ def make_study(
 
 def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> Study:
     nominal = trials([speed])
-    jittered = jitter_trials(nominal, np.random.default_rng(0), location=SHIFT, speed=unsure)
+    jittered = Nuisances.only(location=SHIFT, speed=unsure).jitter(
+        nominal, np.random.default_rng(0)
+    )
     motions = _simulate(antenna, [*nominal, *jittered], tell, stop)
     angle, others = motions[: len(nominal)], motions[len(nominal) :]
     labels = tuple((trial.feature.kind, trial.feature.size, trial.location) for trial in nominal)

@@ -9,7 +9,6 @@ import numpy as np
 
 from feeler.decoding.classifiers import make_lda
 from feeler.decoding.labels import make_labels
-from feeler.decoding.noise import Common
 from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
@@ -18,6 +17,7 @@ from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.claims import PROFILES
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors, select_speed
+from feeler.task.noise import Common
 from feeler.tensors.scaling import rectify
 
 CHOICES: dict[str, tuple[Any, ...]] = {

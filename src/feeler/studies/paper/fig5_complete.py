@@ -53,7 +53,7 @@ def compute(
     sweeps = {
         noise: {
             name: compute_sweep(
-                array, labels, noise=NOISES[noise](each="tensor", reference=1.0), **options
+                array, labels, noise=NOISES[noise](), **options
             )
             for name, array in arrays.items()
         }

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.decoding import Relative, compute_left_out, compute_sweep, jitter_trials, make_labels
+from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import Group
 from feeler.decoding.plan import Plan
@@ -22,6 +22,7 @@ from feeler.stimulus.ninety import SPEEDS
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_touches, load_tensors, select_speed
 from feeler.studies.paper.fig5_data import load
+from feeler.task import Nuisances
 from feeler.tensors.scaling import rectify
 
 ATTRIBUTES = ("feature", "size", "location")
@@ -101,7 +102,7 @@ def _list_options(plan: Plan, n_repeats: int, random_state: int) -> dict[str, An
         "n_copies": plan.n_copies,
         "n_repeats": n_repeats,
         "rotate": True,
-        "noise": Relative(each="tensor"),
+        "noise": Relative(),
         "random_state": random_state,
     }
 
@@ -192,7 +193,7 @@ def _show_jittered(context: Context, section: Section) -> None:
         words = []
         for name, group in load(context).groups["profile"].items():
             order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
-            moved = jitter_trials(order, rng, location=location, speed=speed)
+            moved = Nuisances.only(location=location, speed=speed).jitter(order, rng)
             again = touch(context.profiles[name], moved, duration=DURATION, **context.physics)
             labels = make_labels(select_speed(sets[name], SPEEDS["slow"]))
             right = score_again(

@@ -74,7 +74,7 @@ def _sweep_groups(
     import_torch()
     options = dict(settings)
     max_epochs = options.pop("max_epochs")
-    options |= {"noise": Relative(each="tensor"), "n_jobs": 1, "random_state": random_state}
+    options |= {"noise": Relative(), "n_jobs": 1, "random_state": random_state}
     sweeps: dict[str, dict[str, Sweep]] = {}
     known: dict[bytes, Sweep] = {}  # slow touches of the reference stand in both comparisons
     for comparison, members in groups.items():

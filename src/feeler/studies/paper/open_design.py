@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
-from feeler.design import Constraints, Task, score
+from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
 from feeler.plotting.front import plot_profile_points
 from feeler.plotting.look import PALETTE
@@ -19,10 +19,11 @@ from feeler.report.section import Section
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
+from feeler.task.noise import Common, Relative
 from feeler.tensors.unit import in_unit
 
 N_CLASSES = 18  # of benchmarks/design.toml
-LIVE = Task(
+LIVE = DesignTask(
     objects=("ball:radius=1.5", "box"),
     locations=(0.7, 0.9),
     speeds=(0.6,),
@@ -30,7 +31,7 @@ LIVE = Task(
     train=2,
     test=2,
 )
-NOISES = {"one floor of 0.1 rad": ("common", 0.1), "relative, 1 peak": ("relative", 1.0)}
+FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
 def load_stored() -> dict[str, Any]:
@@ -213,10 +214,7 @@ def show(context: Context, section: Section) -> None:
     limits = Constraints(damping_share=1.0)
     cells = []
     for antenna in antennas:
-        told = [
-            score(antenna, LIVE.replace(noise=kind, level=size)).bits
-            for kind, size in NOISES.values()
-        ]
+        told = [score(antenna, LIVE.replace(noise=noise)).bits for noise in FLOORS.values()]
         lacking = np.exp(limits.check(antenna, context.antenna)["damping_share"])
         cells.append(
             [
@@ -226,7 +224,7 @@ def show(context: Context, section: Section) -> None:
                 float(lacking),
             ]
         )
-    section.table(["antenna", *(f"bits ({name})" for name in NOISES), "least damping ratio", "damping lacks a factor"], cells,
+    section.table(["antenna", *(f"bits ({name})" for name in FLOORS), "least damping ratio", "damping lacks a factor"], cells,
                   "It tells more by either noise, and must be excluded by its damping: the optimiser is told to keep all of the "
                   "first six modes as damped as the paper's antenna.")  # fmt: skip
     section.numbers("design", **stored)

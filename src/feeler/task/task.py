@@ -1,0 +1,222 @@
+"""Task: what is to be told apart, in which noise and by when; everything that touches draws from it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+
+from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
+from feeler.draw import Spread, describe_spread
+from feeler.errors import InvalidInput
+from feeler.frozen import Frozen
+from feeler.stimulus.feature import Feature, make_feature, parse_feature
+from feeler.stimulus.ninety import LOCATIONS, make_features
+from feeler.stimulus.sample import sample_trials
+from feeler.stimulus.trial import LEAD, Trial
+from feeler.task.noise import Relative, parse_noise
+from feeler.task.nuisances import Nuisances, read_spread
+
+MAX_CLASSES = 1000  # [C]
+SETS = 1 << 64  # what a set's number is multiplied by in a seed
+
+
+@checked
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Task(Frozen):
+    """Classes (object × place) to be told apart at each speed, each touch drawn within nuisances.
+
+    Raises
+    ------
+    InvalidInput
+        No object, two of one name, a nuisance that no touch can have, or a field outside its range.
+    """
+
+    objects: Any = field(default_factory=make_features)
+    """What touches: bounded features, or text such as ``"ball:radius=2"``."""
+    locations: tuple[float, ...] = LOCATIONS
+    """Where, as shares of the antenna's length."""
+    speeds: tuple[float, ...] = (0.3,)
+    """[m/s]; the speed of a touch is known to who is asked, so each is a task of its own."""
+    nuisances: Any = Nuisances()
+    """How touches of one class differ: :class:`Nuisances`, or a mapping of its fields."""
+    noise: Any = Relative(1.0)
+    """On each sample of each sensor: a :class:`Noise`, or text such as ``"relative:0.1"``."""
+    deadline: float = 100.0
+    """Time since contact [ms] whose samples may be used."""
+    lead: Spread = LEAD
+    """Time before contact [ms]."""
+    seeds: Any = (("train", 1), ("test", 2), ("final", 3))
+    """A seed for each purpose for which touches are drawn; they differ."""
+
+    def __post_init__(self) -> None:
+        objects = (self.objects,) if isinstance(self.objects, str | Feature) else self.objects
+        if len(objects) < 1:
+            raise InvalidInput("a task needs an object: give objects=, such as ['ball:radius=2'].")
+        object.__setattr__(self, "objects", tuple(_read_object(item) for item in objects))
+        object.__setattr__(self, "nuisances", Nuisances.read(self.nuisances))
+        object.__setattr__(self, "lead", read_spread(self.lead, "lead"))
+        object.__setattr__(self, "noise", parse_noise(self.noise))
+        object.__setattr__(self, "seeds", tuple(dict(self.seeds).items()))
+        self._check_numbers()
+        labels = self.labels
+        if len({*labels}) < len(labels):
+            twice = next(label for label in labels if labels.count(label) > 1)
+            raise InvalidInput(f"two objects are called {twice!r}; give each its own name=.")
+        self._check_nuisances()
+        numbers = [number for _, number in self.seeds]
+        if not numbers or len({*numbers}) < len(numbers):
+            raise InvalidInput(
+                f"the seeds of the purposes must differ, got {dict(self.seeds)}: else a result is no"
+                " test."
+            )
+
+    def _check_numbers(self) -> None:
+        if not 0 < self.deadline < np.inf:
+            raise InvalidInput(f"deadline must be finite and > 0 ms, got {self.deadline}.")
+        for name in ("locations", "speeds"):
+            values = getattr(self, name)
+            values = tuple(np.atleast_1d(values).tolist())
+            object.__setattr__(self, name, values)
+            if not values or min(values) <= 0 or len({*values}) < len(values):
+                raise InvalidInput(
+                    f"{name} must be different numbers > 0, at least one, got {values}."
+                )
+        if self.n_classes > MAX_CLASSES:
+            raise InvalidInput(
+                f"a task has at most {MAX_CLASSES} classes (objects × locations), got"
+                f" {self.n_classes}."
+            )
+
+    def _check_nuisances(self) -> None:
+        for place in self.locations:
+            trial = Trial(feature=self.objects[0], location=place, speed=self.speeds[0])
+            for name, spread in self.nuisances.spread(trial).items():
+                if name != "size" and isinstance(spread, tuple):
+                    try:
+                        for end in spread:
+                            replace(trial, **{name: end})
+                    except InvalidInput as error:
+                        raise InvalidInput(
+                            f"the nuisance {name} cannot be placed at {place:g}: {error}"
+                        ) from error
+
+    @property
+    def n_classes(self) -> int:
+        """Objects × locations."""
+        return len(self.objects) * len(self.locations)
+
+    @property
+    def labels(self) -> list[str]:
+        """What each class is called, location by location."""
+        return [
+            f"{item.name} {item.size:g} mm at {place:g}"
+            for place in self.locations
+            for item in self.objects
+        ]
+
+    @property
+    def duration(self) -> float:
+        """Recorded time of a touch [ms]: the longest lead, and on to the deadline."""
+        lead = self.lead if isinstance(self.lead, int | float) else max(self.lead)
+        return lead + float(np.ceil(self.deadline))
+
+    def replace(self, **changes: Any) -> Self:
+        """The same task with some fields changed, validated again."""
+        return replace(self, **changes)
+
+    def to_plain(self) -> dict[str, Any]:
+        """The task as plain data; ``type(task)(**plain)`` is equal."""
+        return super().to_plain() | {
+            "objects": [item.to_plain() for item in self.objects],
+            "nuisances": self.nuisances.to_plain(),
+            "noise": str(self.noise),
+            "lead": describe_spread(self.lead),
+            "seeds": dict(self.seeds),
+        }
+
+    def draw(
+        self,
+        antenna: Antenna | None = None,
+        purpose: str = "train",
+        *,
+        set: int = 0,
+        speed: float | None = None,
+        each: int = 1,
+    ) -> tuple[list[Trial], np.ndarray]:
+        """Touches for a purpose, and the label of each: class by class, ``each`` of every class.
+
+        The k-th touch of a class depends on the purpose's seed, the set and the class alone, so that
+        all antennas and speeds meet the same touches; one that cannot be placed on the antenna is
+        drawn again.
+
+        Parameters
+        ----------
+        antenna
+            What is touched; default: the cockroach's.
+        purpose
+            One of those that ``seeds`` names.
+        set
+            Number of the set of touches, ≥ 0.
+        speed
+            [m/s]; default: each of the task's speeds, one after the other.
+        each
+            Touches of each class.
+
+        Raises
+        ------
+        InvalidInput
+            No such purpose, or touches that cannot be placed.
+        """
+        seeds = dict(self.seeds)
+        if purpose not in seeds:
+            raise InvalidInput(f"touches are drawn for one of {', '.join(seeds)}, got {purpose!r}.")
+        if set < 0:
+            raise InvalidInput(f"the number of a set must be ≥ 0, got {set}.")
+        first = SETS * set + MAX_CLASSES * seeds[purpose]
+        speeds = self.speeds if speed is None else (speed,)
+        trials = [
+            trial
+            for now in speeds
+            for number in range(self.n_classes)
+            for trial in self._draw_class(antenna, number, first + number, now, each)
+        ]
+        return trials, np.tile(np.repeat(self.labels, each), len(speeds))
+
+    def _draw_class(
+        self, antenna: Antenna | None, number: int, seed: int, speed: float, each: int
+    ) -> list[Trial]:
+        place, which = divmod(number, len(self.objects))
+        nominal = Trial(feature=self.objects[which], location=self.locations[place], speed=speed)
+        spreads = self.nuisances.spread(nominal)
+        try:
+            return [
+                *sample_trials(
+                    each,
+                    features=[nominal.feature],
+                    sizes=spreads["size"],
+                    locations=spreads["location"],
+                    speeds=spreads["speed"],
+                    approach=spreads["approach"],
+                    friction=spreads["friction"],
+                    lead=self.lead,
+                    sides=("left",),
+                    antenna=antenna,
+                    seed=seed,
+                )
+            ]
+        except InvalidInput as error:
+            raise InvalidInput(f"{self.labels[number]} cannot be drawn: {error}") from error
+
+
+def _read_object(item: Any) -> Feature:
+    if isinstance(item, Mapping):
+        item = make_feature(item)
+    made = parse_feature(item, 1.5) if isinstance(item, str) else item
+    if not (isinstance(made, Feature) and np.isfinite(made.size)):
+        raise InvalidInput(
+            "objects must be bounded features or text such as 'ball:radius=2', got"
+            f" {str(made)[:60]}."
+        )
+    return made
