@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import linregress
+from scipy.stats import linregress, norm
 from sklearn.linear_model import LinearRegression
 from sklearn.model_selection import LeaveOneGroupOut, cross_val_predict
 
@@ -136,13 +136,12 @@ def test_a_touch_is_drawn_number_by_number():
     """
     trial, rng = make_touches(locations=(0.7,))[0], np.random.default_rng(6)
     drawn = draw_trial(trial, Gap(), np.random.default_rng(6))
-    assert drawn.feature.size == pytest.approx(
-        trial.feature.size * np.exp(0.03 * rng.standard_normal())
-    )
-    assert drawn.location == pytest.approx(0.7 + 0.01 * rng.standard_normal())
-    assert drawn.speed == pytest.approx(trial.speed * np.exp(0.02 * rng.standard_normal()))
-    assert drawn.approach == pytest.approx(90 + 2.0 * rng.standard_normal())
-    assert drawn.friction == pytest.approx(trial.friction * np.exp(0.3 * rng.standard_normal()))
+    location, size, approach, friction, speed = norm.ppf(rng.random(5))
+    assert drawn.location == pytest.approx(0.7 + 0.01 * location)
+    assert drawn.feature.size == pytest.approx(trial.feature.size * np.exp(0.03 * size))
+    assert drawn.approach == pytest.approx(90 + 2.0 * approach)
+    assert drawn.friction == pytest.approx(trial.friction * np.exp(0.3 * friction))
+    assert drawn.speed == pytest.approx(trial.speed * np.exp(0.02 * speed))
     wild = [draw_trial(trial, make_gap(location=9.0, approach=900.0), rng) for _ in range(40)]
     ends = [
         (min(values), max(values))

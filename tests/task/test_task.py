@@ -124,19 +124,17 @@ def test_a_normal_nuisance_has_its_standard_deviation(name):
     by = Nuisances.only(kind="normal", **{name: spread})
     trial = feeler.Trial(feature=Ball(radius=2.0), location=0.5, speed=0.3, friction=0.7)
     moved = by.jitter([trial], np.random.default_rng(0), 4000)
-    values = {
-        other: np.array([t.feature.size if other == "size" else getattr(t, other) for t in moved])
-        for other in ("location", "size", "approach", "friction", "speed")
-    }
-    nominal = {"location": 0.5, "size": 2.0, "approach": 90.0, "friction": 0.7, "speed": 0.3}
-    for other, found in values.items():
-        share = other in ("size", "friction", "speed")
-        by = np.log(found / nominal[other]) if share else found - nominal[other]
-        if other == name:
-            assert by.mean() == pytest.approx(0, abs=4 * spread / np.sqrt(4000))
-            assert by.std() == pytest.approx(spread, rel=0.05)
-        else:
-            assert not by.any()
+    names = ("location", "size", "approach", "friction", "speed")
+    values = np.array(
+        [[t.location, t.feature.size, t.approach, t.friction, t.speed] for t in moved]
+    )
+    nominal = np.array([0.5, 2.0, 90.0, 0.7, 0.3])
+    shares = np.log(values / nominal)
+    moves = np.where(np.isin(names, ["location", "approach"]), values - nominal, shares)
+    own = moves[:, names.index(name)]
+    assert own.mean() == pytest.approx(0, abs=4 * spread / np.sqrt(4000))
+    assert own.std() == pytest.approx(spread, rel=0.05)
+    assert not moves[:, [n != name for n in names]].any()
 
 
 def test_given_touches_are_moved_in_turn_and_walls_keep_their_size():

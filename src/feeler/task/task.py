@@ -15,7 +15,7 @@ from feeler.stimulus.feature import Feature, make_feature, parse_feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.sample import sample_trials
 from feeler.stimulus.trial import LEAD, Trial
-from feeler.task.noise import Relative, parse_noise
+from feeler.task.noise import parse_noise
 from feeler.task.nuisances import Nuisances, read_spread
 
 MAX_CLASSES = 1000  # [C]
@@ -39,9 +39,9 @@ class Task(Frozen):
     """Where, as shares of the antenna's length."""
     speeds: tuple[float, ...] = (0.3,)
     """[m/s]; the speed of a touch is known to who is asked, so each is a task of its own."""
-    nuisances: Any = Nuisances()
+    nuisances: Any = field(default_factory=Nuisances)
     """How touches of one class differ: :class:`Nuisances`, or a mapping of its fields."""
-    noise: Any = Relative(1.0)
+    noise: Any = "relative:1"
     """On each sample of each sensor: a :class:`Noise`, or text such as ``"relative:0.1"``."""
     deadline: float = 100.0
     """Time since contact [ms] whose samples may be used."""
