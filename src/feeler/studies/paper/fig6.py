@@ -5,6 +5,7 @@ The paper's 5 of 6 stands beside ours as what it is, a result of other hardware.
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,30 +18,31 @@ from feeler.dispersion import INDICES
 from feeler.plotting.look import PALETTE, style
 from feeler.plotting.movie import say_clock, write_movie
 from feeler.plotting.tensor import plot_tensor as draw_tensor
-from feeler.report.section import Section
+from feeler.report import Section, make_spread
 from feeler.robot import Recording, Touches, compute_tip, make_robot
 from feeler.robot.comparison import compute_comparison
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.fig6_data import Fig6Data, load
+from feeler.studies.paper.fig6_data import load
 
 PAPER_RIGHT, PAPER_TOTAL = 5, 6  # [P]
 RELEASE_SPAN, RELEASE_SLOWER = 600.0, 10.0  # ms shown of Movie S4; times slower than life
 (BALL, BOX), SIMULATED, SURROGATE = PALETTE[:2], "#000000", PALETTE[3]
 
 
-def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
+def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Panels A to E as the paper names them, from the top; below them, F on, what lies beyond the
     paper.
     """
     rows = figure.subfigures(5, 1, height_ratios=(1.0, 1.0, 0.9, 1.05, 1.15), squeeze=False).flat
+    title: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 8}
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     _plot_layout(a[0])
     plot_channels(data.raw, a[1], "capacitance [pF]")
     plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
-    _name_row(
-        rows[0],
+    rows[0].suptitle(
         "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left",
+        **title,
     )
     b = rows[1].subplots(1, 2)
     _plot_release(data, b[0])
@@ -54,27 +56,15 @@ def plot(data: Fig6Data, figure: Figure | SubFigure) -> None:
     for ax, angle, name in zip(pair, tensors, ("simulation", "surrogate"), strict=True):
         plot_tensor(angle, ax, name, limit)
     rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
-    _name_row(rows[2], "D  the same touch as a tensor, aligned on the tip's first peak")
+    rows[2].suptitle("D  the same touch as a tensor, aligned on the tip's first peak", **title)
     plot_confusion(data, rows[3].subplots())
-    shown = [
-        draw
-        for draw, has in (
-            (_plot_gap, True),
-            (_plot_closing, data.variants or data.shots),
-            (_plot_early, True),
-        )
-        if has
-    ]
+    shown = [_plot_gap, *[_plot_closing] * bool(data.variants or data.shots), _plot_early]
     for letter, draw, ax in zip(
         "FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False
     ):
         draw(data, ax)
         ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
         ax.set_title("")
-
-
-def _name_row(row: SubFigure, words: str) -> None:
-    row.suptitle(words, x=0.01, ha="left", fontsize=8)
 
 
 def _plot_layout(ax: Axes) -> None:
@@ -106,7 +96,7 @@ def plot_tensor(angle: np.ndarray, ax: Axes, title: str, limit: float) -> None:
     ax.set(xlabel="time [ms]", ylabel="hinge (base → tip)", title=title)
 
 
-def _plot_release(data: Fig6Data, ax: Axes) -> None:
+def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
     """Tip after a release: surrogate and the model fitted to it (panel B, Movie S4)."""
     robot = make_robot()
     ax.plot(
@@ -125,7 +115,7 @@ def _plot_release(data: Fig6Data, ax: Axes) -> None:
     ax.legend(loc="upper right", ncols=2)
 
 
-def draw_release(data: Fig6Data, ax: Axes) -> Callable[[float], list]:
+def draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
     """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what
     it changed.
     """
@@ -164,7 +154,7 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
     ax.set_title("C  simulation: 30 classes (ball blue, box orange)", loc="left")
 
 
-def plot_confusion(data: Fig6Data, ax: Axes) -> None:
+def plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     """Six tip contacts of all surrogate robots at one reality gap against the 30 classes (panel E)."""
     classes = sorted(set(data.training.labels))
     true = sorted(set(data.score.true))
@@ -196,7 +186,7 @@ def plot_confusion(data: Fig6Data, ax: Axes) -> None:
     )
 
 
-def _plot_gap(data: Fig6Data, ax: Axes) -> None:
+def _plot_gap(data: SimpleNamespace, ax: Axes) -> None:
     """Accuracy against the size of the reality gap, 95 % intervals."""
     for what, marker in (("all", "o-"), ("feature", "s:"), ("location", "^:"), ("speed", "v:")):
         _errorbar(ax, data.sizes, [score.share(what) for score in data.by_size], marker, what)
@@ -207,7 +197,7 @@ def _plot_gap(data: Fig6Data, ax: Axes) -> None:
     _label_share(ax, "reality gap", "size of the reality gap")
 
 
-def _plot_closing(data: Fig6Data, ax: Axes) -> None:
+def _plot_closing(data: SimpleNamespace, ax: Axes) -> None:
     """What closes the gap: random models in training, touches of the robot itself in training."""
     if data.variants:
         scores = [data.score, *data.by_variants]
@@ -221,7 +211,7 @@ def _plot_closing(data: Fig6Data, ax: Axes) -> None:
     _label_share(ax, "closing the gap", "number of models or touches in training")
 
 
-def _plot_early(data: Fig6Data, ax: Axes) -> None:
+def _plot_early(data: SimpleNamespace, ax: Axes) -> None:
     """Streaming decoder: accuracy and share decided against time since contact."""
     early = data.early
     ax.plot(early.since_contact, early.accuracy, "o-", ms=3, label="best guess right")
@@ -282,6 +272,16 @@ def show(context: Context, section: Section) -> None:
         " what closes it, and against time since contact. (Fig. 6A–E)",
         lambda figure: plot(data, figure),
         height=11.5,
+        numbers={
+            "sizes": data.sizes,
+            "shares": [score.share("all") for score in data.by_size],
+            "variants": data.variants,
+            "by_variants": [score.share("all") for score in data.by_variants],
+            "shots": data.shots,
+            "by_shots": [score.share("all") for score in data.by_shots],
+            "early": data.early.accuracy,
+            "since_contact": data.early.since_contact,
+        },
     )
     _write_movie(context, section, data)
     _list_scores(section, data)
@@ -289,7 +289,7 @@ def show(context: Context, section: Section) -> None:
         _compare(context, section)
 
 
-def _write_movie(context: Context, section: Section, data: Fig6Data) -> None:
+def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         move = draw_release(data, figure.subplots())
@@ -304,7 +304,7 @@ def _write_movie(context: Context, section: Section, data: Fig6Data) -> None:
     )
 
 
-def _list_scores(section: Section, data: Fig6Data) -> None:
+def _list_scores(section: Section, data: SimpleNamespace) -> None:
     parts = list(data.score.correct)
     rows = [
         [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
@@ -315,29 +315,17 @@ def _list_scores(section: Section, data: Fig6Data) -> None:
         rows,
         "Share of the surrogate robots' tip contacts read right. The paper's real robot: 5 of 6.",
     )
-    value, low, high = data.score.share("all")
     speed_location = np.mean(
         [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]
     )
     section.values |= {
-        "robot.transfer": {"value": value, "low": low, "high": high},
+        "robot.transfer": make_spread(*data.score.share("all")),
         "robot.speed_location": float(speed_location),
         "robot.p1": data.fit.stiffness_factor,
         "robot.p2": data.fit.damping_factor,
         "robot.fit_error": data.fit.error,
         "robot.resolution": float(np.degrees(np.max(data.calibration.resolution))),
     }
-    section.numbers(
-        "fig6_robot",
-        sizes=data.sizes,
-        shares=[score.share("all") for score in data.by_size],
-        variants=data.variants,
-        by_variants=[score.share("all") for score in data.by_variants],
-        shots=data.shots,
-        by_shots=[score.share("all") for score in data.by_shots],
-        early=data.early.accuracy,
-        since_contact=data.early.since_contact,
-    )
 
 
 def _compare(context: Context, section: Section) -> None:

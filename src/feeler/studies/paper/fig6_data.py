@@ -4,8 +4,9 @@ The paper's recordings of the real robot were never published. ``fig6`` draws wh
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.robot import (
     Recording,
     RobotFit,
-    SensorCalibration,
     Surrogate,
     Touches,
     draw_robots,
@@ -37,42 +37,21 @@ RELEASE = 2000.0  # ms
 MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fig6Data:
-    """What Fig. 6, Fig. S7 and Movie S4 show."""
+def compute(effort: Scale, *, seed: int = 0) -> SimpleNamespace:
+    """Train on simulations, test on surrogate robots; ``effort`` sets how many.
 
-    training: Touches
-    """The simulated set: 30 classes."""
-    touches: Touches
-    """The six tip contacts of the first surrogate robot at one reality gap."""
-    calibration: SensorCalibration
-    """Capacitance to angle of that robot; surrogate."""
-    raw: Recording
-    """Capacitance of the slow ball contact at the tip; surrogate."""
-    release: Recording
-    """Angles after a release; surrogate."""
-    fit: RobotFit
-    """p1 and p2 fitted to that release."""
-    simulated_release: np.ndarray
-    """Angles (hinge, time) of the fitted model after the same release."""
-    score: TransferScore
-    """All surrogate robots at one reality gap."""
-    sizes: tuple[float, ...]
-    by_size: tuple[TransferScore, ...]
-    variants: tuple[int, ...]
-    by_variants: tuple[TransferScore, ...]
-    """Domain randomisation: trained on the nominal model and this many random ones, at one reality
-    gap.
+    Returns
+    -------
+    SimpleNamespace
+        ``training``: the simulated set, 30 classes. Of the first surrogate robot at one reality
+        gap: ``touches``, its six tip contacts; ``calibration``, capacitance to angle; ``raw``,
+        capacitance of the slow ball contact at the tip; ``release``, angles after a release;
+        ``fit``, p1 and p2 fitted to that; ``simulated_release``, angles (hinge, time) of the fitted
+        model. Of all surrogate robots: ``by_size`` scores for each reality gap of ``sizes``; at one
+        gap ``score``, ``by_variants`` trained on the nominal model and as many random ones
+        (``variants``), ``by_shots`` trained with as many touches of the robot itself (``shots``),
+        and ``early``, the streaming decoder.
     """
-    shots: tuple[int, ...]
-    by_shots: tuple[TransferScore, ...]
-    """Few-shot: trained with k touches of the robot itself per tip contact, at one reality gap."""
-    early: EarlyAccuracy
-    """Streaming decoder on the surrogate robots at one reality gap."""
-
-
-def compute(effort: Scale, *, seed: int = 0) -> Fig6Data:
-    """Train on simulations, test on surrogate robots; ``effort`` sets how many."""
     training = make_training()
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     robots = {size: draw_robots(size, effort.robots, seed) for size in effort.gaps}
@@ -84,7 +63,7 @@ def compute(effort: Scale, *, seed: int = 0) -> Fig6Data:
     )
     by_size = tuple(measure_transfer(classifier, read[size]) for size in effort.gaps)
     raw, release, fit, simulated = _compute_examples(robots[1.0][0])
-    return Fig6Data(
+    return SimpleNamespace(
         training=training,
         touches=read[1.0][0],
         calibration=robots[1.0][0].calibration,
@@ -157,6 +136,6 @@ def _measure_early(
 
 
 @lru_cache(maxsize=1)
-def load(context: Context) -> Fig6Data:
+def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for Figs. 6 and S7."""
     return compute(context.effort, seed=context.seed)
