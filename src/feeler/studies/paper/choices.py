@@ -1,7 +1,6 @@
 """How many of the choices that the paper leaves open agree with its claims."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -32,12 +31,9 @@ CHOICES: dict[str, tuple[Any, ...]] = {
 """
 
 
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """One combination of choices with its verdicts, by claim and measure."""
-
-    choices: dict[str, Any]
-    verdicts: tuple[Verdict, ...]
+N_COPIES = 4
+Row = tuple[dict[str, Any], list[Verdict]]
+"""One combination of choices with its verdicts, by claim and measure."""
 
 
 def compute_sensitivity(
@@ -67,7 +63,7 @@ def compute_sensitivity(
             verdicts += _judge(
                 claim, arrays, labels, indices or tuple(INDICES), ratio, random_state
             )
-        rows.append(Row(choices=choices, verdicts=tuple(verdicts)))
+        rows.append((choices, verdicts))
     return rows
 
 
@@ -102,11 +98,7 @@ def choose(
 
 
 def _choose_sizes(size: np.ndarray, which: str) -> np.ndarray:
-    wanted = {
-        "both": np.unique(size),
-        "small": np.array([size.min()]),
-        "large": np.array([size.max()]),
-    }[which]
+    wanted = {"both": size, "small": size.min(), "large": size.max()}[which]
     return np.flatnonzero(np.isin(size, wanted))
 
 
@@ -118,15 +110,15 @@ def _choose_sensors(n: int, which: str) -> slice:
     }[which]
 
 
-def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]:
-    names = [name for name, array in arrays.items() for _ in array]
-    found = compute_dispersion(
-        np.concatenate(list(arrays.values())),
-        names,
-        indices=indices,
-        scale=False,
-        random_state=random_state,
-    )
+def _judge(
+    claim: str,
+    arrays: Mapping[str, np.ndarray],
+    labels: np.ndarray,
+    indices: Sequence[str],
+    ratio: float,
+    random_state: int,
+) -> list[Verdict]:
+    found = compute_dispersion(arrays, indices=indices, scale=False, random_state=random_state)
     verdicts = [
         judge_order(
             {name: found.values(index, name) for name in arrays},
@@ -136,21 +128,18 @@ def _judge(claim, arrays, labels, indices, ratio, random_state) -> list[Verdict]
         )
         for index in indices
     ]
-    n_copies = 4
-    options: dict[str, Any] = {
-        "ratios": (ratio,),
-        "n_copies": n_copies,
-        "n_repeats": 2,
-        "noise": Common(reference=1.0),
-        "rotate": True,
-    }
-    estimator = make_lda(min(30, n_copies * len(labels) - 1))
     areas = {
-        name: (
-            compute_sweep(
-                array, labels, estimator=estimator, random_state=random_state, **options
-            ).area
-        )
+        name: compute_sweep(
+            array,
+            labels,
+            ratios=(ratio,),
+            n_copies=N_COPIES,
+            n_repeats=2,
+            noise=Common(reference=1.0),
+            rotate=True,
+            estimator=make_lda(min(30, N_COPIES * len(labels) - 1)),
+            random_state=random_state,
+        ).area
         for name, array in arrays.items()
     }
     return [*verdicts, judge_order(areas, claim=claim, measure="accuracy of tensors")]
@@ -161,8 +150,8 @@ def count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
     measure.
     """
     counts: dict[tuple[str, str], tuple[int, int]] = {}
-    for row in rows:
-        for verdict in row.verdicts:
+    for _, verdicts in rows:
+        for verdict in verdicts:
             agreeing, total = counts.get((verdict.claim, verdict.measure), (0, 0))
             counts[verdict.claim, verdict.measure] = (
                 agreeing + (verdict.word == "agrees"),
@@ -175,15 +164,13 @@ def make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
     """Header and cells: a row per combination with each verdict and its effect size, then how many
     agree.
     """
-    default = rows[0].choices
+    default, _ = rows[0]
     totals = count_agreement(rows)
     cells = []
-    for row in rows:
-        changed = [f"{k}: {v}" for k, v in row.choices.items() if v != default[k]]
-        verdicts = {
-            (v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in row.verdicts
-        }
-        cells.append([", ".join(changed) or "default", *(verdicts.get(key, "–") for key in totals)])
+    for choices, verdicts in rows:
+        changed = [f"{k}: {v}" for k, v in choices.items() if v != default[k]]
+        words = {(v.claim, v.measure): f"{v.word}, d_z {v.difference.effect:.2g}" for v in verdicts}
+        cells.append([", ".join(changed) or "default", *(words.get(key, "–") for key in totals)])
     cells.append(["in all", *(f"{agree} of {n} agree" for agree, n in totals.values())])
     return ["choice", *(f"{claim}, {measure}" for claim, measure in totals)], cells
 

@@ -192,7 +192,9 @@ def _show_jittered(context: Context, section: Section) -> None:
     for title, (location, speed) in JITTERS.items():
         words = []
         for name, group in load(context).groups["profile"].items():
-            order = [trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]]
+            order = [
+                trial for trial in list_touches(context, name) if trial.speed == SPEEDS["slow"]
+            ]
             moved = Nuisances.only(location=location, speed=speed).jitter(order, rng)
             again = touch(context.profiles[name], moved, duration=DURATION, **context.physics)
             labels = make_labels(select_speed(sets[name], SPEEDS["slow"]))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from feeler.active import Observer, parse_policy
 from feeler.antenna.cockroach import cockroach
 from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.report import Section, make_interval
 from feeler.studies.contests import judge_steering, load_contest, load_stored
 from feeler.studies.contests.page import LEAD, fill_comparison
 from feeler.studies.paper.context import Context
@@ -58,12 +58,8 @@ def show(context: Context, section: Section) -> None:
         )
     for deadline in verdict["deadline"].values:
         one = verdict.sel(deadline=deadline)
-        gain, half = float(one["gain"]), float(one["half"])
-        section.values[f"active.gain.{deadline:g}"] = {
-            "value": gain,
-            "low": gain - half,
-            "high": gain + half,
-        }
+        gain = make_interval(float(one["gain"]), float(one["half"]))
+        section.values[f"active.gain.{deadline:g}"] = gain
     section.values |= {
         "active.pays": paying,
         "active.again": 100 * (float(seen.accuracy[-1]) - kept),
@@ -118,7 +114,6 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
         section.table(
             ["chosen by, noise [rad]", "touches", "±", "right [%]", "sure within 12 [%]"],
             rows,
-            # fmt: skip
             "Where to touch next: touches until one of two near shapes is 95 % sure.",
         )
     if walls := stored.get("wall"):
@@ -129,8 +124,8 @@ def _show_rest(section: Section, stored: Mapping[str, Any]) -> None:
             " steer by.",
             lambda figure: _plot_walls(walls, figure),
             height=3.0,
+            numbers=walls,
         )
-        section.numbers("active_wall", **walls)
 
 
 def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:

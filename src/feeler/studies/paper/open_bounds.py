@@ -219,6 +219,9 @@ def show(context: Context, section: Section) -> None:
         f" {asked['shapes'][0]}.",
         lambda figure: plot(data, asked, figure),
         height=4.4,
+        numbers={
+            part: {str(key): value for key, value in found.items()} for part, found in data.items()
+        },
     )
     rows = [
         [shape, f"{kind} {size:g} {UNITS[kind]}", name, *map(float, values)]
@@ -229,5 +232,3 @@ def show(context: Context, section: Section) -> None:
         ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
     )
     section.values.update(collect_values(data, asked))
-    section.numbers("bounds", **{part: {str(key): value for key, value in found.items()}
-                                 for part, found in data.items()})  # fmt: skip

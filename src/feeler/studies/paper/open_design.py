@@ -15,7 +15,7 @@ from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
 from feeler.plotting.front import plot_profile_points
 from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.report import Section, make_interval
 from feeler.stimulus.shapes import Ball
 from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
@@ -141,9 +141,8 @@ def _plot_cheat(tips: dict[str, np.ndarray], figure: Figure) -> None:
 def collect_values(stored: dict[str, Any]) -> dict[str, Any]:
     """The numbers that claims are held against."""
     final, found = stored["final"], {}
-    for k, speed in enumerate(final["speeds"]):
-        mean, half = final["fewer"][k], final["half"][k]
-        found[f"design.fewer.{speed:g}"] = {"value": mean, "low": mean - half, "high": mean + half}
+    for speed, mean, half in zip(final["speeds"], final["fewer"], final["half"], strict=True):
+        found[f"design.fewer.{speed:g}"] = make_interval(mean, half)
     found["design.fewer.least"] = min(final["fewer"])
     return found
 
@@ -167,6 +166,7 @@ def show(context: Context, section: Section) -> None:
         " (bars) went (crosses: the paper's); the searches.",
         lambda figure: plot(stored, context.antenna, figure),
         height=4.8,
+        numbers=stored,
     )
     final = stored["final"]
     mean = 100 * np.mean([one["errors"] for one in final["seeds"].values()], axis=0)
@@ -203,14 +203,13 @@ def show(context: Context, section: Section) -> None:
         " spline, test draws, against the number of sensors, chosen by D-optimality.",
         lambda figure: plot_fronts(stored, context.antenna, figure),
         height=3.0,
+        numbers=front,
     )
-    section.numbers("design_fronts", **front)
     section.heading("How an objective cheats")
     antennas = [context.antenna, make_floppy(context.antenna)]
     tips = _bend_tips(antennas)
     section.figure("cheat", "The same touch: a floppy, hardly damped tip swings wide and rings.",
-                   lambda figure: _plot_cheat(tips, figure))  # fmt: skip
-    section.numbers("cheat", **tips)
+                   lambda figure: _plot_cheat(tips, figure), numbers=tips)  # fmt: skip
     limits = Constraints(damping_share=1.0)
     cells = []
     for antenna in antennas:
@@ -227,4 +226,3 @@ def show(context: Context, section: Section) -> None:
     section.table(["antenna", *(f"bits ({name})" for name in FLOORS), "least damping ratio", "damping lacks a factor"], cells,
                   "It tells more by either noise, and must be excluded by its damping: the optimiser is told to keep all of the "
                   "first six modes as damped as the paper's antenna.")  # fmt: skip
-    section.numbers("design", **stored)

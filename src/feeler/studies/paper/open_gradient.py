@@ -16,7 +16,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.experiment.touch import touch
 from feeler.information import compute_information, find_noise, scale_peaks
 from feeler.plotting.look import PALETTE
-from feeler.report.section import Section
+from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import LOCATIONS
 from feeler.studies.paper.context import Context
 from feeler.studies.tradeoff import Declared, average_sets, draw_touches, load_declared
@@ -151,9 +151,8 @@ def collect_values(data: xr.Dataset) -> dict[str, Any]:
     for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS, ends.items()):
         for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
             one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
-            mean, half = float(one["mean"]), float(one["half"])
-            spread = {"value": mean, "low": mean - half, "high": mean + half}
-            found[f"gradient.{prefix}{part}{kind}.{rate}"] = spread if np.isfinite(half) else mean
+            spread = make_interval(float(one["mean"]), float(one["half"]))
+            found[f"gradient.{prefix}{part}{kind}.{rate}"] = spread
     return found
 
 
@@ -178,6 +177,7 @@ def show(context: Context, section: Section) -> None:
         " compliance matched.",
         lambda figure: plot(data, declared, figure),
         height=4.6,
+        numbers=data.to_dict(),
     )
     columns = ("bits", "noise75", "within")
     means = {field: data[field].mean("set") for field in (*columns, "peak")}
@@ -195,4 +195,3 @@ def show(context: Context, section: Section) -> None:
     header.append("peak [rad]")
     section.table(header, rows, f"Means over {asked['sets']} set(s).")
     section.values.update(collect_values(data))
-    section.numbers("gradient", **data.to_dict())

@@ -4,10 +4,9 @@ paper).
 
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from feeler.report.section import Section
+from feeler.report import Section, make_interval, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
 from feeler.studies.tradeoff import (
@@ -61,13 +60,9 @@ def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[
     best = find_best(first, levels["common"])
     for deadline in declared.windows["deadlines"]:
         one = best.sel(window=f"{deadline:g} ms")
-        found[f"tradeoff.best.{deadline:g}"] = {"value": float(one["best"]), "low": float(one["least"]),
-                                              "high": float(one["most"])}  # fmt: skip
-    for deadline in declared.windows["deadlines"]:
-        one = best.sel(window=f"{deadline:g} ms")
-        accuracy, half = 100 * float(one["mean"]), 100 * float(one["half"])
-        spread = {"value": accuracy, "low": accuracy - half, "high": accuracy + half}
-        found[f"tradeoff.accuracy.{deadline:g}"] = spread if np.isfinite(half) else accuracy
+        found[f"tradeoff.best.{deadline:g}"] = make_spread(one["best"], one["least"], one["most"])
+        accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]))
+        found[f"tradeoff.accuracy.{deadline:g}"] = accuracy
     for word, speed in named.items():
         found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))
         found[f"tradeoff.force.{word}"] = _spread(first["force"].sel(speed=speed))
@@ -76,8 +71,7 @@ def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[
 
 def _spread(values: xr.DataArray) -> dict[str, float] | float:
     one = average_sets(values)
-    mean, half = float(one["mean"]), float(one["half"])
-    return {"value": mean, "low": mean - half, "high": mean + half} if np.isfinite(half) else mean
+    return make_interval(float(one["mean"]), float(one["half"]))
 
 
 def show(context: Context, section: Section) -> None:
