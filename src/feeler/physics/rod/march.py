@@ -8,7 +8,9 @@ from feeler.physics.rod.contact import place_faces
 from feeler.physics.rod.newton import take
 
 TOLERANCE = 1e-6  # rad; greatest out-of-balance torque over stiffness in a step
-MAX_SPLITS = 4  # a step that fails is taken in 4, 16, … parts
+MAX_SPLITS = 9  # [C] how often a step or a part of it that fails is quartered
+MAX_JUMPS = 5  # [C] so many for a part in which an object comes to the antenna's other side
+CAREFUL = 1  # [C] from so many quarterings on each iteration must lower the potential
 FIRST_STEP, LONGEST_STEP = 0.5, 1e7  # ms; of a relaxation
 CALM = 0.05  # rad per step
 # rad; an antenna that moves less per step, nearly balanced, is as balanced as rounding lets it be
@@ -22,26 +24,63 @@ def march(model, lane, n_steps, timestep, drive, inertia):
     """
     for k in range(n_steps):
         lane.drive[:] = drive[min(k, drive.shape[0] - 1)]
-        for split in range(MAX_SPLITS):
-            parts, done = 4**split, False
-            kept = (
-                lane.heading.copy(),
-                lane.points.copy(),
-                lane.velocity.copy(),
-                lane.anchor.copy(),
-            )
-            rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
-            for _ in range(parts):
-                done = _advance(model, lane, timestep / parts, inertia, split < MAX_SPLITS - 1)
-                if not done:
-                    break
-            if done:
-                break
-            lane.heading[:], lane.points[:], lane.velocity[:], lane.anchor[:] = kept
-            lane.pressed[:], lane.base[:], lane.objects[:], lane.work[:] = rest
-        if not done:
+        if not _divide(model, lane, timestep, inertia):
             return False
     return True
+
+
+@compiled
+def _divide(model, lane, timestep, inertia):
+    """One step in as few parts as it takes: a part that fails, or in which the antenna jumps over
+    something, is quartered; after one that succeeds the next may be longer. Whether it came to its
+    end.
+    """
+    level, left = 0, 4**MAX_SPLITS  # of the shortest parts
+    sides = np.zeros(model.parts.shape[0])
+    while left:
+        part = 4 ** (MAX_SPLITS - level)
+        kept = (lane.heading.copy(), lane.points.copy(), lane.velocity.copy(), lane.anchor.copy())
+        rest = (lane.pressed.copy(), lane.base.copy(), lane.objects.copy(), lane.work.copy())
+        place_faces(model, lane)
+        for p in range(len(sides)):
+            sides[p] = _find_side(model, lane, p)
+        span = timestep * part / 4**MAX_SPLITS
+        done = _advance(model, lane, span, inertia, level < CAREFUL)
+        if done and level < MAX_JUMPS:
+            for p in range(len(sides)):
+                done = done and sides[p] * _find_side(model, lane, p) >= 0.0
+        if done:
+            left -= part
+            if level and left % (4 * part) == 0:
+                level -= 1
+            continue
+        lane.heading[:], lane.points[:], lane.velocity[:], lane.anchor[:] = kept
+        lane.pressed[:], lane.base[:], lane.objects[:], lane.work[:] = rest
+        level += 1
+        if level > MAX_SPLITS:
+            return False
+    return True
+
+
+@compiled
+def _find_side(model, lane, p):
+    """On which side of the antenna the middle of a part is: −1 or 1, or 0 beyond its ends."""
+    first, stop = int(model.parts[p, f.P_FIRST]), int(model.parts[p, f.P_STOP])
+    if model.parts[p, f.P_RIM] == np.inf:
+        return 0.0  # nothing jumps over a face without end
+    x, y = lane.faces[first:stop, f.F_X].mean(), lane.faces[first:stop, f.F_Y].mean()
+    nearest, side = np.inf, 0.0
+    for i in range(model.table.shape[0]):
+        ex = lane.points[i + 1, 0] - lane.points[i, 0]
+        ey = lane.points[i + 1, 1] - lane.points[i, 1]
+        dx, dy = x - lane.points[i, 0], y - lane.points[i, 1]
+        share = (dx * ex + dy * ey) / (ex * ex + ey * ey)
+        within = min(max(share, 0.0), 1.0)
+        away = (dx - within * ex) ** 2 + (dy - within * ey) ** 2
+        if away < nearest:
+            beyond = (i == 0 and share < 0.0) or (i == model.table.shape[0] - 1 and share > 1.0)
+            nearest, side = away, 0.0 if beyond else np.sign(ex * dy - ey * dx)
+    return side
 
 
 @compiled
