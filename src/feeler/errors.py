@@ -21,15 +21,18 @@ class SimulationDiverged(FeelerError, RuntimeError):
     state_file = ""
     """Where :func:`feeler.touch` has kept that state."""
 
-    def __init__(self, label: str, time: float, angle=None, velocity=None) -> None:
+    def __init__(
+        self, label: str, time: float, angle=None, velocity=None, advice="Use a smaller timestep"
+    ) -> None:
         super().__init__(
-            f"the simulation of '{label}' diverged at {time:g} ms. Use a smaller timestep, a slower"
-            " or smaller feature, or a softer contact; the other trials are not affected."
+            f"the simulation of '{label}' diverged at {time:g} ms. {advice}; the other trials are"
+            " not affected."
         )
         self.label, self.time, self.angle, self.velocity = label, time, angle, velocity
+        self.advice = advice
 
     def __reduce__(self):
-        return type(self), (self.label, self.time, self.angle, self.velocity)
+        return type(self), (self.label, self.time, self.angle, self.velocity, self.advice)
 
 
 class Inaccurate(UserWarning):

@@ -2,6 +2,7 @@
 be.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from threading import Timer, active_count
 
 import numpy as np
@@ -251,3 +252,19 @@ def test_lanes_that_are_reset_follow_their_recorded_bases_again_and_again():
 def test_what_cannot_be_simulated_is_refused(make, message):
     with pytest.raises((InvalidInput, TypeError), match=message):
         make(make_stub())
+
+
+def test_two_threads_that_share_a_simulation_wait_for_each_other():
+    alone, shared = (feeler.Simulation(make_stub(20), make_ball()) for _ in range(2))
+    alone.step(120.0)
+
+    def go() -> None:
+        for _ in range(300):
+            shared.step(0.2)
+            assert np.isfinite(shared.angle).all()
+
+    with ThreadPoolExecutor(2) as pool:
+        for future in [pool.submit(go), pool.submit(go)]:
+            future.result()
+    assert shared.time == pytest.approx(120.0)
+    np.testing.assert_array_equal(shared.angle, alone.angle)

@@ -223,7 +223,7 @@ def _make_clock(
         sample_interval=sample_interval,
         timestep=choose_timestep(timestep, engine),
     )
-    contact.check_timestep(clock.timestep)
+    get_engine(engine).check(contact, clock.timestep)
     return clock
 
 

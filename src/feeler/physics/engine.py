@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Stepper
 from feeler.registry import Registry
@@ -19,6 +20,8 @@ class Engine:
     timestep: float
     """What it takes where nothing else is said [ms], see docs/convergence.md [C]."""
     lanes: int = 1
+    check: Callable[[Contact, float], None] = Contact.check_timestep
+    """Refuses a contact that it does not follow, or not with such a timestep [ms]."""
     stride: float = 1.0
     """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment.
     """

@@ -1,9 +1,10 @@
 """Simulations side by side: many scenes, each stepped, steered, saved and reset by itself."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import wait
 from dataclasses import dataclass, replace
-from threading import Event
+from functools import wraps
+from threading import Event, RLock
 from typing import Annotated, Any
 from weakref import finalize
 
@@ -32,10 +33,23 @@ class Snapshot:
     saved: tuple[Any, ...]
 
 
+def _alone(method: Callable) -> Callable:
+    """A method that waits until no other thread steps, steers or reads the same simulations."""
+
+    @wraps(method)
+    def run(self: "Simulations", *args: Any, **options: Any) -> Any:
+        with self._turn:
+            return method(self, *args, **options)
+
+    return run
+
+
 @checked
 class Simulations:
     """Scenes of one segment count in lanes that share SIMD registers; the numbers of each are those
     it has alone.
+
+    Threads may share them: while one steps, steers or reads, the others wait.
 
     Parameters
     ----------
@@ -74,8 +88,9 @@ class Simulations:
         if self.timestep <= 0:
             raise InvalidInput(f"timestep must be > 0 ms, got {timestep}.")
         kind = get_engine(engine)
-        self._stride = kind.stride
+        self._stride, self._check = kind.stride, kind.check
         for scene in scenes:
+            self._check(scene.contact, self.timestep)
             self._check_rate(scene, scene.base_velocity, "the base")
         lanes = 1 if len(scenes) == 1 else kind.lanes
         idle = replace(
@@ -91,7 +106,7 @@ class Simulations:
         self._look_for_guides()
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
-        self._stop = Event()
+        self._stop, self._turn = Event(), RLock()
         self._pool = ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
         if self._pool is not None:
             finalize(self, self._pool.kill)
@@ -109,6 +124,7 @@ class Simulations:
         stepper, k = self._find(lane)
         return stepper.scenes[k]
 
+    @_alone
     def step(self, ms: float) -> None:
         """Go on by ``ms`` [ms], a whole number of timesteps.
 
@@ -192,6 +208,7 @@ class Simulations:
         return self.timestep * np.array(self._steps).ravel()[: self._n]
 
     @property
+    @_alone
     def state(self) -> State:
         """Where every lane is now; all arrays have the lane first."""
         if self._state is None:
@@ -215,11 +232,13 @@ class Simulations:
             ]
         )
 
+    @_alone
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""
         stepper, k = self._find(lane)
         return stepper.read_contacts(k)
 
+    @_alone
     def move_base(
         self, lane: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
     ) -> None:
@@ -241,6 +260,7 @@ class Simulations:
             stepper.scenes[k] = replace(stepper.scenes[k], base_motion=None)
         stepper.move_base(k, rate[:2], rate[2])
 
+    @_alone
     def move_object(
         self, lane: int, o: int, velocity: tuple[float, float] = (0.0, 0.0), turn: float = 0.0
     ) -> None:
@@ -278,6 +298,7 @@ class Simulations:
                 " or move slower."
             )
 
+    @_alone
     def snapshot(self, lanes: Iterable[int] | None = None) -> Snapshot:
         """This moment of some lanes (default all)."""
         chosen = tuple(range(self._n) if lanes is None else lanes)
@@ -293,6 +314,7 @@ class Simulations:
             saved=tuple(stepper.save(k) for stepper, k in found),
         )
 
+    @_alone
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to a moment, to the last bit; only the lanes of the snapshot do."""
         for lane, step, scene, failed, saved in zip(
@@ -315,6 +337,7 @@ class Simulations:
         self._state = None
         self._look_for_guides()
 
+    @_alone
     def reset(self, lane: int, scene: Scene | None = None) -> None:
         """Begin another scene in one lane (default: the same again); its neighbours go on as if
         nothing had been.
@@ -327,6 +350,7 @@ class Simulations:
                 f" {stepper.scenes[k].antenna.n_segments}, the new antenna"
                 f" {scene.antenna.n_segments}. Begin new simulations for it."
             )
+        self._check(scene.contact, self.timestep)
         self._check_rate(scene, scene.base_velocity, "the base")
         stepper.reset(k, scene)
         self._steps[lane // self._lanes][k], self.failed[lane], self._state = 0, None, None

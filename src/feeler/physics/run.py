@@ -199,5 +199,5 @@ def explain_end(
 ) -> Exception:
     """The error of a lane that has come to an end, with its last finite state where there is one."""
     return stepper.explain(lane) or SimulationDiverged(
-        stepper.scenes[lane].label, time, angle, velocity
+        stepper.scenes[lane].label, time, angle, velocity, stepper.advice
     )

@@ -94,6 +94,8 @@ def _check_hinges(antenna: Antenna, values: np.ndarray | None, name: str) -> np.
 class Simulation:
     """One antenna and its objects, stepped by hand.
 
+    Threads may share it: while one steps, steers or reads, the others wait.
+
     Parameters
     ----------
     antenna

@@ -105,6 +105,8 @@ class Stepper(Protocol):
 
     scenes: list[Scene]
     timestep: float
+    advice = "Use a smaller timestep, a slower or smaller feature, or a softer contact"
+    """What helps where a simulation diverges."""
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps in every lane; whether some lane has come to an end.

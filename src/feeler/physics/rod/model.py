@@ -173,7 +173,7 @@ def make_rod_lane(scene: Scene, model: RodModel) -> RodLane:
     n, n_parts = scene.antenna.n_segments, len(model.parts)
     objects = [[*o.place, *o.forward, *o.velocity, o.turn] for o in scene.objects]
     drive, rate = np.array(scene.base_velocity), np.array(scene.initial_velocity)
-    heading = scene.base[2] + np.cumsum(scene.initial_angle)
+    heading = scene.base_pose[2] + np.cumsum(scene.initial_angle)
     swing = ((drive[2] + np.cumsum(rate)) * scene.antenna.segment_length)[:, None]
     across = np.stack([np.cos(heading), -np.sin(heading)], axis=1)
     return RodLane(
@@ -184,7 +184,7 @@ def make_rod_lane(scene: Scene, model: RodModel) -> RodLane:
         anchor=np.full((n, n_parts), np.nan),
         pressed=np.zeros((n, n_parts)),
         push=np.zeros((n, n_parts, f.N_CONTACT)),
-        base=np.array(scene.base, dtype=float),
+        base=scene.base_pose,
         drive=drive,
         objects=np.array(objects, dtype=float).reshape(-1, f.N_OBJECT),
         faces=model.faces.copy(),

@@ -38,6 +38,8 @@ class RodStepper(Stepper):
     mass at its nodes.
     """
 
+    advice = "Use a smaller timestep, a slower feature, or a hinge damping that is not zero"
+
     def __init__(self, scenes: Sequence[Scene], timestep: float, *, inertia: bool = False) -> None:
         self.timestep, self.inertia, self.scenes = float(timestep), inertia, list(scenes)
         if len(self.scenes) != 1:
@@ -48,6 +50,11 @@ class RodStepper(Stepper):
 
     def reset(self, lane: int, scene: Scene) -> None:
         """Begin another scene."""
+        if scene.initial_velocity.any() and not self.inertia:
+            raise InvalidInput(
+                "engine 'rod' has no inertia, so that velocity= means nothing to it; leave it out,"
+                " or use engine='rod-inertia'."
+            )
         self.model = make_rod_model(scene, SOFT if self.inertia else FIRMNESS)
         self.lane, self.scenes[0], self.lost = make_rod_lane(scene, self.model), scene, False
         self.drive = np.array([scene.base_velocity])

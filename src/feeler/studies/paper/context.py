@@ -11,7 +11,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.experiment.seed import check_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
-from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
+from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.presets import cockroach
 from feeler.provenance import make_plain
 from feeler.studies.scale import SCALES, Scale
@@ -51,7 +51,7 @@ class Context:
         check_seed(self.seed)  # refuses what is no seed
         object.__setattr__(self, "timestep", choose_timestep(self.timestep, self.engine))
         Clock(duration=1.0, timestep=self.timestep)
-        get_contact().check_timestep(self.timestep)
+        get_engine(self.engine).check(get_contact(), self.timestep)
 
     @property
     def effort(self) -> Scale:
