@@ -7,12 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from feeler.rules import freeze
 
-def freeze(values: object, dtype: type = float) -> np.ndarray:
-    """A read-only copy of ``values``."""
-    array: np.ndarray = np.array(values, dtype=dtype)
-    array.setflags(write=False)
-    return array
+__all__ = ["Frozen", "freeze"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ GOOD = {
         ("sensors", [0, 1], "within 1…2"),
         ("sensors", [1.5], "whole hinge numbers"),
         ("segment_length", np.ones(1001), "1 to 1000 segments, got .* 1001"),
-        ("radius", "thick", "radius must be numbers"),
+        ("radius", "thick", "radius must be an array of numbers"),
     ],
 )
 def test_bad_arrays_are_named(field, value, message):

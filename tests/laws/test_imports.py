@@ -20,7 +20,9 @@ LAYERS = (
         "compiled",
         "frozen",
         "provenance",
+        "record",
         "registry",
+        "rules",
         "limits",
         "guard",
         "toml",
@@ -85,8 +87,8 @@ def test_one_table_says_what_a_scale_is():
 
 
 BEFORE_USE = (
-    ("import feeler", {"numpy", "scipy", "xarray", "matplotlib", "numba"}),
-    ("import feeler.cli.app", {"scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler", {"numpy", "pydantic", "scipy", "xarray", "matplotlib", "numba"}),
+    ("import feeler.cli.app", {"pydantic", "scipy", "xarray", "matplotlib", "numba"}),
     (
         "import feeler.studies.paper.reproduce, feeler.studies.paper.context as c; c.Context()",
         {"xarray", "matplotlib", "numba"},

@@ -1,6 +1,5 @@
 """An antenna: a chain of rigid segments joined by damped hinge springs, in one plane."""
 
-from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,7 +8,7 @@ from feeler.antenna.beam import Along, compute_beam
 from feeler.antenna.profile import sample_quantity
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen
+from feeler.record import Ge, Gt, Record, Unit, freeze
 from feeler.svg import make_picture
 
 MAX_SEGMENTS = 1000
@@ -29,8 +28,7 @@ def make_even_sensors(
     return np.unique(np.round(np.linspace(1, n_segments, n_sensors)).astype(int))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Antenna(Frozen):
+class Antenna(Record):
     """An antenna as data, base to tip; segment n hangs on hinge n, hinge 1 sits at the clamped
     base.
 
@@ -44,34 +42,37 @@ class Antenna(Frozen):
         hinge.
     """
 
-    segment_length: np.ndarray
+    segment_length: Annotated[np.ndarray, "segment?", Gt(0), Unit("mm")]
     """Length of each segment [mm], > 0."""
-    segment_mass: np.ndarray
+    segment_mass: Annotated[np.ndarray, "segment?", Gt(0), Unit("g")]
     """Mass of each segment [g], > 0, spread evenly over its length (a thin rod)."""
-    radius: np.ndarray
+    radius: Annotated[np.ndarray, "segment?", Gt(0), Unit("mm")]
     """Collision radius of each segment [mm], > 0; it enters contact, not inertia."""
-    stiffness: np.ndarray
+    stiffness: Annotated[np.ndarray, "segment?", Ge(0), Unit("N·mm/rad")]
     """Stiffness of each segment's proximal hinge [N·mm/rad], ≥ 0, not all zero."""
-    damping: np.ndarray
+    damping: Annotated[np.ndarray, "segment?", Ge(0), Unit("N·mm·ms/rad")]
     """Damping of each hinge [N·mm·ms/rad], ≥ 0."""
-    rest_angle: np.ndarray = 0.0  # type: ignore[assignment]  # one number stands for as many as segments
+    rest_angle: Annotated[np.ndarray, "segment?", Unit("rad")] = 0.0  # type: ignore[assignment]  # one number stands for as many as segments
     """Angle of each hinge at which its spring is slack [rad], positive towards +x."""
-    sensors: np.ndarray = None  # type: ignore[assignment]  # chosen when the segments are known
+    sensors: Annotated[np.ndarray, "sensor?"] = None  # type: ignore[assignment]  # chosen when the segments are known
     """Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly."""
     name: str = "custom"
     """Name that labels its tensors."""
 
-    def __post_init__(self) -> None:
-        n = _read_numbers("segment_length", self.segment_length).size
+    def _check(self) -> None:
+        n = self.segment_length.size
         if not 1 <= n <= MAX_SEGMENTS:
             raise InvalidInput(
                 f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values."
             )
-        for name in ("segment_length", "segment_mass", "radius"):
-            self._store(name, n, positive=True)
-        for name in ("stiffness", "damping"):
-            self._store(name, n, positive=False)
-        self._store("rest_angle", n)
+        for name in ("segment_length", *QUANTITIES):
+            values = getattr(self, name)
+            if values.ndim and values.size != n:
+                raise InvalidInput(
+                    f"{name} must be one number or {n} numbers (one per segment), got an array of"
+                    f" shape {values.shape}."
+                )
+            vars(self)[name] = freeze(np.broadcast_to(values, n))
         if not np.any(self.stiffness > 0):
             raise InvalidInput(
                 "stiffness is 0 in every hinge: nothing holds the antenna. Give at least one hinge"
@@ -81,9 +82,7 @@ class Antenna(Frozen):
             raise InvalidInput(
                 f"rest_angle must lie within ±π rad, got up to {np.abs(self.rest_angle).max():.3g}."
             )
-        object.__setattr__(self, "sensors", _check_sensors(self.sensors, n))
-        if not isinstance(self.name, str):
-            raise InvalidInput(f"Antenna.name must be text, got {str(self.name)[:40]!r}.")
+        vars(self)["sensors"] = _check_sensors(self.sensors, n)
 
     @classmethod
     def from_beam(
@@ -153,19 +152,6 @@ class Antenna(Frozen):
     def _repr_html_(self) -> str:
         return make_picture(repr(self), [(self.shape(), 2 * float(self.radius.mean()))])
 
-    def _store(self, name: str, n: int, positive: bool | None = None) -> None:
-        values = _read_numbers(name, getattr(self, name))
-        if values.ndim == 0:
-            values = np.full(n, values)
-        if values.shape != (n,):
-            raise InvalidInput(
-                f"{name} must be one number or {n} numbers (one per segment), got an array of shape"
-                f" {values.shape}."
-            )
-        _check_range(name, values, positive)
-        values.setflags(write=False)
-        object.__setattr__(self, name, values)
-
     @property
     def n_segments(self) -> int:
         """Number of segments, which is the number of hinges."""
@@ -180,10 +166,6 @@ class Antenna(Frozen):
     def hinge_position(self) -> np.ndarray:
         """Arc length (segment,) of each hinge from the base [mm]; the first is 0."""
         return np.concatenate(([0.0], np.cumsum(self.segment_length)[:-1]))
-
-    def replace(self, **changes: Any) -> "Antenna":
-        """The same antenna with some fields changed, validated again."""
-        return replace(self, **changes)
 
     def shape(self, angle: np.ndarray | None = None, base_angle: float = 0.0) -> np.ndarray:
         """Points (…, n_segments + 1, 2) [mm] of base, hinges and tip for hinge angles (…, segment)
@@ -229,38 +211,14 @@ def _span(values: np.ndarray) -> str:
     )
 
 
-def _read_numbers(name: str, values: object) -> np.ndarray:
-    try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(f"{name} must be numbers, got {str(values)[:40]!r}.") from error
-
-
-def _check_range(name: str, values: np.ndarray, positive: bool | None) -> None:
-    bad = ~np.isfinite(values)
-    allowed = "finite"
-    if positive is not None:
-        allowed = "finite and > 0" if positive else "finite and ≥ 0"
-        with np.errstate(invalid="ignore"):
-            bad |= (values <= 0) if positive else (values < 0)
-    if bad.any():
-        first = int(np.argmax(bad))
-        raise InvalidInput(
-            f"{name} must be {allowed} in every segment, got {values[first]} in segment"
-            f" {first + 1}."
-        )
-
-
-def _check_sensors(sensors: object, n: int) -> np.ndarray:
+def _check_sensors(sensors: np.ndarray | None, n: int) -> np.ndarray:
     if sensors is None:
-        sensors = make_even_sensors(n)
-    numbers = np.atleast_1d(_read_numbers("sensors", sensors))
-    if numbers.size == 0 or not np.array_equal(numbers, np.round(numbers)):
+        return freeze(make_even_sensors(n), int)
+    numbers = np.atleast_1d(sensors)
+    if numbers.size == 0 or np.any(numbers % 1):
         raise InvalidInput(f"sensors must be whole hinge numbers from 1 to {n}, got {sensors!r}.")
-    numbers = numbers.astype(int)
-    if numbers.ndim != 1 or numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):
+    if numbers.min() < 1 or numbers.max() > n or np.any(np.diff(numbers) <= 0):
         raise InvalidInput(
-            f"sensors must rise from base to tip within 1…{n}, got {numbers.tolist()}."
+            f"sensors must rise from base to tip within 1…{n}, got {sensors.tolist()}."
         )
-    numbers.setflags(write=False)
-    return numbers
+    return freeze(numbers, int)

@@ -1,6 +1,9 @@
 """Facts: numbers that carry their unit, their source tag and their reference."""
 
-from dataclasses import dataclass
+from typing import Annotated, Any
+
+from feeler.record import Record
+from feeler.rules import OneOf, Wrong, show
 
 SOURCE_TAGS = {
     "P": "stated in the paper",
@@ -12,21 +15,27 @@ SOURCE_TAGS = {
 PAPER = "Meng, McDonnell, Jayaram, Mongeau 2025, doi:10.1101/2025.10.20.683587"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fact:
-    """One number (or short tuple) of a model: value, unit, source tag, reference, and what it
-    means.
-    """
+class _Tags(OneOf):
+    """Tags joined by +, of numbers that rest on several sources."""
+
+    def read(self, value: Any) -> str:
+        """The tags, if each is known."""
+        if not isinstance(value, str) or not set(value.split("+")) <= set(self.names):
+            raise Wrong(f"must be {self} (joined by +), got {show(value)}")
+        return value
+
+
+SourceTag = Annotated[str, _Tags(SOURCE_TAGS)]
+
+
+class Fact(Record):
+    """A number (or short tuple) of a model: value, unit, source tag, reference, what it means."""
 
     value: float | tuple[float, ...]
     unit: str
-    tag: str
+    tag: SourceTag
     reference: str = PAPER
     note: str = ""
-
-    def __post_init__(self) -> None:
-        if not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
-            raise ValueError(f"unknown source tag {self.tag!r}; valid: {', '.join(SOURCE_TAGS)}")
 
     @property
     def number(self) -> float:

@@ -5,17 +5,18 @@ import math
 import re
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import field, fields
+from typing import Any, Literal
 
 import numpy as np
 
 from feeler.antenna.antenna import MAX_SEGMENTS, Antenna
 from feeler.antenna.beam import compute_beam
-from feeler.antenna.fact import SOURCE_TAGS
+from feeler.antenna.fact import SourceTag
 from feeler.antenna.formula import evaluate
 from feeler.antenna.profile import PROFILES, sample_quantity
 from feeler.errors import InvalidInput
+from feeler.record import Record
 from feeler.toml import parse_toml
 
 SCHEMA = "feeler.antenna/1"
@@ -44,26 +45,18 @@ _OPTIONAL = ("rest_angle",)
 SOURCE_KEYS = ("tag", "reference", "note")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Source:
+class Source(Record):
     """Where the numbers of one quantity come from."""
 
-    tag: str = ""
+    tag: SourceTag | Literal[""] = ""
     """One of P, A, D, B, C, joined by + where several apply; empty where unknown."""
     reference: str = ""
     note: str = ""
     formula: str = ""
     """The formula that gives the numbers, in feeler's own unit; empty where a file lists them."""
 
-    def __post_init__(self) -> None:
-        if self.tag and not set(self.tag.split("+")) <= SOURCE_TAGS.keys():
-            raise InvalidInput(
-                f"tag must be one of {', '.join(SOURCE_TAGS)} (joined by +), got {self.tag[:40]!r}."
-            )
 
-
-@dataclass(frozen=True, kw_only=True)
-class AntennaFile:
+class AntennaFile(Record):
     """An antenna and the sources of its quantities, as one file holds them."""
 
     antenna: Antenna
@@ -193,7 +186,7 @@ class _Reader:
             with np.errstate(all="ignore"):
                 return make()
         except InvalidInput as error:
-            words = str(error).rstrip(".")
+            words = str(error).rstrip(".").removeprefix("Antenna.").removeprefix("Source.")
             quantity = next(
                 (name for name in UNITS if not table and words.startswith(f"{name} ")), ""
             )

@@ -2,17 +2,13 @@
 numbers.
 """
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from feeler.antenna.formula import evaluate, list_names
-from feeler.checked import checked
 from feeler.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+from feeler.record import Record
 
 
 @runtime_checkable
@@ -24,24 +20,12 @@ class Profile(Protocol):
         ...
 
 
-def _check_finite(profile: "DataclassInstance") -> None:
-    for field in fields(profile):
-        value = np.asarray(getattr(profile, field.name), dtype=float)
-        if not np.all(np.isfinite(value)):
-            raise InvalidInput(
-                f"{type(profile).__name__}.{field.name} must be finite, got {value}. Give real"
-                " numbers."
-            )
-
-
 def _check_count(n_segments: int) -> None:
     if n_segments < 1:
         raise InvalidInput(f"a profile needs at least 1 segment, got n_segments={n_segments}.")
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Exponential:
+class Exponential(Record):
     """``base * exp(rate * (n - 1))`` for segment n = 1, 2, … (Methods, antenna model).
 
     base: value at segment 1. rate: change of the logarithm per segment; negative falls towards the
@@ -51,25 +35,17 @@ class Exponential:
     base: float
     rate: float
 
-    def __post_init__(self) -> None:
-        _check_finite(self)
-
     def sample(self, n_segments: int) -> np.ndarray:
         """Values (segment,)."""
         _check_count(n_segments)
         return self.base * np.exp(self.rate * np.arange(n_segments))
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Linear:
+class Linear(Record):
     """A straight line in segment number from ``base`` (segment 1) to ``tip`` (last segment)."""
 
     base: float
     tip: float
-
-    def __post_init__(self) -> None:
-        _check_finite(self)
 
     def sample(self, n_segments: int) -> np.ndarray:
         """Values (segment,)."""
@@ -77,15 +53,10 @@ class Linear:
         return np.linspace(self.base, self.tip, n_segments)
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Constant:
+class Constant(Record):
     """The same ``value`` in every segment."""
 
     value: float
-
-    def __post_init__(self) -> None:
-        _check_finite(self)
 
     def sample(self, n_segments: int) -> np.ndarray:
         """Values (segment,)."""
@@ -93,9 +64,7 @@ class Constant:
         return np.full(n_segments, float(self.value))
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Sigmoid:
+class Sigmoid(Record):
     """``low + rise / (1 + exp(-slope * (x - centre)))`` at the segment's relative number x = (n -
     0.5) / N.
     """
@@ -104,9 +73,6 @@ class Sigmoid:
     rise: float
     slope: float
     centre: float
-
-    def __post_init__(self) -> None:
-        _check_finite(self)
 
     def sample(self, n_segments: int) -> np.ndarray:
         """Values (segment,)."""
@@ -120,9 +86,7 @@ class Sigmoid:
         )
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Tabulated:
+class Tabulated(Record):
     """Measured ``values`` at relative segment numbers ``x`` (rising, in [0, 1]), straight lines
     between them.
     """
@@ -130,8 +94,7 @@ class Tabulated:
     x: tuple[float, ...]
     values: tuple[float, ...]
 
-    def __post_init__(self) -> None:
-        _check_finite(self)
+    def _check(self) -> None:
         if len(self.x) != len(self.values) or len(self.x) < 2:
             raise InvalidInput(
                 f"Tabulated needs x and values of one length ≥ 2, got {len(self.x)} and"

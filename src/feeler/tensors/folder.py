@@ -12,8 +12,8 @@ from feeler.tensors.disk import TEMPORARY, sync_folder
 from feeler.tensors.reading import list_folder
 from feeler.tensors.records import (
     PROGRESS,
+    GroupRecord,
     Label,
-    Record,
     check_shards,
     find_groups,
     read_record,
@@ -23,7 +23,7 @@ from feeler.tensors.records import (
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 
 
-def find_intact(path: Path, label: Label) -> dict[int, Record]:
+def find_intact(path: Path, label: Label) -> dict[int, GroupRecord]:
     """Records of groups that can be read; a damaged group is announced and its record removed: it
     is computed again.
     """

@@ -13,7 +13,7 @@ import xarray as xr
 from feeler.errors import StoreError
 from feeler.provenance import make_plain
 from feeler.tensors.disk import explain, write_atomic
-from feeler.tensors.records import PROGRESS, Layout, Record, compute_sum, make_layout
+from feeler.tensors.records import PROGRESS, GroupRecord, Layout, compute_sum, make_layout
 from feeler.tensors.shards import empty, encode_shard, find_key
 
 
@@ -24,7 +24,7 @@ class StoredGroup:
     """
 
     layout: Layout
-    record: Record
+    record: GroupRecord
     n_bytes: int
     """What its shards take on disk."""
 
@@ -66,10 +66,10 @@ def make_record(
     trials: xr.Dataset,
     made: Sequence[Any],
     shards: dict[str, bytes],
-) -> Record:
+) -> GroupRecord:
     """The record of trials of one group, whose shards are these."""
     order = np.argsort(indices)
-    return Record(
+    return GroupRecord(
         group=indices[0] // size,
         trials=sorted(indices),
         labels={name: make_plain(trials.variables[name].values[order]) for name in layout.labels},

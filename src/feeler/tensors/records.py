@@ -64,7 +64,7 @@ class Label:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record:
+class GroupRecord:
     """One group: its finished trials, their labels, and the digests that each of its shards may
     have.
     """
@@ -245,11 +245,11 @@ def record_path(path: Path, group: int) -> Path:
     return path / PROGRESS / f"{group:06d}.json"
 
 
-def read_record(path: Path, group: int, label: Label) -> Record:
+def read_record(path: Path, group: int, label: Label) -> GroupRecord:
     """A group's record, checked."""
     file = record_path(path, group)
     try:
-        record = Record(**_unseal(file, MAX_TEXT))
+        record = GroupRecord(**_unseal(file, MAX_TEXT))
         layout = label.layout
         rows = {*range(group * label.group, min((group + 1) * label.group, label.n_trials))}
         good = (
@@ -271,14 +271,14 @@ def read_record(path: Path, group: int, label: Label) -> Record:
     return record
 
 
-def find_shard(path: Path, name: str, record: Record, label: Label) -> Path:
+def find_shard(path: Path, name: str, record: GroupRecord, label: Label) -> Path:
     """Where a group's shard of a variable lies."""
     from feeler.tensors.shards import find_key
 
     return path / name / find_key(record.group, label.layout.variables[name])  # type: ignore[union-attr]
 
 
-def check_shards(path: Path, record: Record, label: Label) -> None:
+def check_shards(path: Path, record: GroupRecord, label: Label) -> None:
     """Raise InvalidInput where a shard of the group is missing or not what was written."""
     for name, sums in record.shards.items():
         file = find_shard(path, name, record, label)
@@ -290,7 +290,7 @@ def check_shards(path: Path, record: Record, label: Label) -> None:
             )
 
 
-def merge(old: Record, new: Record) -> Record:
+def merge(old: GroupRecord, new: GroupRecord) -> GroupRecord:
     """Both records' trials, in order."""
     trials = old.trials + new.trials
     order = np.argsort(trials)

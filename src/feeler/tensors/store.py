@@ -27,9 +27,9 @@ from feeler.tensors.records import (
     FORMAT,
     LABEL,
     PROGRESS,
+    GroupRecord,
     Label,
     Layout,
-    Record,
     check_same,
     find_shard,
     make_layout,
@@ -207,7 +207,7 @@ class Store:
             write_atomic(record_path(self.path, group.record.group), seal(group.record))
             self._enter(group.record)
 
-    def _enter(self, record: Record) -> None:
+    def _enter(self, record: GroupRecord) -> None:
         self._records[record.group] = record
         self.finished.update(record.trials)
         if len(self.finished) > GROWTH * self._copied + SMALL * self.label.group:
@@ -222,7 +222,7 @@ class Store:
         self._write_label()
         self._copy()
 
-    def _extend(self, old: Record, indices: list[int], trials: xr.Dataset, made: list[Any]) -> None:
+    def _extend(self, old: GroupRecord, indices: list[int], trials: xr.Dataset, made: list[Any]) -> None:
         """Add trials to a group that has some: until all is done each shard may be the old or the
         new one.
         """

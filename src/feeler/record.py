@@ -1,0 +1,230 @@
+"""Records: frozen dataclasses whose fields are what their annotations say.
+
+::
+
+    class Contact(Record):
+        friction: Annotated[float, Ge(0)] = 0.4
+        stiffness: Annotated[float, Gt(0), Unit("N/mm")]
+        side: Literal["left", "right"] = "left"
+
+``Contact(stiffness=-1)`` raises ``InvalidInput("Contact.stiffness must be > 0 N/mm, got -1.")``;
+``contact.replace(friction=0)`` is another record. pydantic checks the fields (it is loaded when the
+first record is made), and its errors become sentences in one place. What annotations say:
+
+- ``float``, ``int``, ``bool``, ``str``: a number may be Python's or NumPy's, True is no number, and
+  a number is finite unless ``ALLOW_NAN`` stands beside it. ``float`` fields hold floats afterwards.
+- ``Gt, Ge, Lt, Le, Len, MultipleOf`` are ranges, ``Unit`` is said in messages, ``OneOf(names)``
+  takes a registry, a dictionary or a list of names, and a text beside them is a remark.
+- ``tuple[float, float]`` and the like take any list, tuple or row of an array; a record takes
+  another record or a table of its fields; any other class takes its own objects.
+- ``np.ndarray`` becomes a read-only copy, of floats unless ``Of(int)`` says otherwise;
+  ``Annotated[np.ndarray, "point 2", Gt(0)]`` names its dimensions (or their sizes) and its range,
+  ``"segment?"`` takes one number, too.
+
+Checks that need two fields stand in ``_check``, which is called when each field is right.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Self, dataclass_transform, get_type_hints
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, Len, Lt, MultipleOf
+
+from feeler.errors import InvalidInput
+from feeler.rules import (
+    ALLOW_NAN,
+    Of,
+    OneOf,
+    Rules,
+    Unit,
+    Wrong,
+    freeze,
+    make_schema,
+    name_class,
+    show,
+)
+
+__all__ = [
+    "ALLOW_NAN",
+    "Ge",
+    "Gt",
+    "Le",
+    "Len",
+    "Lt",
+    "MultipleOf",
+    "Of",
+    "OneOf",
+    "Record",
+    "Unit",
+    "freeze",
+]
+
+
+@dataclass_transform(
+    kw_only_default=True,
+    frozen_default=True,
+    eq_default=False,
+    field_specifiers=(dataclasses.field,),
+)
+@dataclasses.dataclass(frozen=True, eq=False)
+class Record:
+    """Base of all records; ``class Pair(Record, kw_only=False)`` takes its fields by place too.
+
+    Two are equal if they are of one class and all fields are, arrays value by value. What is copied
+    or unpickled has read-only arrays again; values that were only kept for speed are left behind.
+    """
+
+    def __init_subclass__(cls, kw_only: bool = True, **others: Any) -> None:
+        super().__init_subclass__(**others)
+        made: Any = dataclasses.dataclass(frozen=True, kw_only=kw_only, eq=False)(cls)
+        made.__init__ = _explain_arguments(made.__init__)
+        # Record's own serve all; without them a plain frozen dataclass may derive from a record.
+        del made.__setattr__, made.__delattr__
+
+    def __post_init__(self) -> None:
+        cls: Any = type(self)
+        rules = _find_rules(cls)
+        given = {name: getattr(self, name) for name in rules.hints}
+        vars(self).update(rules.read(given))
+        self._check()
+
+    def _check(self) -> None:
+        """What single fields cannot say; for subclasses."""
+
+    @classmethod
+    def from_plain(cls, value: Any) -> Self:
+        """The record that stands in a file or in another record's field: itself, or a table.
+
+        Raises
+        ------
+        InvalidInput
+            Neither of them, or a table with unknown or wrong fields.
+        """
+        if isinstance(value, cls):
+            return value
+        if not isinstance(value, Mapping):
+            raise Wrong(f"must be {name_class(cls)}, got {show(value)}")
+        return cls(**{str(key): item for key, item in value.items()})
+
+    def to_plain(self) -> dict[str, Any]:
+        """The fields as plain data, from which ``from_plain`` makes an equal record."""
+        return {f.name: _make_plain(getattr(self, f.name)) for f in dataclasses.fields(self)}
+
+    def replace(self, **changes: Any) -> Self:
+        """The same record with some fields changed, checked again."""
+        return dataclasses.replace(self, **changes)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        return make_schema(cls.from_plain)
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(_is_same(a, getattr(other, name)) for name, a in self._list_compared())
+
+    def __hash__(self) -> int:
+        found = vars(self).get("_hash")
+        if found is None:
+            values = (_make_hashable(value) for _, value in self._list_compared())
+            found = vars(self)["_hash"] = hash((type(self), *values))
+        return found
+
+    def _list_compared(self) -> Iterator[tuple[str, Any]]:
+        return ((f.name, getattr(self, f.name)) for f in dataclasses.fields(self) if f.compare)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        vars(self).update(state)
+
+
+def _refuse(self: Record, name: str, *_: Any) -> None:
+    raise dataclasses.FrozenInstanceError(f"cannot change field {name!r}; use replace()")
+
+
+Record.__setattr__ = Record.__delattr__ = _refuse  # type: ignore[method-assign,assignment]
+
+
+def _is_same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return np.array_equal(a, b)
+    return a == b
+
+
+def _make_hashable(value: object) -> object:
+    if not isinstance(value, np.ndarray):
+        return value
+    return (value.shape, (value + 0).tobytes())  # −0 equals 0, so both must give one hash
+
+
+def _make_plain(value: Any) -> Any:
+    if isinstance(value, Record):
+        return value.to_plain()
+    if isinstance(value, tuple | list):
+        return [_make_plain(item) for item in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _explain_arguments(init: Callable[..., None]) -> Callable[..., None]:
+    """``init``, which says what a record's fields are where other arguments are given."""
+
+    @functools.wraps(init)
+    def __init__(self: Record, *args: Any, **kwargs: Any) -> None:
+        try:
+            init(self, *args, **kwargs)
+        except TypeError:
+            known = [f for f in dataclasses.fields(self) if f.init]
+            by_place = [f.name for f in known if not f.kw_only]
+            names, kind = [f.name for f in known], type(self).__qualname__
+            for name in kwargs:
+                if name not in names:
+                    raise InvalidInput(
+                        f"{kind} has no {name!r}; valid: {', '.join(names)}."
+                    ) from None
+            if len(args) > len(by_place):
+                raise InvalidInput(
+                    f"{kind} takes its fields by name: {', '.join(names)}."
+                ) from None
+            given = {*kwargs, *by_place[: len(args)]}
+            missing = [f.name for f in known if f.name not in given and _is_needed(f)]
+            if missing:
+                raise InvalidInput(f"{kind} needs {', '.join(missing)}.") from None
+            raise
+
+    return __init__
+
+
+def _is_needed(field: dataclasses.Field) -> bool:
+    return field.default is field.default_factory is dataclasses.MISSING
+
+
+@functools.cache
+def _find_rules(cls: type) -> Rules:
+    hints = _resolve(cls)
+    return Rules(
+        cls.__qualname__,
+        {
+            f.name: hints[f.name] | None if f.default is None else hints[f.name]
+            for f in dataclasses.fields(cls)
+            if f.init
+        },
+    )
+
+
+def _resolve(cls: type) -> dict[str, Any]:
+    try:
+        return get_type_hints(cls, include_extras=True)
+    except NameError:  # a name that only type checkers import
+        found: dict[str, Any] = {}
+        for kind in reversed(cls.__mro__):
+            found |= vars(kind).get("__annotations__", {})
+        return {name: Any if isinstance(hint, str) else hint for name, hint in found.items()}

@@ -1,0 +1,332 @@
+"""What an annotation allows: for pydantic, which checks, and in words, for whoever gave another.
+
+The words of an annotation are made here from the annotation alone, whatever library checks it.
+"""
+
+import math
+import types
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import numpy as np
+from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
+
+from feeler.errors import InvalidInput
+
+ALLOW_NAN = object()
+"""Beside the annotation of a number or an array: inf and NaN may stand here."""
+_WORDS = {
+    float: ("a number", "numbers"),
+    int: ("a whole number", "whole numbers"),
+    bool: ("True or False", "values True or False"),
+    str: ("text", "texts"),
+    Path: ("a path", "paths"),
+    type(None): ("None", "None"),
+}
+_SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤", "multiple_of": "a multiple of"}
+_OUTSIDE = ("greater_than", "less_than", "multiple_of", "finite_number")
+_LONG = 8  # of a longer list, a message shows the item that is wrong
+
+
+class Wrong(InvalidInput):
+    """What is wrong with a value: a sentence that lacks its subject, the name of the field."""
+
+
+class Unit(str):
+    """The unit of a number, for messages: ``Annotated[float, Gt(0), Unit("mm")]``."""
+
+
+class _Rule:
+    """What stands beside an annotation and reads the values itself."""
+
+    def read(self, value: Any) -> Any:
+        """The value as the field holds it."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        return make_schema(self.read)
+
+
+class Of:
+    """The type of an array's values where it is not float: ``Annotated[np.ndarray, Of(int)]``."""
+
+    def __init__(self, dtype: type) -> None:
+        self.dtype = dtype
+
+
+class OneOf(_Rule):
+    """One of some names: ``Annotated[str, OneOf(SHAPES)]``, also of a set that grows later."""
+
+    def __init__(self, names: Collection[str]) -> None:
+        self.names = names
+
+    def read(self, value: Any) -> str:
+        """The name, if it is one of them."""
+        if not isinstance(value, str) or value not in self.names:
+            raise Wrong(f"must be {self}, got {show(value)}")
+        return value
+
+    def __str__(self) -> str:
+        return f"one of {', '.join(map(str, self.names))}"
+
+
+class _Kind(_Rule):
+    """Objects of a class that is no record: they are taken as they are."""
+
+    def __init__(self, kind: type) -> None:
+        told = getattr(kind, "_is_runtime_protocol", not getattr(kind, "_is_protocol", False))
+        self.kind = kind if told else object
+
+    def read(self, value: Any) -> Any:
+        """The object itself."""
+        if not isinstance(value, self.kind):
+            raise Wrong(f"must be {name_class(self.kind)}, got {show(value)}")
+        return value
+
+
+class _Array(_Rule):
+    """A read-only array, with what stands beside its annotation: dimensions, range, type."""
+
+    def __init__(self, beside: list[Any]) -> None:
+        self.dims = next((text.split() for text in beside if type(text) is str), None)
+        self.dtype = next((item.dtype for item in beside if isinstance(item, Of)), float)
+        self.bounds = [item for item in beside if type(item) is not str]
+        self.finite = ALLOW_NAN not in beside
+
+    def read(self, value: Any) -> np.ndarray:
+        """A read-only copy of the values."""
+        try:
+            if value is None or isinstance(value, str | bytes | Mapping):
+                raise TypeError
+            array = freeze(value, self.dtype)
+        except (TypeError, ValueError, OverflowError):
+            kind = _WORDS.get(self.dtype, ("", "values"))[1]
+            raise Wrong(f"must be an array of {kind}, got {show(value)}") from None
+        if self.dims is not None and not self._fits(array.shape, self.dims):
+            raise Wrong(f"must be an array ({', '.join(self.dims)}), got shape {array.shape}")
+        if array.dtype.kind in "iuf":
+            self._check_range(array)
+        return array
+
+    @staticmethod
+    def _fits(shape: tuple[int, ...], dims: list[str]) -> bool:
+        if "..." in dims:
+            return len(shape) >= len(dims) - 1
+        if not shape and dims[-1].endswith("?"):
+            return True
+        return len(shape) == len(dims) and all(
+            not dim.isdigit() or int(dim) == size for dim, size in zip(dims, shape, strict=True)
+        )
+
+    def _check_range(self, array: np.ndarray) -> None:
+        allowed = np.isfinite(array) if self.finite else np.ones(array.shape, dtype=bool)
+        for bound in self.bounds:
+            allowed &= _lies_within(bound, array) | (np.isnan(array) & (not self.finite))
+        if not allowed.all():
+            first = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
+            words = _say_range(self.bounds, ["finite"] if self.finite else [])
+            dims = [dim.rstrip("?") for dim in self.dims or ()]
+            named = zip(dims, first, strict=False)
+            place = "".join(f", {dim} {k + 1}" for dim, k in named if dim.isalpha())
+            raise Wrong(f"must be {words}, got {array[first]}{place.replace(',', ' in', 1)}")
+
+
+def _lies_within(bound: Any, array: np.ndarray) -> np.ndarray:
+    match bound:
+        case Gt(gt=limit):
+            return array > limit
+        case Ge(ge=limit):
+            return array >= limit
+        case Lt(lt=limit):
+            return array < limit
+        case Le(le=limit):
+            return array <= limit
+    return np.ones(array.shape, dtype=bool)
+
+
+class Rules:
+    """Annotations by name, those of a record's fields for example; ``name`` is whose they are."""
+
+    def __init__(self, name: str, hints: dict[str, Any]) -> None:
+        # Loaded here, at the first record that is made: it takes 60 ms, and many a program makes
+        # none.
+        from pydantic import ConfigDict, TypeAdapter
+        from typing_extensions import TypedDict
+
+        self.name, self.hints = name, hints
+        make_table: Any = TypedDict
+        table = make_table(name, {key: _prepare(hint) for key, hint in hints.items()})
+        table.__pydantic_config__ = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
+        self._validate = TypeAdapter(table).validator.validate_python
+        self._arrays = {key for key, hint in hints.items() if _mentions(hint, np.ndarray)}
+
+    def read(self, given: dict[str, Any]) -> dict[str, Any]:
+        """The values as their annotations say.
+
+        Raises
+        ------
+        InvalidInput
+            One is not what its annotation says.
+        """
+        from pydantic import ValidationError
+
+        plain = {key: v if key in self._arrays else _unwrap(v) for key, v in given.items()}
+        try:
+            return self._validate(plain)
+        except ValidationError as error:
+            raise InvalidInput(self._explain(error.errors(), plain)) from None
+
+    def _explain(self, errors: list[Any], given: dict[str, Any]) -> str:
+        """One sentence about the first value that is wrong."""
+        field = errors[0]["loc"][0]
+        errors = [error for error in errors if error["loc"][0] == field]
+        subject = f"{self.name}.{field}"
+        for said in (error.get("ctx", {}).get("error") for error in errors):
+            if said is not None and not isinstance(said, Wrong):
+                return str(said) if isinstance(said, InvalidInput) else f"{subject}: {said}."
+        if len(errors) == 1 and "ctx" in errors[0] and "error" in errors[0]["ctx"]:
+            return f"{subject} {errors[0]['ctx']['error']}."
+        hint, value = _drop_none(self.hints[field]), given[field]
+        base, bounds = _split(hint)
+        if base in (int, float) and errors[0]["type"].startswith(_OUTSIDE):
+            finite = ["finite"] if errors[0]["type"] == "finite_number" else []
+            return f"{subject} must be {_say_range(bounds, finite)}, got {show(value)}."
+        shown = show(value)
+        places = [part for part in errors[0]["loc"][1:] if isinstance(part, int)]
+        if places and isinstance(value, Sequence) and len(value) > _LONG:
+            shown = f"{show(value[places[0]])} in place {places[0] + 1}"
+        return f"{subject} must be {_say(hint)}, got {shown}."
+
+
+def make_schema(read: Callable[[Any], Any]) -> Any:
+    """What pydantic calls to have a value read by ``read``."""
+    from pydantic_core import core_schema
+
+    return core_schema.no_info_plain_validator_function(read)
+
+
+def _prepare(hint: Any) -> Any:
+    """An annotation for pydantic, in which a text that looks like a number is none."""
+    from pydantic import AllowInfNan, Strict
+
+    base, beside = _split(hint)
+    if base is np.ndarray:
+        return Annotated[np.ndarray, _Array(beside)]
+    if beside:
+        rules = [AllowInfNan(True) if item is ALLOW_NAN else item for item in beside]
+        return Annotated[_prepare(base), *(item for item in rules if not isinstance(item, str))]
+    if hint in (float, int, bool, str):
+        return Annotated[hint, Strict()]
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        return Union[tuple(_prepare(option) for option in inner)]  # noqa: UP007
+    if isinstance(origin, type) and origin is not type and issubclass(origin, Collection):
+        return origin[tuple(item if item is Ellipsis else _prepare(item) for item in inner)]  # type: ignore[index]
+    if isinstance(hint, type) and not hasattr(hint, "__get_pydantic_core_schema__"):
+        known = issubclass(hint, Path | types.NoneType | Collection) or hint is Any
+        return hint if known else Annotated[hint, _Kind(hint)]
+    return hint
+
+
+def _split(hint: Any) -> tuple[Any, list[Any]]:
+    """An annotation without what stands beside it, and that."""
+    if get_origin(hint) is not Annotated:
+        return hint, []
+    base, *beside = get_args(hint)
+    flat: list[Any] = []
+    for item in beside:
+        flat += item if isinstance(item, GroupedMetadata) else [item]
+    return base, flat
+
+
+def _drop_none(hint: Any) -> Any:
+    if get_origin(hint) in (Union, types.UnionType):
+        return Union[tuple(option for option in get_args(hint) if option is not type(None))]  # noqa: UP007
+    return hint
+
+
+def _mentions(hint: Any, kind: type) -> bool:
+    return hint is kind or any(_mentions(item, kind) for item in get_args(hint))
+
+
+def _unwrap(value: Any) -> Any:
+    """NumPy's numbers and rows as Python's, also within lists and tuples."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    nested = np.generic | np.ndarray | list | tuple
+    if type(value) in (list, tuple) and any(isinstance(item, nested) for item in value):
+        return type(value)(_unwrap(item) for item in value)
+    return value
+
+
+def freeze(values: object, dtype: type = float) -> np.ndarray:
+    """A read-only copy of ``values``."""
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+def _say(hint: Any, many: bool = False) -> str:
+    """An annotation in words."""
+    base, beside = _split(hint)
+    origin, inner = get_origin(base), get_args(base)
+    if found := next((item for item in beside if isinstance(item, OneOf)), None):
+        return str(found)
+    if origin is Literal:
+        return f"one of {', '.join(map(str, inner))}"
+    if origin in (Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_say(option, many) for option in inner))
+    length, limits = _say_length(beside), _say_range(beside, [])
+    if base is str and length:
+        return f"text of {length} characters"
+    if base in _WORDS:
+        return f"{_WORDS[base][many]} {limits}".strip()
+    if origin is tuple and Ellipsis not in inner:
+        kinds = dict.fromkeys(_say(item, many=True) for item in inner)
+        return f"{len(inner)} {' and '.join(kinds)} {limits}".strip()
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return f"a table of {_say(inner[1], many=True)}"
+    if isinstance(origin, type) and issubclass(origin, Collection):
+        return f"{length or 'a list of'} {_say(inner[0], many=True)} {limits}".strip()
+    if base is np.ndarray:
+        return "an array"
+    return name_class(base if isinstance(base, type) else Callable)
+
+
+def _say_range(beside: list[Any], words: list[str]) -> str:
+    """Limits, unit and remark: "finite and > 0 mm"."""
+    limits = {key: getattr(item, key) for item in beside for key in _SIGNS if hasattr(item, key)}
+    if limits.keys() >= {"ge", "le"}:
+        words = [*words, f"from {limits.pop('ge'):g} to {limits.pop('le'):g}"]
+    words = [*words, *(f"{_SIGNS[key]} {limit:g}" for key, limit in limits.items())]
+    units = [item for item in beside if isinstance(item, Unit)]
+    remarks = [f"({item})" for item in beside if type(item) is str]
+    return " ".join([" and ".join(words), *units, *remarks]).strip()
+
+
+def _say_length(beside: list[Any]) -> str:
+    low = max((item.min_length for item in beside if isinstance(item, MinLen)), default=0)
+    high = min((item.max_length for item in beside if isinstance(item, MaxLen)), default=None)
+    if high is None:
+        return f"{low} or more" if low else ""
+    if low == 0:
+        return f"at most {high}"
+    return f"{low}" if low == high else f"{low} to {high}"
+
+
+def name_class(kind: Any) -> str:
+    """A class in words: "a Trial", "an Antenna"."""
+    if kind is Callable:
+        return "something to call"
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+
+
+def show(value: Any) -> str:
+    """A value as a message shows it."""
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype} and shape {value.shape}"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 80 else f"{text[:77]}…"
