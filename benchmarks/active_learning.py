@@ -66,7 +66,7 @@ class Practice:
                 touched.append(touched[-1] | arena.touching)
             sample = np.rint(self.way / speed / SAMPLE).astype(int)
             self.felt[row], self.touched[row] = (
-                np.array(felt)[sample] / task.noise,
+                np.array(felt)[sample] / task.noise.size,
                 np.array(touched)[sample],
             )
 

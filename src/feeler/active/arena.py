@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,22 +15,6 @@ from feeler.physics.stepper import MICRO, State
 from feeler.stimulus.base import BaseMotion
 
 BLOCK = 64  # [C] samples of noise that a lane draws at a time
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Reading:
-    """What the bodies know; arrays (lane, …) of their own."""
-
-    angle: np.ndarray
-    """The last samples of every sensor with their noise (lane, window, sensor) [rad], the newest
-    last.
-    """
-    base: np.ndarray
-    """Way gone ahead [mm], heading [rad], speed [mm/ms] and turn rate [rad/ms] of the base (lane,
-    4).
-    """
-    time: np.ndarray
-    """Since the beginning (lane, 1) [ms]."""
 
 
 class Arena:
@@ -53,60 +37,65 @@ class Arena:
         self.simulations = Simulations(
             [first.scene] * n, engine=task.engine, timestep=task.timestep, workers=min(workers, n)
         )
-        self.starts: list[Start] = [first] * n
-        self._rngs: list[np.random.Generator] = [np.random.default_rng(0)] * n
-        self._noise = np.zeros((n, BLOCK, len(self.sensors)))
-        self._used = np.full(n, BLOCK)
-        self._window = np.zeros((n, task.window, len(self.sensors)))
-        self._base = np.zeros((n, 4))
-        self._time, self._paid, self.work = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.starts = [first] * n
+        self.state: State | None = None
+        self.time = np.zeros(n)
+        """Since the beginning (lane,) [ms]."""
+        self.base = np.zeros((n, 4))
+        """Way gone ahead [mm], heading [rad], speed [mm/ms], turn rate [rad/ms] (lane, 4)."""
+        self.work = np.zeros(n)
         """Work done on the antennas (lane,) [µJ]: what bringing them to the speed of arrival took,
         and all since; what they give back when they are slowed down is taken off."""
-        self._fresh = np.ones(n, bool)
-        self._rate, self._heading = [(0.0, 0.0, 0.0)] * n, np.zeros(n)
-        self.state: State | None = None
+        self.fresh = np.ones(n, bool)
+        """Whether (lane,) an episode has begun and not moved yet."""
+        self._paid = np.zeros(n)
+        self._rate = [(0.0, 0.0, 0.0)] * n
+        self._heading = np.zeros(n)
+        self._rngs = [np.random.default_rng(0)] * n
+        self._window = np.zeros((n, task.window, len(self.sensors)))
+        self._drawn = np.zeros((n, BLOCK, len(self.sensors)))
+        self._used = np.full(n, BLOCK)
 
     def save(self) -> tuple[Any, ...]:
         """This moment of all lanes, for :meth:`load`."""
-        kept = (self._base, self._time, self._paid, self.work, self._fresh)
-        return (
-            self.simulations.snapshot(),
-            [*self._rate],
-            self.state,
-            *(array.copy() for array in kept),
-        )
+        kept = (self.base, self.time, self._paid, self.work, self.fresh)
+        copies = (array.copy() for array in kept)
+        return (self.simulations.snapshot(), [*self._rate], self.state, *copies)
 
     def load(self, saved: tuple[Any, ...]) -> None:
-        """Go back to a moment, to the last bit; what was felt and its noise are left as they are."""
+        """Go back to a moment, to the last bit; what was felt and its noise stay as they are."""
         snapshot, rate, self.state, *kept = saved
         self.simulations.restore(snapshot)
         self._rate = [*rate]
-        self._base, self._time, self._paid, self.work, self._fresh = (
-            array.copy() for array in kept
-        )
+        copies = (array.copy() for array in kept)
+        self.base, self.time, self._paid, self.work, self.fresh = copies
 
     def begin(self, lane: int, rng: np.random.Generator, start: Start | None = None) -> None:
-        """Begin an episode in one lane; it draws what it meets (or is given it) and its noise from
+        """Begin an episode in one lane, which draws what it meets (unless given) and its noise from
         ``rng``.
         """
-        self.starts[lane] = self.task.begin(rng) if start is None else start
-        self._rngs[lane], self._used[lane], self._fresh[lane] = rng, BLOCK, True
-        self._base[lane], self._time[lane], self.work[lane] = 0.0, 0.0, 0.0
-        self._heading[lane] = self.starts[lane].scene.base[2]
-        rest = self.starts[lane].scene.initial_angle[self.sensors]
+        self.starts[lane] = start = start or self.task.begin(rng)
+        self._rngs[lane], self._used[lane], self.fresh[lane] = rng, BLOCK, True
+        self.base[lane] = self.time[lane] = self.work[lane] = 0.0
+        self._heading[lane] = start.scene.base[2]
+        rest = start.scene.initial_angle[self.sensors]
         for _ in range(self.task.window):
-            self._push([lane], rest)
+            self._push([lane], rest[None])
 
     def _push(self, lanes: Sequence[int], angle: np.ndarray) -> None:
-        """A sample (lane, sensor) of some lanes with its noise."""
+        """A sample (lane, sensor) of some lanes, to which their noise is added."""
+        self._window[lanes, :-1] = self._window[lanes, 1:]
+        if not self.task.noise.is_gaussian:
+            for lane, clean in zip(lanes, angle, strict=True):
+                noisy = self.task.noise.add(clean[None, :, None], self._rngs[lane])
+                self._window[lane, -1] = noisy[0, :, 0]
+            return
         for lane in lanes:
             if self._used[lane] == BLOCK:
-                self._noise[lane], self._used[lane] = (
-                    self._rngs[lane].standard_normal(self._noise.shape[1:]),
-                    0,
-                )
-        self._window[lanes, :-1] = self._window[lanes, 1:]
-        self._window[lanes, -1] = angle + self.task.noise * self._noise[lanes, self._used[lanes]]
+                self._drawn[lane] = self._rngs[lane].standard_normal(self._drawn.shape[1:])
+                self._used[lane] = 0
+        drawn = self._drawn[lanes, self._used[lanes]]
+        self._window[lanes, -1] = angle + self.task.measure_noise(angle) * drawn
         self._used[lanes] += 1
 
     def check_action(self, action: np.ndarray) -> np.ndarray:
@@ -145,42 +134,47 @@ class Arena:
             self._command(lane, speed, turn)
         self.simulations.step(SAMPLE)
         self.state = state = self.simulations.state
-        self._time[active] += SAMPLE
-        self._base[active, 0] += SAMPLE * self._base[active, 2]
+        self.time[active] += SAMPLE
+        self.base[active, 0] += SAMPLE * self.base[active, 2]
         sound = [lane for lane in active if self.simulations.failed[lane] is None]
         self._push(sound, state.angle[sound][:, self.sensors])
-        self._base[sound, 1] = state.base[sound, 2] - self._heading[sound]
-        self.work[sound] = (
-            self._paid + MICRO * (state.base_work + np.nansum(state.object_work, axis=1))
-        )[sound]
+        self.base[sound, 1] = state.base[sound, 2] - self._heading[sound]
+        spent = state.base_work + np.nansum(state.object_work, axis=1)
+        self.work[sound] = (self._paid + MICRO * spent)[sound]
 
     def _command(self, lane: int, speed: float, turn: float) -> None:
         """Move one base by its action."""
-        start, (_, heading, before, _) = self.starts[lane], self._base[lane].tolist()
-        if not self._fresh[lane]:
+        start = self.starts[lane]
+        _, heading, before, _ = self.base[lane].tolist()
+        if not self.fresh[lane]:
             change = self.task.acceleration * SAMPLE
             speed = before + min(max(speed - before, -change), change)
         x, y = start.direction
         if heading:  # from +y towards +x
             c, s = math.cos(heading), math.sin(heading)
             x, y = c * x + s * y, c * y - s * x
-        self._base[lane, 2:] = speed, turn
+        self.base[lane, 2:] = speed, turn
         rate = (speed * x, speed * y, turn)
-        if self._fresh[lane]:
+        if self.fresh[lane]:
             moving = BaseMotion(velocity=rate[:2], turn=turn)
             self.simulations.reset(lane, replace(start.scene, base_motion=moving))
-            self._paid[lane] = _compute_energy_of(start.scene, rate)
-            self._fresh[lane] = False
+            self._paid[lane] = _compute_energy(start.scene, rate)
+            self.fresh[lane] = False
         elif rate != self._rate[lane]:
             self.simulations.move_base(lane, rate[:2], turn)
         self._rate[lane] = rate
 
-    @property
-    def reading(self) -> Reading:
-        """What the bodies know now."""
-        return Reading(
-            angle=self._window.copy(), base=self._base.copy(), time=self._time[:, None].copy()
-        )
+    def observe(self) -> dict[str, np.ndarray]:
+        """What the bodies know now, in arrays of their own.
+
+        ``angle`` (lane, window, sensor) [rad] holds the last samples of every sensor with their
+        noise, the newest last; ``base`` (lane, 4) and ``time`` (lane, 1) are the arena's.
+        """
+        return {
+            "angle": self._window.copy(),
+            "base": self.base.copy(),
+            "time": self.time[:, None].copy(),
+        }
 
     @property
     def felt(self) -> np.ndarray:
@@ -189,7 +183,7 @@ class Arena:
         return (
             rest
             if self.state is None
-            else np.where(self._fresh[:, None], rest, self.state.angle[:, self.sensors])
+            else np.where(self.fresh[:, None], rest, self.state.angle[:, self.sensors])
         )
 
     @property
@@ -198,7 +192,7 @@ class Arena:
         bases = np.zeros((self.n, 3)) if self.state is None else self.state.base
         return np.array([
             self.task.measure(start, np.array(start.scene.base) if fresh else base)
-            for start, base, fresh in zip(self.starts, bases, self._fresh, strict=True)
+            for start, base, fresh in zip(self.starts, bases, self.fresh, strict=True)
         ])  # fmt: skip
 
     @property
@@ -207,7 +201,7 @@ class Arena:
         return (
             np.zeros(self.n, bool)
             if self.state is None
-            else np.isfinite(self.state.contact_place) & ~self._fresh
+            else np.isfinite(self.state.contact_place) & ~self.fresh
         )
 
     @property
@@ -215,17 +209,17 @@ class Arena:
         """The error that ended each lane's episode, or None."""
         return [
             None if fresh else error
-            for error, fresh in zip(self.simulations.failed, self._fresh, strict=True)
+            for error, fresh in zip(self.simulations.failed, self.fresh, strict=True)
         ]
 
     @property
     def over(self) -> np.ndarray:
         """Whether (lane,) the time is up."""
-        return self._time >= self.task.duration - 1e-9
+        return self.time >= self.task.duration - 1e-9
 
 
-def _compute_energy_of(scene: Scene, rate: tuple[float, float, float]) -> float:
-    """Of motion [µJ], of an antenna that is carried along unbent."""
+def _compute_energy(scene: Scene, rate: tuple[float, float, float]) -> float:
+    """Energy of motion [µJ] of an antenna that is carried along unbent."""
     points = scene.antenna.shape(scene.initial_angle, scene.base[2])
     middle = (points[:-1] + points[1:]) / 2
     velocity = np.array(rate[:2]) + rate[2] * middle[:, ::-1] * [1.0, -1.0]  # from +y towards +x

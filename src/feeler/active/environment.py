@@ -188,7 +188,7 @@ class TouchVectorEnv(VectorEnv):
         return np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
 
     def _observe(self) -> dict[str, np.ndarray]:
-        return dict(vars(self.arena.reading))
+        return self.arena.observe()
 
     def _inform(self) -> dict[str, Any]:
         target = self.arena.targets

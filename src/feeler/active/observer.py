@@ -2,27 +2,31 @@
 body itself did.
 
 K touches are known, equally likely. Under the same motion of the body they would be felt as x_k(t),
-which is simulated; what is felt is y = x_j + σ n. After each period p(k|y) ∝ exp(−Σ (y − x_k)² /
-2σ²), exact for any way to move, also one that depends on what was felt so far. Bodies that have
-done the same share one simulation.
+which is simulated; what is felt is y = x_j + s_j n, where s_k is what the task's noise gives for
+x_k. After each period ln p(k|y) = −½ Σ ((y − x_k) / s_k)² − Σ ln s_k, up to a constant: exact for
+any way to move, also one that depends on what was felt so far. A noise that isn't Gaussian is
+replaced by a Gaussian one of its standard deviation. Bodies that have done the same share one
+simulation.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from scipy.special import logsumexp, softmax
+from scipy.special import softmax
 
 from feeler.active.arena import Arena
-from feeler.active.task import SAMPLE, Start, TouchTask
-from feeler.checked import checked
+from feeler.active.task import SAMPLE, TouchTask
+from feeler.decoding.ideal import weigh_touches
 from feeler.errors import InvalidInput
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms
 PERIOD = 5.0  # [C] ms between two decisions
 TOGETHER = 32  # [C] episodes whose prospects are weighed at a time
 DRAWS = 8  # [C] pairs of drawn noise of a look ahead
+LEAST = 1e-6  # rad; noise of which a sample has less is weighed, and drawn, as this
+Look = Callable[[Arena], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,9 +74,7 @@ class Episodes:
 
     @property
     def accuracy(self) -> np.ndarray:
-        """Share of right answers that the observer itself expects (row,): the mean of its greatest
-        belief.
-        """
+        """Share of right answers that the observer itself expects (row,): its mean greatest belief."""
         return self.belief.max(axis=2).mean(axis=1)
 
     @property
@@ -99,6 +101,10 @@ class Observer:
         Its ``pool`` of touches is what is known; its noise is what is felt.
     menu
         Speeds that a body may take [mm/ms].
+    period
+        Between two decisions [ms].
+    random_state
+        Of the noise; every policy meets the same.
     """
 
     def __init__(
@@ -109,21 +115,18 @@ class Observer:
         period: float = PERIOD,
         random_state: int = 0,
     ) -> None:
-        if not isinstance(task, TouchTask) or task.noise <= 0:
+        if not isinstance(task, TouchTask) or task.noise.size <= 0:
             raise InvalidInput(
                 "an observer needs a TouchTask with noise > 0; without noise everything is known at"
                 " once."
             )
         if abs(period / SAMPLE - round(period / SAMPLE)) > 1e-9 or period < SAMPLE:
             raise InvalidInput(f"period must be whole milliseconds, got {period}.")
-        self.task, self.menu, self.period, self.seed = (
-            task,
-            np.sort(np.asarray(menu, float)),
-            period,
-            random_state,
-        )
-        self.starts: list[Start] = [task.make_start(k) for k in range(len(task.trials))]
+        self.task, self.period, self.seed = task, period, random_state
+        self.menu = np.sort(np.asarray(menu, float))
+        self.starts = [task.make_start(k) for k in range(len(task.trials))]
         self.label = np.array([start.target for start in self.starts], dtype=int)
+        self._members = np.eye(task.n_outputs)[self.label]
         self._arena = Arena(task, len(self.starts))
 
     def run(
@@ -133,13 +136,19 @@ class Observer:
         duration: float | None = None,
         *,
         touches: Sequence[int] | None = None,
-        watch: tuple[int, Callable[[Arena], None]] | None = None,
+        watch: tuple[int, Look] | None = None,
     ) -> Episodes:
-        """Let bodies feel each touch (or those of ``touches``) ``copies`` times, moving by a
-        policy.
+        """Let bodies feel each touch ``copies`` times, moving by a policy.
 
-        Every policy meets the same noise. ``watch``: a touch, and what is called with the arena
-        after each millisecond that the first body which feels it has moved; the touch is the lane.
+        Parameters
+        ----------
+        duration
+            [ms]; default: the task's.
+        touches
+            Numbers of the touches that are felt; default: all.
+        watch
+            A touch, and what is called with the arena after each millisecond that the first body
+            which feels it has moved; the touch is the lane.
 
         Raises
         ------
@@ -147,42 +156,40 @@ class Observer:
             A policy that gives no speeds.
         """
         k, duration = len(self.starts), duration or self.task.duration
-        rng, true = (
-            self.make_noise(),
-            np.repeat(np.arange(k) if touches is None else touches, copies),
-        )
+        true = np.repeat(np.arange(k) if touches is None else touches, copies)
+        rng = np.random.default_rng([self.seed, 1])
         for lane, start in enumerate(self.starts):
             self._arena.begin(lane, np.random.default_rng(0), start)
-        evidence, speed, work = np.zeros((true.size, k)), np.zeros(true.size), np.zeros(true.size)
-        way = np.zeros(true.size)
+        evidence = np.zeros((true.size, k))
+        speed, work, way = np.zeros((3, true.size))
         branches = [_Branch(self._arena.save(), np.arange(true.size), np.zeros(k, bool))]
-        rows = [(self._believe(evidence), speed, work)]
+        rows = [(softmax(evidence, axis=1) @ self._members, speed, work)]
         for step in range(round(duration / self.period)):
             noise = rng.standard_normal((true.size, round(self.period), len(self._arena.sensors)))
-            known = self._tell(branches, evidence, way, speed, step * self.period, duration)
+            time = step * self.period
+            known = self._tell(branches, evidence, way, speed, time, duration - time)
             speed = self._read(policy(known), true.size)
-            branches = [part for branch in branches for part in self._split(branch, speed)]
+            branches = [part for branch in branches for part in _split(branch, speed)]
             work = work.copy()
             for branch in branches:
                 own = branch.episodes
-                seen = (
-                    watch[1] if watch is not None and np.argmax(true == watch[0]) in own else None
+                is_watched = watch is not None and np.argmax(true == watch[0]) in own
+                self._arena.load(branch.saved)
+                felt, touched = self._move(
+                    speed[own[0]], self.period, watch[1] if watch and is_watched else None
                 )
-                felt = self._go(branch, speed[own[0]], seen)
-                evidence[own] += self._weigh(felt, true[own], noise[own])
+                branch.saved, branch.touched = self._arena.save(), branch.touched | touched
+                sd = self._measure_noise(felt)
+                met = felt[true[own]] + sd[true[own]] * noise[own]
+                parts = (part.reshape(len(part), -1) for part in (met, felt, sd))
+                evidence[own] += weigh_touches(*parts)
                 work[own] = self._arena.work[true[own]]
-                way[own] = self._arena.reading.base[0, 0]
-            rows.append((self._believe(evidence), speed, work))
+                way[own] = self._arena.base[0, 0]
+            rows.append((softmax(evidence, axis=1) @ self._members, speed, work))
         belief, speeds, works = (np.array(column) for column in zip(*rows, strict=True))
         speeds[0] = speeds[min(1, len(speeds) - 1)]
         time = self.period * np.arange(len(rows))
         return Episodes(time=time, target=self.label[true], belief=belief, speed=speeds, work=works)
-
-    def make_noise(self) -> np.random.Generator:
-        """What draws the noise of a run: standard normal numbers (episode, sample, sensor) for each
-        period.
-        """
-        return np.random.default_rng([self.seed, 1])
 
     def _read(self, speeds: object, n: int) -> np.ndarray:
         """The nearest speeds of the menu (episode,)."""
@@ -197,27 +204,35 @@ class Observer:
             )
         return self.menu[np.abs(wanted[:, None] - self.menu).argmin(axis=1)]
 
-    def _tell(self, branches, evidence, way, speed, time: float, duration: float) -> Known:
-        weight, touching = softmax(evidence, axis=1), np.zeros(len(evidence))
+    def _tell(
+        self,
+        branches: Sequence[_Branch],
+        evidence: np.ndarray,
+        way: np.ndarray,
+        speed: np.ndarray,
+        time: float,
+        left: float,
+    ) -> Known:
+        weight = softmax(evidence, axis=1)
+        touching = np.zeros(len(evidence))
         for branch in branches:
             touching[branch.episodes] = weight[branch.episodes] @ branch.touched
 
         def look(speeds: Sequence[float], ms: float) -> np.ndarray:
             found = np.zeros((len(evidence), len(speeds)))
             for branch in branches:
+                own = branch.episodes
                 for column, one in enumerate(speeds):
                     self._arena.load(branch.saved)
-                    felt = self._move(float(one), ms)[0]
-                    own = weight[branch.episodes]
-                    found[branch.episodes, column] = expect_gain(
-                        felt, own, self.label, self.task.noise, self.seed
-                    )
+                    felt, _ = self._move(float(one), ms)
+                    sd = self._measure_noise(felt)
+                    found[own, column] = expect_gain(felt, weight[own], self.label, sd, self.seed)
             return found
 
-        belief = self._believe(evidence)
+        belief = weight @ self._members
         return Known(
             time=time,
-            left=duration - time,
+            left=left,
             belief=belief,
             touching=touching,
             way=way.copy(),
@@ -225,32 +240,10 @@ class Observer:
             look=look,
         )
 
-    def _believe(self, evidence: np.ndarray) -> np.ndarray:
-        """Probability of each object (episode, object)."""
-        weight = softmax(evidence, axis=1)
-        return np.stack(
-            [weight[:, self.label == c].sum(axis=1) for c in range(self.task.n_outputs)], axis=1
-        )
-
-    def _split(self, branch: _Branch, speed: np.ndarray) -> list[_Branch]:
-        chosen = speed[branch.episodes]
-        return [
-            _Branch(branch.saved, branch.episodes[chosen == v], branch.touched)
-            for v in np.unique(chosen)
-        ]
-
-    def _go(
-        self, branch: _Branch, speed: float, seen: Callable[[Arena], None] | None
-    ) -> np.ndarray:
-        """Move a branch on by a period; what each touch would feel like (touch, sample, sensor)."""
-        self._arena.load(branch.saved)
-        felt, touched = self._move(speed, self.period, seen)
-        branch.saved, branch.touched = self._arena.save(), branch.touched | touched
-        return felt
-
     def _move(
-        self, speed: float, ms: float, seen: Callable[[Arena], None] | None = None
+        self, speed: float, ms: float, seen: Look | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
+        """Go on; what each touch feels like (touch, sample, sensor), and whether it has begun."""
         action, felt = np.tile([speed, 0.0], (len(self.starts), 1)), []
         touched = np.zeros(len(self.starts), bool)
         for _ in range(round(ms / SAMPLE)):
@@ -264,34 +257,55 @@ class Observer:
             touched |= self._arena.touching
         return np.stack(felt, axis=1), touched
 
-    def _weigh(self, felt: np.ndarray, true: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Log-likelihoods (episode, touch), up to what all touches share."""
-        flat, sd = felt.reshape(len(felt), -1) / self.task.noise, noise.reshape(len(true), -1)
-        return (flat[true] + sd) @ flat.T - 0.5 * (flat**2).sum(axis=1)
+    def _measure_noise(self, felt: np.ndarray) -> np.ndarray:
+        return np.maximum(self.task.measure_noise(felt), LEAST)
+
+
+def _split(branch: _Branch, speed: np.ndarray) -> list[_Branch]:
+    """The bodies of a branch that go on at one speed each."""
+    chosen = speed[branch.episodes]
+    return [
+        _Branch(branch.saved, branch.episodes[chosen == v], branch.touched)
+        for v in np.unique(chosen)
+    ]
 
 
 def expect_gain(
-    felt: np.ndarray, weight: np.ndarray, label: np.ndarray, noise: float, seed: int = 0
+    felt: np.ndarray,
+    weight: np.ndarray,
+    label: np.ndarray,
+    sd: float | np.ndarray,
+    seed: int = 0,
 ) -> np.ndarray:
-    """Bits (episode,) about the label that bodies with beliefs ``weight`` (episode, touch) expect
-    of what may be felt next.
+    """Bits about the label that bodies expect of what may be felt next.
 
-    ``felt`` (touch, …) [rad] is what each touch would feel like, ``label`` (touch,) what it is. The
-    entropy that is left is a mean over the touches and over drawn noise, which enters by its
-    products with the touches alone, in pairs ±.
+    Parameters
+    ----------
+    felt
+        What each touch would feel like (touch, …) [rad].
+    weight
+        Beliefs of the bodies (episode, touch).
+    label
+        What each touch is (touch,).
+    sd
+        Standard deviation of the noise [rad], one or shaped like ``felt``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Bits (episode,). The entropy that is left is a mean over the touches and over drawn noise,
+        in pairs ±.
     """
-    flat = felt.reshape(len(felt), -1) / noise
-    flat = flat - flat.mean(axis=0)
-    square = (flat**2).sum(axis=1)
-    distance = np.maximum(square[:, None] + square - 2 * flat @ flat.T, 0.0)
-    z = np.random.default_rng(seed).standard_normal((DRAWS, flat.shape[1])) @ flat.T
-    drawn = np.concatenate([z, -z])
-    ratio = drawn[:, None, :] - drawn[:, :, None] - distance / 2  # (draw, felt, candidate)
+    known = felt.reshape(len(felt), -1)
+    spread = np.broadcast_to(sd, felt.shape).reshape(known.shape)
+    half = np.random.default_rng(seed).standard_normal((DRAWS, 1, known.shape[1]))
+    drawn = known + spread * np.concatenate([half, -half])  # (draw, felt, entry)
+    evidence = weigh_touches(drawn, known, spread)  # (draw, felt, candidate)
     members = np.eye(label.max() + 1)[label]
     left = []
     for some in np.array_split(weight, -(-len(weight) // TOGETHER)):
         with np.errstate(divide="ignore"):
-            after = softmax(ratio + np.log(some)[:, None, None, :], axis=3) @ members
+            after = softmax(evidence + np.log(some)[:, None, None, :], axis=3) @ members
         left.append((some * _entropy(after).mean(axis=1)).sum(axis=1))
     return _entropy(weight @ members) - np.concatenate(left)
 
@@ -299,28 +313,3 @@ def expect_gain(
 def _entropy(probability: np.ndarray) -> np.ndarray:
     """Of the last axis [bit]."""
     return -(probability * np.log2(np.maximum(probability, 1e-300))).sum(axis=-1)
-
-
-@checked
-def compute_posterior(
-    felt: Annotated[np.ndarray, "sample ..."],
-    known: Annotated[np.ndarray, "touch sample ..."],
-    noise: float,
-) -> np.ndarray:
-    """Probability (sample + 1, touch) of each known touch after every sample of one that was felt,
-    before the first included.
-
-    Raises
-    ------
-    InvalidInput
-        Shapes that do not go together, or noise that is not > 0.
-    """
-    felt, known = np.asarray(felt, dtype=float), np.asarray(known, dtype=float)
-    if known.shape[1:] != felt.shape or not noise > 0:
-        raise InvalidInput(
-            f"felt {felt.shape} needs known touches of that shape and noise > 0, got {known.shape},"
-            f" {noise}."
-        )
-    each = -0.5 * ((felt - known) ** 2).reshape(*known.shape[:2], -1).sum(axis=2) / noise**2
-    evidence = np.concatenate([np.zeros((len(known), 1)), np.cumsum(each, axis=1)], axis=1).T
-    return np.exp(evidence - logsumexp(evidence, axis=1, keepdims=True))

@@ -45,7 +45,7 @@ class Film:
 def look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
     """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane."""
     scene = arena.starts[lane].scene
-    if arena.state is None or arena._fresh[lane]:
+    if arena.state is None or arena.fresh[lane]:
         angle, base = scene.initial_angle, np.array(scene.base)
     else:
         angle, base = arena.state.angle[lane], arena.state.base[lane]
@@ -60,7 +60,7 @@ def draw_lane(arena: Arena, lane: int) -> np.ndarray:
         points, angle, antenna = look_at(arena, lane)
         _set_up(ax, arena.starts[lane].scene, points[None])
         MovingAntenna(antenna, ax, Normalize(0.0, PEAK)).move(points, angle)
-        ax.set_title(f"{arena.reading.time[lane, 0]:.0f} ms", fontsize=8)
+        ax.set_title(f"{arena.time[lane]:.0f} ms", fontsize=8)
         canvas.draw()
         return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
@@ -125,7 +125,7 @@ def film_policy(
 
     def watch(arena: Any) -> None:
         points, angle, _ = look_at(arena, touch)
-        frames.append((points, angle, float(arena.reading.base[touch, 2])))
+        frames.append((points, angle, float(arena.base[touch, 2])))
 
     episodes = observer.run(policy, 1, duration, watch=(touch, watch))
     points, angle, speed = (np.array(column) for column in zip(*frames, strict=True))

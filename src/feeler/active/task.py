@@ -17,10 +17,11 @@ from feeler.draw import Spread
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
-from feeler.provenance import compute_digest
 from feeler.stimulus.ninety import make_features
-from feeler.stimulus.sample import SampledTrials, sample_trials
+from feeler.stimulus.sample import SampledTrials
 from feeler.stimulus.trial import Trial
+from feeler.task import Common, Nuisances, Task, parse_noise
+from feeler.task.nuisances import is_number
 from feeler.wall.course import Course
 
 SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
@@ -54,8 +55,11 @@ class ActiveTask:
     antenna: Antenna | SampledAntennas = field(default_factory=cockroach)
     """Or several, of which episodes draw."""
     _: KW_ONLY
-    noise: float = 0.03
-    """Standard deviation of each sample of each sensor [rad], ≥ 0 [C]."""
+    noise: Any = Common(0.03)
+    """On each sample of each sensor: a :class:`feeler.task.Noise`, text such as ``"common:0.03"``,
+    or a number, the standard deviation [rad] [C]. What a noise is relative to is a sample of all
+    sensors.
+    """
     duration: float = 200.0
     """Length of an episode [ms]."""
     window: int = 5
@@ -88,7 +92,11 @@ class ActiveTask:
             )
         for name in ("duration", "window", "max_speed", "acceleration", "max_turn"):
             self._check(name, getattr(self, name) > 0, "> 0")
-        for name in ("noise", "time_cost", "work_cost"):
+        noise = self.noise
+        if is_number(noise):
+            noise = Common(float(noise))
+        object.__setattr__(self, "noise", parse_noise(noise))
+        for name in ("time_cost", "work_cost"):
             self._check(name, getattr(self, name) >= 0, "≥ 0")
 
     def _check(self, name: str, fits: bool, allowed: str) -> None:
@@ -107,9 +115,10 @@ class ActiveTask:
         """The same task with some fields changed, validated again."""
         return replace(self, **changes)
 
-    def describe_sensing(self) -> dict[str, Any]:
-        """What a decoder must know of the sensors that it reads: antenna and noise."""
-        return {"antenna": compute_digest(self.antenna)[:16], "noise": float(self.noise)}
+    def measure_noise(self, angle: np.ndarray) -> np.ndarray:
+        """Standard deviation [rad] of the noise of samples (…, sensor), in their shape."""
+        samples = angle.reshape(-1, angle.shape[-1], 1)
+        return np.broadcast_to(self.noise.sd(samples), samples.shape).reshape(angle.shape)
 
     def begin(self, rng: np.random.Generator) -> Start:
         """Draw an episode."""
@@ -172,19 +181,27 @@ class TouchTask(ActiveTask):
     @cached_property
     def trials(self) -> SampledTrials:
         """Every touch that may be met, at 1 mm/ms: their lead [ms] is the gap [mm]."""
-        return sample_trials(
-            self.pool,
-            features=self.features,
-            sizes=self.sizes,
-            locations=self.locations,
-            speeds=1.0,
-            approach=self.approach,
-            friction=self.friction,
+        spreads = {
+            "size": self.sizes,
+            "location": self.locations,
+            "approach": self.approach,
+            "friction": self.friction,
+        }
+        # for a task, a single number would be how far off the value may lie
+        by = {
+            name: (spread, spread) if is_number(spread) else spread
+            for name, spread in spreads.items()
+        }
+        question = Task(
+            objects=self.features,
+            locations=(1.0,),
+            speeds=(1.0,),
+            nuisances=Nuisances(**by | {"size": by["size"] or 0.0}),
+            noise=self.noise,
             lead=self.gap,
-            sides=("left",),
-            antenna=self.first_antenna,
-            seed=self.seed,
+            deadline=self.duration,
         )
+        return question.mix(self.pool, self.first_antenna, seed=self.seed)
 
     def begin(self, rng: np.random.Generator) -> Start:
         """Draw a touch: the object stands, and the body is to come."""
@@ -212,9 +229,8 @@ class TouchTask(ActiveTask):
 
     def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
         """Cross entropy (lane,) [nat]."""
-        return -np.take_along_axis(log_softmax(prediction, axis=1), target.astype(int)[:, None], 1)[
-            :, 0
-        ]
+        scores = log_softmax(prediction, axis=1)
+        return -scores[np.arange(len(target)), target.astype(int)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +249,5 @@ class LocaliseTask(TouchTask):
 
     def compute_loss(self, prediction: np.ndarray, target: np.ndarray) -> np.ndarray:
         """Squared error (lane,), relative."""
-        return (prediction[:, 0] - target) ** 2 / max(
-            float(np.var(self.trials.columns["location"])), 1e-12
-        )
+        variance = max(float(np.var(self.trials.columns["location"])), 1e-12)
+        return (prediction[:, 0] - target) ** 2 / variance

@@ -55,13 +55,20 @@ class IdealReader(Reader):
         end = None if until is None else count_until(X, until)
         cut = (part[:, :, :end] for part in (check_tensors(X, least=1), self.known_, self.sd_))
         met, known, sd = (part.reshape(len(part), -1) for part in cut)
-        # less their mean: nearly equal touches keep their digits
-        centre = known.mean(axis=0)
-        met, known, weight = met - centre, known - centre, 1 / sd**2
-        square = met**2 @ weight.T - 2 * met @ (known * weight).T + (known**2 * weight).sum(axis=1)
-        found = -0.5 * square - np.log(sd).sum(axis=1)
+        found = weigh_touches(met, known, sd)
         weights = np.broadcast_to(self.members_.T, (len(found), *self.members_.T.shape))
         return logsumexp(found[:, None, :], axis=2, b=weights)
 
     def _weigh(self, scores: np.ndarray) -> np.ndarray:
         return softmax(scores, axis=1)
+
+
+def weigh_touches(met: np.ndarray, known: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """Log-likelihoods (…, touch) of what is met (…, entry), up to what all touches share.
+
+    ``known`` and ``sd`` (touch, entry) are what each touch gives without noise, and its noise.
+    """
+    centre = known.mean(axis=0)  # less their mean, nearly equal touches keep their digits
+    met, known, weight = met - centre, known - centre, 1 / sd**2
+    square = met**2 @ weight.T - 2 * met @ (known * weight).T + (known**2 * weight).sum(axis=1)
+    return -0.5 * square - np.log(sd).sum(axis=1)

@@ -51,7 +51,7 @@ class Noise:
 
         Of a model that only says how noise is added, it is estimated from 64 drawn copies.
         """
-        if type(self).add is Noise.add:
+        if self.is_gaussian:
             raise InvalidInput(f"the noise {type(self).__name__} must define sd or add.")
         copies = self.add(tensors, np.random.default_rng(0), TRIED)
         deviation = copies.reshape(TRIED, *np.shape(tensors)) - tensors
@@ -66,14 +66,17 @@ class Noise:
         copies += tensors
         return copies.reshape(-1, *np.shape(tensors)[1:])
 
+    @property
+    def is_gaussian(self) -> bool:
+        """Whether entries get independent Gaussian noise of ``sd``."""
+        return type(self).add is Noise.add
+
     def is_even(self, tensors: np.ndarray) -> bool:
         """Whether the noise is Gaussian with one sd over all entries of a trial.
 
         White noise after ``whiten`` is then exactly this noise; otherwise it stands in for it.
         """
-        if type(self).add is not Noise.add:
-            return False
-        return all(length == 1 for length in np.shape(self.sd(tensors))[1:])
+        return self.is_gaussian and all(length == 1 for length in np.shape(self.sd(tensors))[1:])
 
     def find_level(self, tensors: np.ndarray) -> np.ndarray:
         """One sd for each trial (trial or 1, 1, …): the root mean square over its entries.

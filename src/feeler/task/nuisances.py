@@ -72,9 +72,9 @@ class Nuisances(Frozen):
             )
         for name in NAMES:
             value = read_spread(getattr(self, name), f"Nuisances.{name}")
-            if _is_number(value) and not 0 <= value < np.inf:
+            if is_number(value) and not 0 <= value < np.inf:
                 raise InvalidInput(f"Nuisances.{name} must be finite and ≥ 0, got {value}.")
-            if _is_number(value) and self.kind == "uniform" and name != "approach" and value >= 1:
+            if is_number(value) and self.kind == "uniform" and name != "approach" and value >= 1:
                 raise InvalidInput(f"Nuisances.{name} must be < 1, as it is a share, got {value}.")
             object.__setattr__(self, name, value)
 
@@ -113,7 +113,7 @@ class Nuisances(Frozen):
     def _about(
         self, by: Spread, middle: float, share: bool = False, low: float = 0.0, high: float = np.inf
     ) -> Spread:
-        if not _is_number(by):
+        if not is_number(by):
             return by
         if by == 0:
             return middle
@@ -161,5 +161,6 @@ def read_spread(value: Any, name: str) -> Spread:
     return value
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether a spread is a single number."""
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)

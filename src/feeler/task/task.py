@@ -13,10 +13,10 @@ from feeler.errors import InvalidInput
 from feeler.frozen import Frozen
 from feeler.stimulus.feature import Feature, make_feature, parse_feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
-from feeler.stimulus.sample import sample_trials
+from feeler.stimulus.sample import SampledTrials, sample_trials
 from feeler.stimulus.trial import LEAD, Trial
 from feeler.task.noise import parse_noise
-from feeler.task.nuisances import Nuisances, read_spread
+from feeler.task.nuisances import Nuisances, is_number, read_spread
 
 MAX_CLASSES = 1000  # [C]
 SETS = 1 << 64  # what a set's number is multiplied by in a seed
@@ -183,6 +183,39 @@ class Task(Frozen):
             for trial in self._draw_class(antenna, number, first + number, now, each)
         ]
         return trials, np.tile(np.repeat(self.labels, each), len(speeds))
+
+    def mix(self, n: int, antenna: Antenna | None = None, *, seed: int = 0) -> SampledTrials:
+        """``n`` touches of objects drawn at random, for who is not told which speed or place it is.
+
+        All are at the first speed. ``nuisances`` say where size and location lie, as a range or
+        other spread of the value itself; a size nuisance of 0 leaves objects as large as they are.
+
+        Raises
+        ------
+        InvalidInput
+            More than one location, a share of the size, or touches that cannot be placed.
+        """
+        by = self.nuisances
+        if len(self.locations) > 1 or (is_number(by.size) and by.size):
+            raise InvalidInput(
+                "touches of all objects together need one location and sizes as a range [mm]: give"
+                " Nuisances(location=(0.5, 0.9), size=(1.0, 2.0)), or size=0."
+            )
+        nominal = Trial(feature=self.objects[0], location=self.locations[0], speed=self.speeds[0])
+        spreads = by.spread(nominal)
+        return sample_trials(
+            n,
+            features=self.objects,
+            sizes=None if is_number(by.size) else spreads["size"],
+            locations=spreads["location"],
+            speeds=spreads["speed"],
+            approach=spreads["approach"],
+            friction=spreads["friction"],
+            lead=self.lead,
+            sides=("left",),
+            antenna=antenna,
+            seed=seed,
+        )
 
     def _draw_class(
         self, antenna: Antenna | None, number: int, seed: int, speed: float, each: int
