@@ -55,7 +55,7 @@ class ActiveTask:
     antenna: Antenna | SampledAntennas = field(default_factory=cockroach)
     """Or several, of which episodes draw."""
     _: KW_ONLY
-    noise: Any = Common(0.03)
+    noise: Any = "common:0.03"
     """On each sample of each sensor: a :class:`feeler.task.Noise`, text such as ``"common:0.03"``,
     or a number, the standard deviation [rad] [C]. What a noise is relative to is a sample of all
     sensors.
