@@ -57,7 +57,7 @@ def test_a_store_passes_the_validator_before_its_numbers_are_read(tmp_path, monk
     save(good, tmp_path / "good.zarr")
     save(good.assign_coords(time=good.time.values[::-1]), tmp_path / "back.zarr")
     monkeypatch.setattr(
-        "feeler.tensors.stored._Numbers._read", lambda *_: pytest.fail("read a number")
+        "feeler.tensors.stored._read_numbers", lambda *_: pytest.fail("read a number")
     )
     assert load(tmp_path / "good.zarr").sizes == good.sizes
     with pytest.raises(InvalidInput, match="'time' must rise strictly"):

@@ -523,9 +523,10 @@ def test_it_is_read_lazily_and_while_it_is_written(path, monkeypatch):
     with open_store(path, CONFIGURATION, 100, group_size=2) as store:
         store.append(range(N_TRIALS), make_set())
         with monkeypatch.context() as patch:
-            patch.setattr(stored._Numbers, "_read", lambda *_: pytest.fail("read the numbers"))
+            patch.setattr(stored, "_read_numbers", lambda *_: pytest.fail("read the numbers"))
             lazy = read_store(path)
             assert lazy.sizes["trial"] == N_TRIALS and lazy.feature.values[3] == "Wändli"
+        lazy = read_store(path)
         xr.testing.assert_identical(
             lazy.isel(trial=[5, 2], time=3).load(), make_set().isel(trial=[5, 2], time=3)
         )

@@ -43,7 +43,7 @@ def write_crate(
         )
     write_atomic(
         place,
-        json.dumps(make_crate(tensors, path.name, name, description, author), indent=2).encode(),
+        json.dumps(_make_crate(tensors, path.name, name, description, author), indent=2).encode(),
     )
     return place
 
@@ -56,7 +56,7 @@ def _is_ours(place: Path, store: str) -> bool:
         return False
 
 
-def make_crate(
+def _make_crate(
     tensors: xr.Dataset, store: str, name: str = "", description: str = "", author: str = ""
 ) -> dict[str, Any]:
     """The content of a crate for a store of this name."""

@@ -79,7 +79,13 @@ def make_tensors(
     }
     if any("axis" in dims for dims, _ in variables.values()):
         coordinates["axis"] = ("axis", np.array(["x", "y"]))
-    return label_units(xr.Dataset(variables, coordinates, attrs=_plain(attrs or {})))
+    plain = {
+        name: json.dumps(value, sort_keys=True)
+        if isinstance(value, Mapping | list | tuple)
+        else value
+        for name, value in (attrs or {}).items()
+    }
+    return label_units(xr.Dataset(variables, coordinates, attrs=plain))
 
 
 def make_motion_tensors(
@@ -186,17 +192,6 @@ def label_units(dataset: xr.Dataset) -> xr.Dataset:
         if quantity and quantity.meaning:
             variable.attrs["long_name"] = quantity.meaning
     return dataset
-
-
-def _plain(attrs: Mapping[str, object]) -> dict[str, object]:
-    return {
-        name: (
-            json.dumps(value, sort_keys=True)
-            if isinstance(value, Mapping | list | tuple)
-            else value
-        )
-        for name, value in attrs.items()
-    }
 
 
 __all__ = [

@@ -16,14 +16,6 @@ TEMPORARY = ".tmp"
 LEAST_SHARE = 0.7  # [C] of their size in memory that tensors take at least when they are compressed
 
 
-def write_synced(path: Path, data: bytes) -> None:
-    """Write ``data`` to ``path`` and wait until the disk has it; a crash may leave a part."""
-    with open(path, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-
-
 def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
     """Write ``data`` under another name, wait for the disk, rename, wait again: whole or absent at
     any moment.
@@ -34,10 +26,11 @@ def write_atomic(path: Path, data: bytes, *, durable: bool = True) -> None:
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{TEMPORARY}")
     try:
-        if durable:
-            write_synced(temporary, data)
-        else:
-            temporary.write_bytes(data)
+        with open(temporary, "wb") as file:
+            file.write(data)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except BaseException:
         temporary.unlink(missing_ok=True)

@@ -2,12 +2,13 @@
 whole and fits.
 """
 
+import json
 import os
 import warnings
 from pathlib import Path
+from typing import Any
 
 from feeler.errors import InvalidInput, StoreError
-from feeler.tensors.configuration import find_differences
 from feeler.tensors.disk import TEMPORARY, sync_folder
 from feeler.tensors.reading import list_folder
 from feeler.tensors.records import (
@@ -20,6 +21,7 @@ from feeler.tensors.records import (
     record_path,
 )
 
+MAX_DIFFERENCES = 5
 ORIGIN = ("versions", "code")  # entries of a configuration that say which program made the numbers
 
 
@@ -89,3 +91,29 @@ def differ(path: Path, differences: list[str]) -> StoreError:
         f"the store {path} was made by another configuration (stored → asked):"
         f" {'; '.join(differences)}. Use a new store, or the stored configuration."
     )
+
+
+def find_differences(stored: Any, asked: Any, name: str = "") -> list[str]:
+    """Up to five places where two configurations differ, as ``name: stored → asked``."""
+    if isinstance(stored, dict) and isinstance(asked, dict):
+        pairs = [
+            (_join(name, key), stored.get(key), asked.get(key)) for key in sorted({*stored, *asked})
+        ]
+    elif isinstance(stored, list) and isinstance(asked, list) and len(stored) == len(asked):
+        pairs = [(f"{name}[{n}]", a, b) for n, (a, b) in enumerate(zip(stored, asked, strict=True))]
+    else:
+        return [] if stored == asked else [f"{name}: {_show(stored)} → {_show(asked)}"]
+    found: list[str] = []
+    for place, a, b in pairs:
+        if len(found) < MAX_DIFFERENCES and a != b:
+            found += find_differences(a, b, place)
+    return found[:MAX_DIFFERENCES]
+
+
+def _join(name: str, key: str) -> str:
+    return f"{name}.{key}" if name else key
+
+
+def _show(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "…"

@@ -113,14 +113,10 @@ def read_model(
         raise InvalidInput(
             f"cannot read {path}: no such file, or not a regular one. Check the path."
         )
-    return build_model(
-        *open_guarded("feeler.tensors.readers:read_safetensors", path, limits, trusted=trusted),
-        Path(path).name,
+    notes, arrays = open_guarded(
+        "feeler.tensors.readers:read_safetensors", path, limits, trusted=trusted
     )
-
-
-def build_model(notes: dict[str, str], arrays: dict[str, np.ndarray], name: str) -> Model:
-    """The model from what the reader gave."""
+    name = Path(path).name
     if notes.get("format") != FORMAT:
         raise InvalidInput(
             f"{name} is no model of feeler (format {str(notes.get('format'))[:40]!r}, not"

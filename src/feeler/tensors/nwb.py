@@ -13,8 +13,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.tensors.csvfile import exact_numbers
-from feeler.tensors.plain import complete, describe
+from feeler.tensors.plain import complete, describe_whole
 
 PAUSE = 1.0  # [C] s between one trial and the next on the session's clock
 UNIDENTIFIED = (  # NCBI's taxon "unidentified": a model has no species
@@ -156,10 +155,7 @@ def _describe(dataset: xr.Dataset, series: list[str]) -> str:
         name: {"dims": list(dataset[name].dims), "attributes": dict(dataset[name].attrs)}
         for name in series
     }
-    rest_text = json.loads(describe(rest))
-    return json.dumps(
-        {"rest": rest_text, "numbers": exact_numbers(rest), "series": kinds}, default=str
-    )
+    return json.dumps(describe_whole(rest) | {"series": kinds}, default=str)
 
 
 def make_subject(

@@ -53,6 +53,27 @@ def describe(dataset: xr.Dataset) -> str:
     return json.dumps(content, ensure_ascii=True)
 
 
+def describe_whole(dataset: xr.Dataset) -> dict[str, Any]:
+    """A small Dataset with all its numbers, as plain data; :func:`restore_whole` reads it."""
+    numbers = {
+        str(name): make_plain(item.values.ravel())
+        for name, item in dataset.variables.items()
+        if item.dtype.kind not in "UOT"
+    }
+    return {"rest": json.loads(describe(dataset)), "numbers": numbers}
+
+
+def restore_whole(content: dict[str, Any], source: str) -> xr.Dataset:
+    """The Dataset that :func:`describe_whole` described, to the last digit."""
+    arrays = {}
+    for name, values in content["numbers"].items():
+        flat = np.array(values, dtype=object).ravel().tolist()
+        # above 2^53 no float is exact: whole numbers stay whole
+        whole = all(isinstance(value, int) for value in flat)
+        arrays[name] = np.array(flat if whole else [float(value) for value in flat])
+    return restore(content["rest"], arrays, source)
+
+
 def check_variable(name: Any, variable: xr.Variable) -> None:
     """Raise where a variable cannot be written to every format."""
     if not (isinstance(name, str) and NAME.fullmatch(name)):

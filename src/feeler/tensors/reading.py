@@ -32,11 +32,25 @@ def read_bytes(path: str | os.PathLike, max_bytes: int, *, follow: bool = True) 
             raise InvalidInput(f"{os.fspath(path)} is not a regular file.")
         raise InvalidInput(
             f"{os.fspath(path)} has {info.st_size:,} bytes, over the limit of {max_bytes:,}."
+            " Split it."
         )
     with os.fdopen(descriptor, "rb") as file:
-        return file.read(
-            info.st_size
-        )  # not max_bytes: Python takes the memory for all that it is asked for
+        # not max_bytes: Python takes the memory for all that it is asked for
+        return file.read(info.st_size)
+
+
+def read_text(path: str | os.PathLike, max_bytes: int) -> str:
+    """The text of a regular UTF-8 file of at most ``max_bytes``, lines ended by newlines."""
+    raw, source = read_bytes(path, max_bytes), os.fspath(path)
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidInput(
+            f"{source} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8."
+        ) from error
+    if "\0" in text:
+        raise InvalidInput(f"{source} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse_json(raw: bytes, what: str) -> dict[str, Any]:

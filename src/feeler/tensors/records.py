@@ -17,9 +17,9 @@ import xarray as xr
 from feeler.errors import InvalidInput, StoreError
 from feeler.limits import MAX_TEXT
 from feeler.provenance import make_plain, write_plain
-from feeler.tensors.plain import describe, restore
-from feeler.tensors.reading import NAME, parse_json, read_bytes
-from feeler.tensors.shards import Variable
+from feeler.tensors.plain import check_variable, describe_whole, restore_whole
+from feeler.tensors.reading import parse_json, read_bytes
+from feeler.tensors.shards import Variable, find_key
 
 FORMAT = 3
 PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at the files in it
@@ -44,12 +44,7 @@ class Layout:
 
     def make_shared(self) -> xr.Dataset:
         """What every trial shares."""
-        content = json.loads(self.shared)
-        return restore(
-            content["rest"],
-            {name: np.array(values) for name, values in content["numbers"].items()},
-            LABEL,
-        )
+        return restore_whole(json.loads(self.shared), LABEL)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,15 +78,8 @@ def make_layout(dataset: xr.Dataset) -> Layout:
     """The layout for trials like these."""
     variables, labels, attributes = {}, {}, {}
     for name, item in dataset.variables.items():
-        if not (isinstance(name, str) and NAME.fullmatch(name)):
-            raise InvalidInput(
-                f"a variable's name is letters, digits and _, from a letter; got {name!r}."
-            )
+        check_variable(name, item)
         text = item.dtype.kind in "UOT"
-        if not text and item.dtype.kind not in "biuf":
-            raise InvalidInput(
-                f"variable {name!r} has the type {item.dtype}; storable are numbers and texts."
-            )
         if item.dims == ("trial",):
             labels[name] = "str" if text else item.dtype.str
             attributes[name] = make_plain(dict(item.attrs))
@@ -107,16 +95,11 @@ def make_layout(dataset: xr.Dataset) -> Layout:
                 attributes=make_plain(dict(item.attrs)),
             )
     rest = dataset.drop_vars([*variables, *labels])
-    numbers = {
-        str(n): make_plain(v.values) for n, v in rest.variables.items() if v.dtype.kind in "biuf"
-    }
-    shared = json.dumps({"rest": json.loads(describe(rest)), "numbers": numbers}, sort_keys=True)
-    coordinates = tuple(map(str, dataset.coords))
     return Layout(
         variables=variables,
         labels=labels,
-        shared=shared,
-        coordinates=coordinates,
+        shared=json.dumps(describe_whole(rest), sort_keys=True),
+        coordinates=tuple(map(str, dataset.coords)),
         attributes=attributes,
     )
 
@@ -273,8 +256,6 @@ def read_record(path: Path, group: int, label: Label) -> GroupRecord:
 
 def find_shard(path: Path, name: str, record: GroupRecord, label: Label) -> Path:
     """Where a group's shard of a variable lies."""
-    from feeler.tensors.shards import find_key
-
     return path / name / find_key(record.group, label.layout.variables[name])  # type: ignore[union-attr]
 
 

@@ -18,9 +18,15 @@ import xarray as xr
 
 from feeler.errors import FeelerError, InvalidInput, StoreError
 from feeler.provenance import make_plain
-from feeler.tensors.configuration import find_differences
 from feeler.tensors.disk import explain, sync_folder, write_atomic
-from feeler.tensors.folder import check_configuration, differ, find_intact, make_folder, sweep
+from feeler.tensors.folder import (
+    check_configuration,
+    differ,
+    find_differences,
+    find_intact,
+    make_folder,
+    sweep,
+)
 from feeler.tensors.group import StoredGroup, encode_rows, make_record, write_group
 from feeler.tensors.lock import Lock
 from feeler.tensors.records import (

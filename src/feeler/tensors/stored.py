@@ -2,6 +2,8 @@
 
 import json
 import os
+from collections.abc import Callable
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -23,71 +25,54 @@ TEXT = np.dtypes.StringDType()
 
 
 class _Later(BackendArray):
-    """An array that is read when it is used; ``shape`` and ``dtype`` are known before."""
+    """An array that ``read(key)`` reads when it is used."""
 
-    shape: tuple[int, ...]
-    dtype: np.dtype
+    def __init__(
+        self, shape: tuple[int, ...], dtype: np.dtype, read: Callable[[tuple], np.ndarray]
+    ) -> None:
+        self.shape, self.dtype, self._read = shape, dtype, read
 
     def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.OUTER, self._read
-        )
-
-    def _read(self, key: tuple) -> np.ndarray:
-        raise NotImplementedError
+        outer = indexing.IndexingSupport.OUTER
+        return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
 
 
-class _Numbers(_Later):
+def _read_numbers(array: Any, path: Path, length: np.ndarray | None, key: tuple) -> np.ndarray:
     """Trials of one array of a store; divided by ``length`` (sensor,) where curvature is derived
     from angle.
     """
-
-    def __init__(self, array: Any, path: Path, length: np.ndarray | None = None) -> None:
-        self.array, self.path, self.length = array, path, length
-        self.shape, self.dtype = array.shape, array.dtype
-
-    def _read(self, key: tuple) -> np.ndarray:
-        try:
-            values = np.asarray(self.array.oindex[key])
-        except Exception as error:  # whatever zarr says of a damaged shard is news about the shard
-            raise InvalidInput(
-                f"{self.path}: {self.array.name or 'a variable'} is damaged ({str(error)[:150]})."
-                " feeler validate names the trials, and the command that made the store computes"
-                " them again."
-            ) from error
-        if self.length is None:
-            return values
-        length = np.broadcast_to(self.length[:, None], self.shape)
-        for axis in reversed(range(len(key))):
-            length = length[(slice(None),) * axis + (key[axis],)]
-        return derive_curvature(values, length).astype(self.dtype)
+    try:
+        values = np.asarray(array.oindex[key])
+    except Exception as error:  # whatever zarr says of a damaged shard is news about the shard
+        raise InvalidInput(
+            f"{path}: {array.name or 'a variable'} is damaged ({str(error)[:150]})."
+            " feeler validate names the trials, and the command that made the store computes"
+            " them again."
+        ) from error
+    if length is None:
+        return values
+    length = np.broadcast_to(length[:, None], array.shape)
+    for axis in reversed(range(len(key))):
+        length = length[(slice(None),) * axis + (key[axis],)]
+    return derive_curvature(values, length).astype(array.dtype)
 
 
-class _Text(_Later):
+def _read_texts(path: Path, name: str, label: Label, width: int, key: tuple) -> np.ndarray:
     """A label of all trials of a store, from its array, or from the records where that is damaged."""
-
-    def __init__(self, path: Path, name: str, label: Label, width: int) -> None:
-        self.path, self.name, self.label = path, name, label
-        self.shape, self.dtype = (label.n_trials,), np.dtype(f"U{width}")
-
-    def _read(self, key: tuple) -> np.ndarray:
-        try:
-            texts = np.asarray(_open_copies(self.path)[self.name].oindex[key]).astype(TEXT)
-        except Exception:  # a copy, and the records have it all
-            texts = self._read_records()[key]
-        if np.strings.str_len(texts).max(initial=0) * 4 > self.dtype.itemsize:
-            raise InvalidInput(
-                f"{self.path} is damaged: '{self.name}' has longer texts than the store says. The"
-                " command that made the store mends it."
-            )
-        return texts.astype(self.dtype)
-
-    def _read_records(self) -> np.ndarray:
-        texts = np.full(self.shape, "", TEXT)
-        for group in find_groups(self.path):
-            record = read_record(self.path, group, self.label)
-            texts[record.trials] = record.labels[self.name]
-        return texts
+    try:
+        texts = np.asarray(_open_copies(path)[name].oindex[key]).astype(TEXT)
+    except Exception:  # a copy, and the records have it all
+        texts = np.full(label.n_trials, "", TEXT)
+        for group in find_groups(path):
+            record = read_record(path, group, label)
+            texts[record.trials] = record.labels[name]
+        texts = texts[key]
+    if np.strings.str_len(texts).max(initial=0) > width:
+        raise InvalidInput(
+            f"{path} is damaged: '{name}' has longer texts than the store says. The"
+            " command that made the store mends it."
+        )
+    return texts.astype(f"U{width}")
 
 
 def read_store(path: str | os.PathLike, *, first: int | None = None) -> xr.Dataset:
@@ -217,8 +202,11 @@ def _read_copies(path: Path, label: Label) -> tuple[set[int], dict[str, xr.Varia
         copies = {}
         for name, kind in label.layout.labels.items():  # type: ignore[union-attr]
             if kind == "str" and 0 < int(widths.get(name, 0)) <= WIDEST:
-                text = indexing.LazilyIndexedArray(_Text(path, name, label, int(widths[name])))
-                copies[name] = xr.Variable("trial", indexing.MemoryCachedArray(text))
+                width = int(widths[name])
+                read = partial(_read_texts, path, name, label, width)
+                texts = _Later((label.n_trials,), np.dtype(f"U{width}"), read)
+                cached = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(texts))
+                copies[name] = xr.Variable("trial", cached)
             else:
                 copies[name] = xr.Variable("trial", to_array(np.asarray(group[name][...]), kind))
     except Exception:  # they are copies, and the records have it all
@@ -259,9 +247,10 @@ def _assemble(
 
 
 def _open(path, name, item, size, label, trials, length=None, attrs=None) -> xr.Variable:
-    array = _Numbers(open_array(path, name, item, size, label.group), path, length)
+    array = open_array(path, name, item, size, label.group)
+    later = _Later(array.shape, array.dtype, partial(_read_numbers, array, path, length))
     variable = xr.Variable(
-        item.dims, indexing.LazilyIndexedArray(array), item.attributes if attrs is None else attrs
+        item.dims, indexing.LazilyIndexedArray(later), item.attributes if attrs is None else attrs
     )
     first, last = int(trials[0]), int(trials[-1])
     whole = trials.size == last - first + 1

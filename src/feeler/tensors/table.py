@@ -4,7 +4,6 @@ tables.
 
 import io
 import os
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.tensors.reading import read_text
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers
@@ -64,7 +64,8 @@ def read_table(
         Not a regular file, larger than the limits, not UTF-8 text, no header, a row of the wrong
         width, or a cell that is no number (named by line and column).
     """
-    return parse_table(read_text(path, max_bytes), source=Path(path).name, max_cells=max_cells)
+    text = read_text(path, max_bytes)
+    return parse_table(text, source=Path(path).name, max_cells=max_cells)
 
 
 @checked
@@ -79,35 +80,6 @@ def parse_table(text: str, *, source: str = "text", max_cells: int = MAX_CELLS) 
     columns = _read_header(header, delimiter, source)
     values, numbers = _read_rows(text, start, delimiter, columns, source, max_cells)
     return Table(columns=columns, values=values, notes=notes, line=numbers, source=source)
-
-
-def read_text(path: str | os.PathLike, max_bytes: int = MAX_BYTES) -> str:
-    """The text of a regular UTF-8 file, lines ended by newlines."""
-    try:
-        info = os.stat(path)
-        if not stat.S_ISREG(info.st_mode):
-            raise InvalidInput(f"{path} is not a regular file. Give the path of a CSV file.")
-        if info.st_size > max_bytes:
-            raise InvalidInput(
-                f"{path} has {info.st_size:,} bytes, over the limit of {max_bytes:,}. Split it, or"
-                " raise max_bytes."
-            )
-        with open(path, "rb") as file:
-            raw = file.read(max_bytes + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InvalidInput):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise InvalidInput(f"cannot read {path!s}: {reason}. Check the path.") from error
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidInput(
-            f"{path} is not UTF-8 text (byte {error.start}). Export it as CSV in UTF-8."
-        ) from error
-    if "\0" in text:
-        raise InvalidInput(f"{path} holds NUL bytes: a binary file. Export it as CSV in UTF-8.")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _list_lines(text: str) -> Iterator[tuple[int, str]]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.guard import open_guarded
-from feeler.tensors.table import Table, parse_table, read_text
+from feeler.tensors.reading import read_text
+from feeler.tensors.table import MAX_BYTES, Table, parse_table
 
 HDF5_ENDINGS = (".h5", ".hdf5", ".nc", ".nwb")
 PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -46,7 +47,7 @@ def read_tracker(
         raise InvalidInput(f"unknown plane {plane!r}; valid: {', '.join(PLANES)}.")
     if Path(path).suffix.lower() in HDF5_ENDINGS:
         return _project(_read_hdf5_file(path, individual), plane, Path(path).name)
-    text, source = read_text(path), Path(path).name
+    text, source = read_text(path, MAX_BYTES), Path(path).name
     if re.match(r"\s*scorer[,;\t]", text):
         return _read_deeplabcut(text, source, individual)
     table = parse_table(text, source=source)
