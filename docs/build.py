@@ -24,7 +24,7 @@ READY = ROOT / "build" / "docs"
 PLACE = re.compile(r"\{\{ *(?P<key>[\w.+-]+?):(?P<form>[^} ]*) *\}\}")
 EQUATION = re.compile(r"^\$\$(.+?)\$\$$", re.DOTALL | re.MULTILINE)
 CODE = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
-PAGES = ("slow_and_graded.md", "searched.md", "presets.md")
+PAGES = ("slow_and_graded.md", "searched.md", "presets.md", "whiskers.md")
 CARD = "- [![{title}]({name}/{name}.png)]({name}/index.md)\n\n    **{title}**. {words}\n"
 GALLERY = (
     '# Gallery\n\nEach example was run when this page was built.\n\n<div class="grid cards"'
@@ -32,11 +32,11 @@ GALLERY = (
 )
 
 
-def insert_numbers(markdown: str) -> str:
-    """``{{ key:.1f }}`` becomes that measured number; a key that was not measured is a KeyError,
-    which ends the build.
+def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: B006
+    """``{{ key:.1f }}`` becomes that measured number, or what an example found just now; a key
+    that was not measured is a KeyError, which ends the build.
     """
-    values = json.loads(RESULTS.read_text())
+    values = json.loads(RESULTS.read_text()) | more
     for room, path in OTHERS.items():
         values |= {
             f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()
@@ -74,16 +74,18 @@ def run_tutorial(markdown: str, folder: Path) -> str:
         return CODE.sub(run, markdown)
 
 
-def write_gallery(folder: Path) -> None:
-    """A page for each example with its picture, what it printed and its code; and thumbnails of
-    all.
+def write_gallery(folder: Path) -> dict[str, float]:
+    """A page for each example with its picture, what it printed and its code, and thumbnails of
+    all; the numbers that examples return, by ``example.name``.
     """
-    cards = [GALLERY]
+    cards, values = [GALLERY], {}
     for path in sorted(EXAMPLES.glob("*.py")):
         (own := folder / path.stem).mkdir(parents=True)
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            runpy.run_path(str(path))["main"](own)
+            found = runpy.run_path(str(path))["main"](own)
+        if isinstance(found, dict):
+            values |= {f"{path.stem}.{name}": value for name, value in found.items()}
         code = path.read_text()
         words, title = ast.get_docstring(ast.parse(code)), path.stem.replace("_", " ").capitalize()
         picture = f"![{title}]({path.stem}.png)"
@@ -92,6 +94,7 @@ def write_gallery(folder: Path) -> None:
         (own / "index.md").write_text(page)
         cards.append(CARD.format(name=path.stem, title=title, words=words))
     (folder / "index.md").write_text("\n".join([*cards, "</div>\n"]))
+    return values
 
 
 def make_ready() -> None:
@@ -100,12 +103,12 @@ def make_ready() -> None:
     shutil.copytree(
         Path(__file__).parent, READY, ignore=shutil.ignore_patterns("*.py", "__pycache__")
     )
-    write_gallery(READY / "gallery")
+    found = write_gallery(READY / "gallery")
     for page in READY.rglob("*.md"):
         words = set_equations(page.read_text())
         if page.parent.name == "tutorial":
             words = run_tutorial(words, page.parent)
-        page.write_text(insert_numbers(words) if page.name in PAGES else words)
+        page.write_text(insert_numbers(words, found) if page.name in PAGES else words)
 
 
 if __name__ == "__main__":
