@@ -284,13 +284,16 @@ def _say(hint: Any, many: bool = False) -> str:
         return f"{_WORDS[base][many]} {limits}".strip()
     if origin is tuple and Ellipsis not in inner:
         kinds = dict.fromkeys(_say(item, many=True) for item in inner)
-        return f"{len(inner)} {' and '.join(kinds)} {limits}".strip()
+        said = f"{len(inner)} {' and '.join(kinds)} {limits}".strip()
+        return f"rows of {said}" if many else said
     if isinstance(origin, type) and issubclass(origin, Mapping):
         return f"a table of {_say(inner[1], many=True)}"
     if isinstance(origin, type) and issubclass(origin, Collection):
         return f"{length or 'a list of'} {_say(inner[0], many=True)} {limits}".strip()
     if base is np.ndarray:
         return "an array"
+    if many and isinstance(base, type):
+        return f"{base.__name__} objects"
     return name_class(base if isinstance(base, type) else Callable)
 
 

@@ -63,7 +63,7 @@ def test_what_is_shown_is_what_touch_gives_bit_for_bit(antenna):
     wish = {"antenna": antenna, "kind": "box", **SHORT}
     page = Page().ask({"type": "touch", "id": 3, "wish": wish})
     page.wait()
-    made = TouchWish.read(wish)
+    made = TouchWish.from_plain(wish)
     tensors = feeler.touch(made.antenna.make(), made.make_trial(), duration=30.0)
     expected = tensors["angle"].values[0].astype(np.float32)
     assert np.array_equal(page.join("angle")[:, made.antenna.make().sensors - 1].T, expected)
@@ -179,7 +179,9 @@ def test_a_run_by_hand_can_be_repeated_to_the_last_bit():
     end, _ = page.find("touch", "end")[0]
     angle = page.join("angle")
     assert np.abs(angle).max() > 1e-3
-    again = replay(TouchWish.read({"antenna": {}, "location": 0.6}), end["commands"], len(angle))
+    again = replay(
+        TouchWish.from_plain({"antenna": {}, "location": 0.6}), end["commands"], len(angle)
+    )
     assert np.array_equal(again["angle"].astype(np.float32), angle)
     assert page.join("base")[-1, 0] > 0
 
@@ -223,7 +225,7 @@ def test_every_other_way_out(tmp_path):
         (tmp_path / f"a.{what}").write_bytes(content)
     assert (
         feeler.load_antenna(tmp_path / "a.toml")
-        == TouchWish.read({"antenna": CHANGED}).antenna.make()
+        == TouchWish.from_plain({"antenna": CHANGED}).antenna.make()
     )
 
 

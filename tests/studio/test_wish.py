@@ -39,31 +39,31 @@ def test_a_file_is_an_antenna_and_its_plain_data_come_back():
     wish = TouchWish(
         antenna=AntennaWish(toml=text), kind="box", objects=[{"kind": "wall", "x": 9.0}]
     )
-    assert TouchWish.read(wish.to_plain()) == wish
+    assert TouchWish.from_plain(wish.to_plain()) == wish
     assert wish.antenna.make() == feeler.presets.make_preset("constant")
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ([], "must be an object"),
+        ([], "must be a TouchWish, got"),
         ({"antenna": {}, "colour": 1}, "has no 'colour'"),
         ({"antenna": {"preset": 3}}, "preset must be text"),
         ({"antenna": {"stiffness": [[0.5, 1.0], [0.5, 1.0]]}}, "must rise"),
-        ({"antenna": {"stiffness": [[0.0, -1.0]]}}, "must be a number from"),
-        ({"antenna": {"sensors": 0}}, "sensors must be a whole number"),
+        ({"antenna": {"stiffness": [[0.0, -1.0]]}}, "stiffness must be 1 to 64"),
+        ({"antenna": {"sensors": 0}}, "sensors must be from 1 to 1000"),
         ({"antenna": {"length": 1e-1}}, "length must lie within"),
         ({"antenna": {"toml": "nonsense ="}}, "not valid TOML"),
-        ({"antenna": {}, "speed": float("nan")}, "speed must be a number"),
+        ({"antenna": {}, "speed": float("nan")}, "speed must be finite and from 0.001 to 4 m/s"),
         ({"antenna": {}, "size": True}, "size must be a number"),
-        ({"antenna": {}, "duration": 1e9}, "duration must be a number from 2 to 2000"),
+        ({"antenna": {}, "duration": 1e9}, "duration must be from 2 to 2000 ms"),
         ({"antenna": {}, "kind": "cube"}, "kind must be one of ball"),
         ({"antenna": {}, "objects": [{}] * 9}, "at most 8"),
     ],
 )
 def test_what_is_wrong_with_a_wish_is_said(content, words):
     with pytest.raises(InvalidInput, match=words):
-        TouchWish.read(content).antenna.make()
+        TouchWish.from_plain(content).antenna.make()
 
 
 @settings(max_examples=25, deadline=None)

@@ -13,7 +13,7 @@ from feeler.presets import PRESETS, make_preset
 from feeler.robot.hinge import FACTS as ROBOT_FACTS
 from feeler.stimulus.ninety import HALF_SIZES, LOCATIONS, SPEEDS
 from feeler.studio.touching import describe_antenna
-from feeler.studio.wish import KINDS, AntennaWish, compute_compliance
+from feeler.studio.wish import AntennaWish, compute_compliance
 
 HANDLES = 5  # [C] of a profile that is not changed yet
 
@@ -27,7 +27,6 @@ def make_catalogue(first: AntennaWish) -> dict[str, Any]:
 def _make_fixed() -> dict[str, Any]:
     return {
         "version": version("feeler"),
-        "kinds": KINDS,
         "speeds": SPEEDS,
         "locations": LOCATIONS,
         "sizes": HALF_SIZES,

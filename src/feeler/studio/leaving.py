@@ -43,7 +43,7 @@ class Leaving:
 
 def make_file(message: dict[str, Any]) -> Leaving:
     """What the page asks to be saved: ``what`` is toml, script, svg, png, mp4 or html."""
-    wish = TouchWish.read(message.get("wish"))
+    wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
     samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
     what = message.get("what")
@@ -111,10 +111,10 @@ def _film(wish: TouchWish, commands: list | None) -> bytes:
 
 
 def _write_html(wish: TouchWish, other: Any, commands: list | None, samples: int) -> str:
-    slots = {"A": wish} | ({"B": TouchWish.read(other)} if other is not None else {})
+    slots = {"A": wish} | ({"B": TouchWish.from_plain(other)} if other is not None else {})
     records = []
     for slot, one in slots.items():
-        one = one if not one.preview else TouchWish.read(one.to_plain() | {"preview": False})
+        one = one if not one.preview else TouchWish.from_plain(one.to_plain() | {"preview": False})
         given = commands if slot == "A" else None
         readings = _read_whole(one, given, samples)
         records += _record_touch(slot, one, readings, by_hand=given is not None)

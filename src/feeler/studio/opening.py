@@ -45,7 +45,7 @@ def open_text(
         }, {}
     if name.lower().endswith(".csv"):
         return _open_recording(
-            name, text, AntennaWish.read(message.get("antenna", {})).make(), calibration, find
+            name, text, AntennaWish.from_plain(message.get("antenna", {})).make(), calibration, find
         )
     raise InvalidInput(
         f"{name[-40:]!r} is neither an antenna (.toml), a recording (.csv) nor a calibration"

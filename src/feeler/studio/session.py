@@ -134,7 +134,7 @@ class Session:
         self._say({"type": "catalogue", **make_catalogue(self._first)})
 
     def _touch(self, message: dict[str, Any], stop: Event) -> None:
-        wish = TouchWish.read(message.get("wish"))
+        wish = TouchWish.from_plain(message.get("wish"))
         about = {"type": "touch", "slot": _read_slot(message), "id": _read_id(message)}
         antenna = wish.antenna.make()
         self._say({**about, "part": "begin", "total": count_samples(wish), **describe_scene(wish)})
@@ -169,7 +169,7 @@ class Session:
         )
 
     def _study(self, message: dict[str, Any], stop: Event) -> None:
-        antenna = AntennaWish.read(message.get("antenna")).make()
+        antenna = AntennaWish.from_plain(message.get("antenna")).make()
         speed = read_number(message.get("speed"), "speed", 1e-3, 4.0)
         self._unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
         about = {"type": "study", "slot": _read_slot(message), "id": _read_id(message)}
@@ -195,7 +195,7 @@ class Session:
         )
 
     def _take_in_hand(self, message: dict[str, Any], stop: Event) -> None:
-        wish = TouchWish.read(message.get("wish"))
+        wish = TouchWish.from_plain(message.get("wish"))
         pace = read_number(message.get("pace", 0.1), "pace", 1e-3, 1.0)
         about = {
             "type": "touch",
@@ -206,7 +206,7 @@ class Session:
         self._hand.run(wish, pace, partial(self._tell, about), stop)
 
     def _follow(self, message: dict[str, Any], stop: Event) -> None:
-        antenna = AntennaWish.read(message.get("antenna")).make()
+        antenna = AntennaWish.from_plain(message.get("antenna")).make()
         turn = read_number(message.get("turn", 30.0), "turn", -79.0, 79.0)
         speed = read_number(message.get("speed", 0.45), "speed", 0.05, 2.0)
         about = {"type": "follow", "slot": _read_slot(message), "id": _read_id(message)}
@@ -245,7 +245,7 @@ class Session:
     def _listen(self, message: dict[str, Any], stop: Event) -> None:
         if not message.get("port"):
             return  # who listened has stopped
-        antenna = AntennaWish.read(message.get("antenna")).make()
+        antenna = AntennaWish.from_plain(message.get("antenna")).make()
         about = {
             "type": "touch",
             "slot": _read_slot(message),
