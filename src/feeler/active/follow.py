@@ -1,21 +1,21 @@
 """Follow a wall: the body runs beside it and is asked how far away it is."""
 
-from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
 from feeler.active.task import ActiveTask, Start
 from feeler.errors import InvalidInput
 from feeler.physics.scene import Scene
+from feeler.record import Gt, Unit
 from feeler.wall.course import Course
-from feeler.wall.following import FOLLOWING, SUBSTEP
+from feeler.wall.following import BODY_LOST, FOLLOWING, SUBSTEP
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import Approach, approach
 
 STARTS = (9.0, 10.5, 12.0, 13.5, 15.0)  # [C] mm from the wall
-BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 
 
 def make_courses() -> tuple[Course, ...]:
@@ -26,7 +26,6 @@ def make_courses() -> tuple[Course, ...]:
     )
 
 
-@dataclass(frozen=True, eq=False)
 class FollowTask(ActiveTask):
     """Keep a distance from a wall on the right, and say what the distance is.
 
@@ -35,19 +34,17 @@ class FollowTask(ActiveTask):
     loses nothing. A body that runs into the wall has come to its end.
     """
 
-    _: KW_ONLY
-    distance: float = 12.0
+    distance: Annotated[float, Gt(0), Unit("mm")] = 12.0
     """To keep, from the antenna's base [mm], [C]."""
-    courses: Sequence[Course] = field(default_factory=make_courses)
+    courses: tuple[Course, ...] = field(default_factory=make_courses)
     """Walls of which an episode draws one."""
-    starts: Sequence[float] = STARTS
+    starts: tuple[float, ...] = STARTS
     """Distances at which an episode may begin [mm]."""
     posture: Posture = FOLLOWING
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._check("distance", self.distance > 0, "> 0 mm")
-        if not len(self.courses) or not len(self.starts):
+    def _check(self) -> None:
+        super()._check()
+        if not self.courses or not self.starts:
             raise InvalidInput(
                 "there is no wall to follow: give at least one of courses= and one of starts=."
             )

@@ -2,10 +2,9 @@
 costs.
 """
 
-from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from scipy.special import log_softmax
@@ -13,13 +12,12 @@ from scipy.special import log_softmax
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.cockroach import cockroach
 from feeler.antenna.sample import SampledAntennas
-from feeler.draw import Spread
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.physics.scene import Scene, make_scene
+from feeler.record import Ge, Gt, Record, Unit
 from feeler.stimulus.ninety import make_features
 from feeler.stimulus.sample import SampledTrials
-from feeler.stimulus.trial import Trial
 from feeler.task import Common, Nuisances, Task, parse_noise
 from feeler.task.nuisances import is_number
 from feeler.wall.course import Course
@@ -27,8 +25,7 @@ from feeler.wall.course import Course
 SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Start:
+class Start(Record):
     """How one episode begins."""
 
     scene: Scene
@@ -41,15 +38,9 @@ class Start:
     """The wall, where there is one."""
 
 
-@dataclass(frozen=True, eq=False)
-class ActiveTask:
+class ActiveTask(Record, kw_only=False):
     """What all tasks share: an antenna on a body that moves by speed and turn, and is asked
     something all the while.
-
-    Raises
-    ------
-    InvalidInput
-        A field outside its range; the message names it.
     """
 
     antenna: Antenna | SampledAntennas = field(default_factory=cockroach)
@@ -60,23 +51,23 @@ class ActiveTask:
     or a number, the standard deviation [rad] [C]. What a noise is relative to is a sample of all
     sensors.
     """
-    duration: float = 200.0
+    duration: Annotated[float, Gt(0), Unit("ms")] = 200.0
     """Length of an episode [ms]."""
-    window: int = 5
+    window: Annotated[int, Gt(0)] = 5
     """Samples of every sensor that an observation shows, the last one last [C]."""
-    max_speed: float = 1.2
+    max_speed: Annotated[float, Gt(0), Unit("mm/ms")] = 1.2
     """Greatest speed of the body, ahead and back [mm/ms], [C]."""
-    acceleration: float = 0.2
+    acceleration: Annotated[float, Gt(0), Unit("mm/ms²")] = 0.2
     """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed
     of arrival [C].
     """
-    max_turn: float = 0.03
+    max_turn: Annotated[float, Gt(0), Unit("rad/ms")] = 0.03
     """Greatest turn rate [rad/ms]; 0.03 is 1700 °/s [C]."""
-    time_cost: float = 0.0
-    """Reward lost per millisecond, ≥ 0 [C]."""
-    work_cost: float = 0.0
-    """Reward lost per µJ of work on the antenna, ≥ 0 [C]."""
-    timestep: float = 0.1
+    time_cost: Annotated[float, Ge(0)] = 0.0
+    """Reward lost per millisecond [C]."""
+    work_cost: Annotated[float, Ge(0)] = 0.0
+    """Reward lost per µJ of work on the antenna [C]."""
+    timestep: Annotated[float, Gt(0), Unit("ms")] = 0.1
     """Of the integration [ms]: the coarsest that the contact allows [C]."""
     engine: str = DEFAULT_ENGINE
     seed: int = 0
@@ -85,35 +76,14 @@ class ActiveTask:
     n_outputs: ClassVar[int] = 1
     """How many numbers a prediction is."""
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.antenna, Antenna | SampledAntennas):
-            raise InvalidInput(
-                f"{type(self).__name__}.antenna must be an Antenna, got {str(self.antenna)[:40]!r}."
-            )
-        for name in ("duration", "window", "max_speed", "acceleration", "max_turn"):
-            self._check(name, getattr(self, name) > 0, "> 0")
-        noise = self.noise
-        if is_number(noise):
-            noise = Common(float(noise))
-        object.__setattr__(self, "noise", parse_noise(noise))
-        for name in ("time_cost", "work_cost"):
-            self._check(name, getattr(self, name) >= 0, "≥ 0")
-
-    def _check(self, name: str, fits: bool, allowed: str) -> None:
-        if not (fits and np.isfinite(getattr(self, name))):
-            raise InvalidInput(
-                f"{type(self).__name__}.{name} must be finite and {allowed}, got"
-                f" {getattr(self, name)}."
-            )
+    def _check(self) -> None:
+        noise = Common(self.noise) if is_number(self.noise) else parse_noise(self.noise)
+        vars(self)["noise"] = noise
 
     @property
     def first_antenna(self) -> Antenna:
         """The antenna, or the one of which others were drawn."""
         return self.antenna.antenna if isinstance(self.antenna, SampledAntennas) else self.antenna
-
-    def replace(self, **changes: Any) -> "ActiveTask":
-        """The same task with some fields changed, validated again."""
-        return replace(self, **changes)
 
     def measure_noise(self, angle: np.ndarray) -> np.ndarray:
         """Standard deviation [rad] of the noise of samples (…, sensor), in their shape."""
@@ -141,7 +111,6 @@ class ActiveTask:
         return np.zeros(len(target))
 
 
-@dataclass(frozen=True, eq=False)
 class TouchTask(ActiveTask):
     """Which object is it? The body moves towards one of several, whose place, distance and
     direction it is not told.
@@ -150,28 +119,28 @@ class TouchTask(ActiveTask):
     ln K for one who knows nothing.
     """
 
-    _: KW_ONLY
-    features: Sequence[Any] = field(default_factory=make_features)
-    """Objects that may be met, equally likely: features, or kinds."""
-    sizes: Spread | None = None
-    """Half-widths [mm]; default: as large as the features are."""
-    locations: Spread = (0.5, 0.9)
-    """Where it meets the antenna, as a share of its length."""
-    gap: Spread = (2.0, 8.0)
-    """How far the object is at first [mm]."""
-    approach: Spread = (86.0, 94.0)
-    """Angle of the motion to the antenna [degrees]."""
-    friction: Spread = (0.6, 1.0)
-    pool: int = 2048
+    features: Any = field(default_factory=make_features)
+    """Objects that may be met, equally likely: features, or text such as ``"ball:radius=2"``."""
+    sizes: Any = None
+    """Half-widths [mm], a spread; default: as large as the features are."""
+    locations: Any = (0.5, 0.9)
+    """Where it meets the antenna, as a share of its length, a spread."""
+    gap: Any = (2.0, 8.0)
+    """How far the object is at first [mm], a spread."""
+    approach: Any = (86.0, 94.0)
+    """Angle of the motion to the antenna [degrees], a spread."""
+    friction: Any = (0.6, 1.0)
+    """Coefficient of friction, a spread."""
+    pool: Annotated[int, Gt(0)] = 2048
     """How many touches are drawn beforehand, of which episodes take one at random."""
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
+        super()._check()
         if isinstance(self.features, str) or len(self.features) < 1:
             raise InvalidInput(
                 "there is nothing to touch: give features=, such as [Ball(radius=2), Box(...)]."
             )
-        object.__setattr__(self, "features", tuple(self.features))
+        vars(self)["features"] = tuple(self.features)
 
     @property
     def n_outputs(self) -> int:  # type: ignore[override]
@@ -209,19 +178,13 @@ class TouchTask(ActiveTask):
 
     def make_start(self, index: int) -> Start:
         """The beginning of touch number ``index``."""
-        antenna = (
-            self.antenna[index % len(self.antenna)]
-            if isinstance(self.antenna, SampledAntennas)
-            else self.antenna
-        )
-        scene = make_scene(antenna, self.get_trial(index))
+        antenna = self.antenna
+        if isinstance(antenna, SampledAntennas):
+            antenna = antenna[index % len(antenna)]
+        scene = make_scene(antenna, self.trials[index])
         x, y = scene.objects[0].velocity
         still = replace(scene, objects=(scene.objects[0].replace(velocity=(0.0, 0.0)),))
         return Start(scene=still, direction=(-x, -y), target=self.get_target(index))
-
-    def get_trial(self, index: int) -> Trial:
-        """Touch ``index``, at 1 mm/ms."""
-        return self.trials[index]
 
     def get_target(self, index: int) -> float:
         """Number of the object of touch ``index``."""
@@ -233,7 +196,6 @@ class TouchTask(ActiveTask):
         return -scores[np.arange(len(target)), target.astype(int)]
 
 
-@dataclass(frozen=True, eq=False)
 class LocaliseTask(TouchTask):
     """Where on the antenna is it? The loss is the squared error over the variance of what may be
     met, 1 for one who knows nothing but that."""
