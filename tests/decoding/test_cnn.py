@@ -5,7 +5,7 @@ import builtins
 import numpy as np
 import pytest
 
-from feeler.decoding.cnn import TouchNetwork, make_network
+from feeler.decoding.cnn import TouchNetwork, _make_network
 from feeler.errors import InvalidInput, MissingExtra
 
 SHAPE = (14, 20)
@@ -39,7 +39,7 @@ def test_without_pytorch_the_message_says_how_to_install_it(monkeypatch):
 
 def test_layers_are_the_papers():
     torch = pytest.importorskip("torch")
-    network = make_network(torch, (56, 380), 30)
+    network = _make_network(torch, (56, 380), 30)
     shapes = [tuple(p.shape) for p in network.parameters()]
     assert shapes == [
         (32, 1, 15, 15),
@@ -68,7 +68,7 @@ def test_layers_are_the_papers():
 def test_pooling_before_the_relu_changes_no_answer_and_no_gradient():
     torch = pytest.importorskip("torch")
     torch.manual_seed(3)
-    ours = make_network(torch, SHAPE, 3).eval()
+    ours = _make_network(torch, SHAPE, 3).eval()
     papers = torch.nn.Sequential(
         *(ours[k] for k in (0, 1, 3, 2, 4, 5, 6, 7))
     )  # the ReLU before the pooling

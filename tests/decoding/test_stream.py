@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.early import measure_early_accuracy
+from feeler.decoding.stream import measure_early_accuracy
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.robot.samples import open_serial, parse_sample, read_samples
 from feeler.tensors.inspect import describe_file, find_problems

@@ -37,7 +37,7 @@ def classifier(training):
 
 def test_the_training_set_is_30_classes_and_every_touch_has_a_peak(training):
     assert len(set(training.labels)) == len(training.labels) == 30
-    assert training.aligned.touched.all()
+    assert training.touched.all()
     tip = np.einsum(
         "n,knt->kt", training.antenna.segment_length, np.sin(np.cumsum(training.values, axis=1))
     )
@@ -135,7 +135,7 @@ def test_one_own_touch_suffices_where_touches_repeat_exactly(training):
 def test_a_recording_without_contact_says_so(classifier):
     rng = np.random.default_rng(0)
     still = Recording(time=np.arange(800.0), values=rng.normal(0, 0.002, (8, 800)))
-    assert classifier.predict(align_recordings([still]).values)[0][0] == "no contact"
+    assert classifier.predict(align_recordings([still]))[0][0] == "no contact"
 
 
 @pytest.mark.slow

@@ -262,9 +262,8 @@ def classify(
     ]
     how = tell(engine=engine, timestep=timestep, workers=workers)
     classifier = make_classifier(robot.antenna, touches, robots=robots, **how)
-    aligned = align_recordings(
-        read, robot.antenna, before=choose_before(robot.antenna, touches)
-    ).values
+    before = choose_before(robot.antenna, touches)
+    aligned = align_recordings(read, robot.antenna, before=before)
     answers = [
         judge_touch(classifier, values, one.labels)
         for values, one in zip(aligned, read, strict=True)

@@ -15,14 +15,8 @@ from feeler.tensors.models import Model, load_model, save_model
 
 MODEL_KIND, MODEL_VERSION = "TouchNetwork", 1
 INSTALL = "pip install 'feeler[cnn]'"
-KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = (
-    15,
-    32,
-    2,
-    2,
-    50,
-    0.25,
-)  # [P] supplement, CNN layers
+# [P] supplement, CNN layers
+KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25
 
 
 class TouchNetwork(Reader):
@@ -97,12 +91,12 @@ class TouchNetwork(Reader):
         train, validate = self._split(targets)
         self.mean_ = images[train].mean(axis=0)
         self.scale_ = float((images[train] - self.mean_).std()) or 1.0
-        self.device_ = choose_device(torch, self.device)
+        self.device_ = _choose_device(torch, self.device)
         data = torch.from_numpy(self._normalise(images)).to(self.device_)
         targets = torch.from_numpy(targets).to(self.device_)
         with torch.random.fork_rng():
             torch.manual_seed(self.random_state)
-            self.network_ = make_network(torch, self.shape_, self.classes_.size).to(self.device_)
+            self.network_ = _make_network(torch, self.shape_, self.classes_.size).to(self.device_)
             self._train(torch, data, targets, torch.from_numpy(train), torch.from_numpy(validate))
         return self
 
@@ -167,8 +161,8 @@ class TouchNetwork(Reader):
             file.settings["scale"],
             mean,
         )
-        model.device_ = choose_device(torch, device)
-        model.network_ = make_network(torch, shape, model.classes_.size).to(model.device_)
+        model.device_ = _choose_device(torch, device)
+        model.network_ = _make_network(torch, shape, model.classes_.size).to(model.device_)
         model.network_.load_state_dict(
             {key: torch.from_numpy(values) for key, values in state.items()}
         )
@@ -250,7 +244,7 @@ class TouchNetwork(Reader):
             )
 
 
-def make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
+def _make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
     """The layers, softmax left to the loss."""
     height, width = ((n + 2 * PADDING - KERNEL + 1) // POOL for n in shape)
     layers = torch.nn.Sequential(
@@ -277,7 +271,7 @@ def import_torch() -> Any:
     return torch
 
 
-def choose_device(torch: Any, device: str) -> Any:
+def _choose_device(torch: Any, device: str) -> Any:
     """A PyTorch device; ``auto`` is the GPU where there is one."""
     return torch.device(
         ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device

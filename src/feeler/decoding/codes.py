@@ -3,7 +3,7 @@ raw; and the null.
 """
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,23 +19,8 @@ label for each.
 """
 
 
-class Encoder(Protocol):
-    """What is asked of an encoder (``feeler.encoding.ConvolutiveNMF``)."""
-
-    activations_: np.ndarray
-    """Activations (trial, component, time) found together with the bases."""
-
-    def fit(self, X: np.ndarray) -> "Encoder":
-        """Learn the bases of tensors (trial, sensor, time)."""
-
-    def transform(self, X: np.ndarray, *, code: str) -> np.ndarray:
-        """Activations of tensors for the fitted bases."""
-
-
 @checked
-def make_codes(
-    tensors: Any, encoder: Encoder | None, kinds: Sequence[str] = CODES
-) -> dict[str, Any]:
+def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict[str, Any]:
     """Every kind of code of the same tensors, after one fit of the bases; labelled where the
     tensors are.
 
@@ -44,7 +29,8 @@ def make_codes(
     tensors
         Non-negative (trial, sensor, time).
     encoder
-        An unfitted encoder; it is fitted here unless only ``raw`` is asked for.
+        An unfitted encoder such as :class:`feeler.encoding.ConvolutiveNMF`; it is fitted here
+        unless only ``raw`` is asked for.
     kinds
         Any of joint, sparse, ridge, raw.
     """
@@ -63,7 +49,7 @@ def make_codes(
 
 @checked
 def encode_with(
-    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Encoder | None, kind: str
+    tensors: Annotated[np.ndarray, "trial sensor time"], encoder: Any, kind: str
 ) -> Any:
     """New tensors in one kind of code; jointly fitted activations do not exist for new tensors."""
     if kind == "joint":

@@ -1,10 +1,11 @@
 """One touch as it happens: a sample in, what is known so far out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from feeler.decoding.onset import OnsetFinder
 from feeler.errors import InvalidInput
@@ -33,26 +34,10 @@ class StreamState:
     """(class,)."""
 
 
-class Fitted(Protocol):
-    """What a stream reads of a fitted ``StreamDecoder``."""
-
-    window: int
-    threshold: float
-    onset: float
-    confirm: int
-    interval: float
-    classes_: list[tuple]
-    n_sensors_: int
-    model: Callable[[np.ndarray], np.ndarray] | None
-    expected_at_: np.ndarray
-    weight_at_: np.ndarray
-    constant_at_: np.ndarray
-
-
 class Stream:
     """One stream of samples: keeps the tensor so far and the evidence for each class."""
 
-    def __init__(self, decoder: Fitted) -> None:
+    def __init__(self, decoder: Any) -> None:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
@@ -181,3 +166,51 @@ class Stream:
             since_contact=since,
             posterior=self.posterior,
         )
+
+
+def measure_early_accuracy(
+    decoder: Any, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int]
+) -> xr.Dataset:
+    """Replay touches and score the answers at moments after contact.
+
+    Parameters
+    ----------
+    decoder
+        A fitted ``StreamDecoder``.
+    X, y
+        Touches (sensor, time) of any durations, with one label each.
+    moments
+        Samples since contact was noticed.
+
+    Returns
+    -------
+    xarray.Dataset
+        By moment (since_contact): ``accuracy``, the share of touches whose most probable class is
+        right; ``decided``, the share that is decided; ``decided_right``, the share right among
+        those, NaN where none is. And ``noticed``, the share of touches in which contact was noticed
+        at all; the others count as wrong.
+    """
+    at = np.asarray(moments, dtype=int)
+    right, decided = np.zeros((2, len(X), at.size), dtype=bool)
+    noticed = 0
+    for k, (touch, label) in enumerate(zip(X, y, strict=True)):
+        states = [state for state in decoder.replay(touch) if state.since_contact >= 0]
+        noticed += bool(states)
+        for j, moment in enumerate(at):
+            if states:
+                state = states[min(moment, len(states) - 1)]
+                right[k, j] = state.label == label
+                decided[k, j] = state.probability >= decoder.threshold
+    count = decided.sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        decided_right = np.where(count > 0, (right & decided).sum(axis=0) / count, np.nan)
+    found = {
+        "accuracy": right.mean(axis=0),
+        "decided": decided.mean(axis=0),
+        "decided_right": decided_right,
+    }
+    return xr.Dataset(
+        {name: ("since_contact", values) for name, values in found.items()}
+        | {"noticed": noticed / len(X)},
+        {"since_contact": at},
+    )

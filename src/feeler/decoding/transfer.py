@@ -13,19 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import find_peaks
 from scipy.special import log_softmax, softmax
+from scipy.stats import binomtest
 from sklearn.svm import SVC
 
 from feeler.decoding.classifiers import spread_votes
 from feeler.decoding.reader import NO_CONTACT, Reader
 from feeler.errors import InvalidInput
 
-BEFORE, AFTER = (
-    1500,
-    400,
-)  # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
-PROMINENCE = (
-    0.2  # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
-)
+# [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
+BEFORE, AFTER = 1500, 400
+# [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
+PROMINENCE = 0.2
 MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
 N_COPIES = 10  # [P]
 NOISE = 0.2  # [P] sd as a share of each tensor's maximum
@@ -33,30 +31,10 @@ TEMPERATURES = np.geomspace(0.01, 10.0, 121)
 PARTS = ("feature", "location", "speed")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Aligned:
-    """Touches cut to one window around the first positive peak of their tip traces."""
-
-    values: np.ndarray
-    """(trial, sensor, before + after) [rad]; NaN in trials without contact."""
-    peak: np.ndarray
-    """(trial,) sample of the peak; −1 without contact."""
-
-    @property
-    def touched(self) -> np.ndarray:
-        """(trial,) whether there was contact."""
-        return self.peak >= 0
-
-
-def find_first_peak(
+def _find_first_peak(
     tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION
 ) -> int:
-    """Sample of the first positive peak of a tip trace (time,) [mm] measured from rest; −1 where
-    there is none.
-
-    A peak counts if it is at least ``min_deflection`` high and its prominence is that share of the
-    trace's maximum.
-    """
+    """Sample of the first positive peak of a tip trace (time,) [mm] from rest; −1 for none."""
     top = np.max(tip, initial=-np.inf, where=np.isfinite(tip))
     if not top >= min_deflection:
         return -1
@@ -72,12 +50,26 @@ def align(
     after: int = AFTER,
     prominence: float = PROMINENCE,
     min_deflection: float = MIN_DEFLECTION,
-) -> Aligned:
-    """Cut touches (sensor, time) of any durations to ``before + after`` samples around their tips'
-    first peaks.
+) -> np.ndarray:
+    """Cut touches of any durations to one window around their tips' first peaks.
 
     Beyond a recording's ends its first and last samples go on: before contact the antenna is at
     rest.
+
+    Parameters
+    ----------
+    angle, tip
+        Angles (sensor, time) [rad] of each touch, and the trace (time,) [mm] of its tip from rest.
+    before, after
+        Samples kept before and after the peak.
+    prominence, min_deflection
+        A peak is at least ``min_deflection`` [mm] high, and its prominence is at least that share
+        of the trace's maximum.
+
+    Returns
+    -------
+    np.ndarray
+        (trial, sensor, before + after) [rad]; NaN in trials without contact.
     """
     if len(angle) != len(tip) or not len(angle):
         raise InvalidInput(
@@ -88,7 +80,6 @@ def align(
             f"the window needs before ≥ 0 and after ≥ 1 samples, got {before} and {after}."
         )
     values = np.full((len(angle), np.shape(angle[0])[0], before + after), np.nan)
-    peaks = np.full(len(angle), -1)
     for k, (touch, trace) in enumerate(zip(angle, tip, strict=True)):
         touch, trace = np.asarray(touch, dtype=float), np.asarray(trace, dtype=float)
         if touch.ndim != 2 or touch.shape[0] != values.shape[1] or trace.shape != touch.shape[1:]:
@@ -96,14 +87,14 @@ def align(
                 f"touch {k} has shape {touch.shape} and its tip trace {trace.shape}; expected "
                 f"({values.shape[1]} sensors, time) and (time,)."
             )
-        peaks[k] = find_first_peak(trace, prominence=prominence, min_deflection=min_deflection)
-        if peaks[k] >= 0:
-            index = np.arange(peaks[k] - before, peaks[k] + after)
+        peak = _find_first_peak(trace, prominence=prominence, min_deflection=min_deflection)
+        if peak >= 0:
+            index = np.arange(peak - before, peak + after)
             values[k] = touch[:, np.clip(index, 0, touch.shape[1] - 1)]
-    return Aligned(values=values, peak=peaks)
+    return values
 
 
-def add_noisy_copies(
+def _add_noisy_copies(
     tensors: np.ndarray, n_copies: int, noise: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Copies (trial · n_copies, sensor, time) with Gaussian noise, and the number of the tensor
@@ -166,7 +157,7 @@ class TransferClassifier(Reader):
         if len(self.classes_) < 2:
             raise InvalidInput(f"a classifier needs at least 2 classes, got {len(self.classes_)}.")
         number = np.array([self.classes_.index(label) for label in y])
-        copies, index = add_noisy_copies(
+        copies, index = _add_noisy_copies(
             X, self.n_copies, self.noise, np.random.default_rng(self.random_state)
         )
         self.scale_ = float(np.abs(X).max()) or 1.0
@@ -255,7 +246,8 @@ class TransferScore:
         """Share right, and the ends of its interval."""
         if what not in self.correct:
             raise InvalidInput(f"unknown score {what!r}; valid: {', '.join(self.correct)}.")
-        return (self.correct[what] / self.total, *compute_wilson(self.correct[what], self.total))
+        found = binomtest(self.correct[what], self.total)
+        return (found.statistic, *found.proportion_ci(0.95, method="wilson"))
 
     def confusion(self, classes: Sequence[tuple]) -> np.ndarray:
         """Counts (true class, predicted class), with one more column for no contact."""
@@ -283,16 +275,3 @@ def score_transfer(
     correct |= {part: sum(t[i] == p[i] for t, p in pairs) for i, part in enumerate(PARTS)}
     correct["top2"] = sum(t in best for t, best in zip(true, ranked, strict=True))
     return TransferScore(correct=correct, total=len(true), predicted=predicted, true=list(true))
-
-
-def compute_wilson(successes: int, total: int, z: float = 1.959964) -> tuple[float, float]:
-    """Wilson's score interval of a share (doi:10.1080/01621459.1927.10502953), 95 % by default."""
-    if total < 1 or not 0 <= successes <= total:
-        raise InvalidInput(
-            f"an interval needs 0 ≤ successes ≤ total and total ≥ 1, got {successes} of {total}."
-        )
-    share = successes / total
-    centre = (share + z**2 / (2 * total)) / (1 + z**2 / total)
-    half = z / (1 + z**2 / total) * np.sqrt(share * (1 - share) / total + z**2 / (4 * total**2))
-    low, high = max(0.0, centre - half), min(1.0, centre + half)
-    return (0.0 if successes == 0 else low), (1.0 if successes == total else high)

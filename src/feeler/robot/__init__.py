@@ -28,7 +28,6 @@ from feeler.robot.reality import (
     make_training,
     measure_transfer,
     read_touches,
-    sweep_gap,
     sweep_shots,
     touch_robots,
 )
@@ -87,7 +86,6 @@ __all__ = [
     "simulate_touches",
     "solve_factors",
     "subtract_rest",
-    "sweep_gap",
     "sweep_shots",
     "touch_robots",
     "write_robot",

@@ -13,7 +13,6 @@ from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.transfer import (
     AFTER,
     BEFORE,
-    Aligned,
     TransferClassifier,
     TransferScore,
     align,
@@ -42,7 +41,8 @@ N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 class Touches:
     """Aligned touches (trial, sensor, time) with their labels and recordings."""
 
-    aligned: Aligned
+    values: np.ndarray
+    """Tensors (trial, sensor, time) [rad]; NaN in trials without contact."""
     labels: tuple[Label, ...]
     antenna: Antenna
     """The nominal model, whose lengths give the tip's trace."""
@@ -53,18 +53,18 @@ class Touches:
     @property
     def before(self) -> int:
         """Samples kept before the peak."""
-        return self.aligned.values.shape[2] - AFTER
+        return self.values.shape[2] - AFTER
 
     @property
-    def values(self) -> np.ndarray:
-        """Tensors (trial, sensor, time) [rad]."""
-        return self.aligned.values
+    def touched(self) -> np.ndarray:
+        """(trial,) whether there was contact."""
+        return ~np.isnan(self.values).all(axis=(1, 2))
 
     def take(self, index: np.ndarray) -> "Touches":
         """The touches with these numbers."""
         index = np.asarray(index, dtype=int)
         return Touches(
-            aligned=Aligned(values=self.aligned.values[index], peak=self.aligned.peak[index]),
+            values=self.values[index],
             labels=tuple(self.labels[i] for i in index),
             antenna=self.antenna,
             motions=tuple(self.motions[i] for i in index),
@@ -74,10 +74,7 @@ class Touches:
     def join(self, other: "Touches") -> "Touches":
         """These touches, then the others."""
         return Touches(
-            aligned=Aligned(
-                values=np.concatenate([self.aligned.values, other.aligned.values]),
-                peak=np.concatenate([self.aligned.peak, other.aligned.peak]),
-            ),
+            values=np.concatenate([self.values, other.values]),
             labels=self.labels + other.labels,
             antenna=self.antenna,
             motions=self.motions + other.motions,
@@ -106,9 +103,9 @@ def make_training(
     trials = make_touches() if trials is None else list(trials)
     motions = _simulate(antenna, trials, n_variants, gap, rng, how)
     labels = tuple(get_label(trial) for trial in trials) * (1 + n_variants)
-    aligned = _align(antenna, motions, choose_before(antenna, trials))
-    touches = Touches(aligned=aligned, labels=labels, antenna=antenna, motions=tuple(motions))
-    return touches.take(np.flatnonzero(touches.aligned.touched))
+    values = _align(antenna, motions, choose_before(antenna, trials))
+    touches = Touches(values=values, labels=labels, antenna=antenna, motions=tuple(motions))
+    return touches.take(np.flatnonzero(touches.touched))
 
 
 def _simulate(
@@ -158,7 +155,7 @@ def add_robots(
     trials = make_touches() if trials is None else list(trials)
     for robot in robots:
         training = training.join(read_touches(robot, trials, training.antenna))
-    return training.take(np.flatnonzero(training.aligned.touched))
+    return training.take(np.flatnonzero(training.touched))
 
 
 @checked
@@ -180,7 +177,7 @@ def _read(
 ) -> Touches:
     recordings = tuple(surrogate.read_angles(recording) for recording in raw)
     return Touches(
-        aligned=_align(
+        values=_align(
             antenna, [recording.values for recording in recordings], choose_before(antenna, trials)
         ),
         labels=tuple(get_label(trial) for trial in trials),
@@ -193,7 +190,7 @@ def _read(
 @checked
 def align_recordings(
     recordings: Sequence[Recording], antenna: Antenna | None = None, *, before: int = BEFORE
-) -> Aligned:
+) -> np.ndarray:
     """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated
     touches.
 
@@ -206,7 +203,7 @@ def align_recordings(
     )
 
 
-def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> Aligned:
+def _align(antenna: Antenna, motions: Sequence[np.ndarray], before: int) -> np.ndarray:
     return align(motions, [compute_tip(antenna, motion) for motion in motions], before=before)
 
 
@@ -321,17 +318,6 @@ def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) ->
 
 
 @checked
-def sweep_gap(
-    classifier: TransferClassifier, sizes: Sequence[float], *, n_robots: int, seed: int = 0
-) -> list[TransferScore]:
-    """Transfer against the size of the reality gap: fresh robots at each size."""
-    return [
-        measure_transfer(classifier, touch_robots(draw_robots(size, n_robots, seed)))
-        for size in sizes
-    ]
-
-
-@checked
 def sweep_shots(
     training: Touches, shots: Sequence[int], robots: Sequence[Surrogate], *, n_tests: int = 1
 ) -> list[TransferScore]:
@@ -353,7 +339,7 @@ def sweep_shots(
 def _score_shots(training: Touches, touches: Touches, k: int, most: int) -> TransferScore:
     per_round = len(make_tip_touches())
     shown = np.arange(k * per_round)
-    known = touches.take(shown[touches.aligned.touched[shown]])
+    known = touches.take(shown[touches.touched[shown]])
     tested = touches.take(np.arange(most * per_round, len(touches.labels)))
     joined = training.join(known) if k else training
     return score_transfer(

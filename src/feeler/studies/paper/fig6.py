@@ -279,8 +279,8 @@ def show(context: Context, section: Section) -> None:
             "by_variants": [score.share("all") for score in data.by_variants],
             "shots": data.shots,
             "by_shots": [score.share("all") for score in data.by_shots],
-            "early": data.early.accuracy,
-            "since_contact": data.early.since_contact,
+            "early": data.early.accuracy.values,
+            "since_contact": data.early.since_contact.values,
         },
     )
     _write_movie(context, section, data)

@@ -9,9 +9,10 @@ from functools import lru_cache
 from types import SimpleNamespace
 
 import numpy as np
+import xarray as xr
 
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.early import EarlyAccuracy, measure_early_accuracy
+from feeler.decoding.stream import measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
 from feeler.robot import (
     Recording,
@@ -124,7 +125,7 @@ def _score_shots(training: Touches, effort: Scale, seed: int) -> list[TransferSc
 
 def _measure_early(
     training: Touches, varied: Touches | None, read: Sequence[Touches]
-) -> EarlyAccuracy:
+) -> xr.Dataset:
     decoder = StreamDecoder().fit(training.motions, training.labels)
     if varied is not None:
         others = varied.take(np.arange(len(training.labels), len(varied.labels)))
