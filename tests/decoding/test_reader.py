@@ -6,7 +6,17 @@ import xarray as xr
 from scipy.stats import norm
 from sklearn.exceptions import NotFittedError
 
-from feeler.decoding import READERS, IdealReader, TemplateReader, make_lda, measure_reader
+from feeler.decoding import (
+    READERS,
+    Common,
+    IdealReader,
+    Noise,
+    Relative,
+    TemplateReader,
+    compute_sweep,
+    make_lda,
+    measure_reader,
+)
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.reader import count_until
@@ -17,17 +27,7 @@ from feeler.information import compute_information
 START = 10  # samples at rest before contact
 
 
-class Flat:
-    """Noise of one sd; a model's double."""
-
-    def __init__(self, size=0.05):
-        self.size = size
-
-    def sd(self, tensors):
-        return np.full((1, 1, 1), self.size)
-
-
-class Loud(Flat):
+class Loud(Noise):
     """Noise that grows with what is felt."""
 
     def sd(self, tensors):
@@ -53,9 +53,9 @@ def label(tensors):
 def list_readers():
     yield "lda", make_lda(3)
     yield "svm", READERS["svm"](3)
-    yield "templates", TemplateReader(noise=Flat())
+    yield "templates", TemplateReader(noise=Common(0.05))
     yield "stream", StreamDecoder(window=70, max_lag=3)
-    yield "ideal", IdealReader(noise=Flat())
+    yield "ideal", IdealReader(noise=Common(0.05))
     yield "transfer", TransferClassifier(2, 0.01)
 
 
@@ -129,7 +129,7 @@ def test_a_deadline_counts_from_contact():
         count_until(mixed, 30.0)
 
 
-@pytest.mark.parametrize("noise", [Flat(0.2), Loud(0.3)], ids=["white", "with the signal"])
+@pytest.mark.parametrize("noise", [Common(0.2), Loud(0.3)], ids=["white", "with the signal"])
 def test_the_ideal_reader_is_bayes_rule(noise):
     """The log of the normal density, entry by entry, touch by touch."""
     known, labels = make_touches()
@@ -153,7 +153,7 @@ def test_the_ideal_reader_agrees_with_the_exact_route_over_energies(level, each)
     known, _ = make_touches(n_each=2)
     own = level * (np.linspace(0.8, 1.2, 6) if each else np.ones(6))
 
-    class Own(Flat):
+    class Own(Noise):
         def sd(self, tensors):
             return own[:, None, None]
 
@@ -169,9 +169,9 @@ def test_the_ideal_reader_agrees_with_the_exact_route_over_energies(level, each)
 
 def test_templates_are_normal_distributions_with_the_scatter_of_their_touches():
     known, labels = make_touches(n_each=5)
-    reader = TemplateReader(noise=Flat(0.1)).fit(known, labels)
+    reader = TemplateReader(noise=Common(0.1)).fit(known, labels)
     met = make_touches(seed=2)[0][:, :, ::8]
-    reader = TemplateReader(noise=Flat(0.1)).fit(known[:, :, ::8], labels)
+    reader = TemplateReader(noise=Common(0.1)).fit(known[:, :, ::8], labels)
     logits = reader.decide(met)
     for k, own in enumerate(np.split(known[:, :, ::8].reshape(15, -1), 3)):
         covariance = np.cov(own.T) + 0.01 * np.eye(own.shape[1])
@@ -193,3 +193,38 @@ def test_bits_are_the_mean_logarithm_of_what_was_believed():
     assert bits == pytest.approx(1 + np.log2([0.8, 0.5, 0.5]).mean())
     with pytest.raises(InvalidInput, match="never learned the class 'c'"):
         measure_reader(Sure(), np.zeros((3, 2, 2)), ["a", "b", "c"])
+
+
+def test_a_sweep_takes_any_reader_by_name_and_none_beats_the_ideal_one():
+    tensors, _ = make_touches(n_each=2)
+    labels = np.arange(6)
+    few = {"ratios": (0.3, 0.8), "n_copies": 6, "n_repeats": 2, "noise": Relative()}
+    found = {
+        name: compute_sweep(tensors[:, :, ::4], labels, estimator=reader, **few).noisy.mean(axis=1)
+        for name, reader in {"ideal": "ideal", "lda": make_lda(3), "svm": READERS["svm"](3)}.items()
+    }
+    assert (found["ideal"] >= np.maximum(found["lda"], found["svm"]) - 0.05).all()
+    exact = compute_information(
+        tensors[:, :, ::4], Relative(0.8).sd(tensors[:, :, ::4]).ravel(), n_draws=400
+    )
+    assert found["ideal"][1] == pytest.approx(exact.accuracy, abs=0.2)
+
+
+def test_a_touch_without_contact_is_wrong_in_a_sweep():
+    tensors, labels = make_touches()
+    tensors[:2] = 0
+    sweep = compute_sweep(
+        tensors,
+        labels,
+        estimator=StreamDecoder(window=60, max_lag=3),
+        ratios=(1e-3,),
+        n_copies=2,
+        n_repeats=1,
+    )
+    assert sweep.noisy[0, 0] == pytest.approx(10 / 12)
+    assert sweep.confusion.sum() == 20
+
+
+def test_a_reader_that_is_told_the_noise_is_not_turned():
+    with pytest.raises(InvalidInput, match="a reader that is not told the noise"):
+        compute_sweep(*make_touches(), estimator="ideal", noise=Relative(), rotate=True)

@@ -1,6 +1,4 @@
-"""All accuracy curves of one comparison: every code, noise level and number of copies, with null
-and baseline.
-"""
+"""All accuracy curves of one comparison, with their null and their baseline."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +11,7 @@ from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode_with, make_null
 from feeler.decoding.null import JointFit, fit_null
 from feeler.decoding.plan import Plan
+from feeler.decoding.reader import READERS, Reader
 from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.scaling import rectify
@@ -24,9 +23,7 @@ class Curve(NamedTuple):
     group: str
     kind: str
     noise: str
-    """Name of the model; ``relative`` means to each tensor for tensors, to each vector for all
-    other codes.
-    """
+    """Name of the model; ``relative`` is to each tensor for tensors, to each vector for codes."""
     n_copies: int
     when: str = "after"
     """Noise ``after`` encoding (the paper) or ``before``."""
@@ -42,9 +39,7 @@ class Group:
     encoder: Any = None
     codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
     null: JointFit | None = None
-    """Jointly fitted codes of one tensor of the group, repeated; made where it is needed if it is
-    not there.
-    """
+    """Jointly fitted codes of one tensor of the group, repeated; None: made where needed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,9 +81,7 @@ class Curves:
         *,
         group: str | None = None,
     ) -> Sweep | None:
-        """The null of a kind of code: of jointly fitted ones the group's own, or the first there
-        is.
-        """
+        """The null of a kind of code: of jointly fitted ones the group's own, or the first."""
         wanted = (kind, noise, n_copies or self.n_copies)
         found = {
             c.group: s for c, s in self.nulls.items() if (c.kind, c.noise, c.n_copies) == wanted
@@ -102,11 +95,11 @@ def compute_curves(
     *,
     kinds: Sequence[str] = CODES,
     noises: Sequence[str] | None = None,
+    reader: str | Reader | None = None,
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
-    """Every curve of the plan for every group; the null and the baseline are made from the groups
-    themselves.
+    """Every curve of the plan for every group, with null and baseline made from the groups.
 
     Parameters
     ----------
@@ -117,43 +110,46 @@ def compute_curves(
         Codes to compare; each group must hold them.
     noises
         Names of noise models; all registered ones by default.
+    reader
+        Who reads the codes, or its name (:data:`READERS`); None: the paper's LDA. The ideal
+        observer and the templates are told the noise, and so are not asked about noise that is
+        added before encoding.
     """
     noises = tuple(NOISES) if noises is None else tuple(noises)
+    reader = READERS[reader]() if isinstance(reader, str) else reader
+    told = getattr(reader, "knows_noise", False)
     peaks = {
         kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds
     }
+
+    def sweep(codes: Mapping[str, np.ndarray], labels: np.ndarray, kind: str) -> dict[Curve, Sweep]:
+        return _sweep_kind(codes, labels, kind, noises, peaks[kind], plan, random_state, reader)
+
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
         for kind in kinds:
-            codes = {name: group.codes[kind]}
-            sweeps |= _sweep_kind(
-                codes, group.labels, kind, noises, peaks[kind], plan, random_state
-            )
+            sweeps |= sweep({name: group.codes[kind]}, group.labels, kind)
         report(f"{name}: {len(kinds)} codes")
-    if plan.before_repeats:
-        sweeps |= _sweep_before(
-            groups, [k for k in kinds if k == "sparse"], noises, plan, random_state
-        )
+    # noise on tensors is no known noise of their codes
+    if plan.before_repeats and not told:
+        before = [kind for kind in kinds if kind == "sparse"]
+        sweeps |= _sweep_before(groups, before, noises, plan, random_state, reader)
     reference = next(iter(groups))
-    fits = {
-        n: g.null or fit_null(g.tensors, g.encoder, plan.null_iter)
-        for n, g in groups.items()
-        if "joint" in kinds
-    }
+    fits = {}
+    if "joint" in kinds:
+        fits = {
+            name: group.null or fit_null(group.tensors, group.encoder, plan.null_iter)
+            for name, group in groups.items()
+        }
     nulls: dict[Curve, Sweep] = {}
     for kind in kinds:
-        codes = (
-            {n: f.codes for n, f in fits.items()}
-            if kind == "joint"
-            else {reference: _repeat_code(groups[reference], kind)}
-        )
-        nulls |= _sweep_kind(
-            codes, groups[reference].labels, kind, noises, peaks[kind], plan, random_state
-        )
-    peak = max(group.tensors.max() for group in groups.values())
+        codes = {name: fit.codes for name, fit in fits.items()}
+        if kind != "joint":
+            codes = {reference: _repeat_code(groups[reference], kind)}
+        nulls |= sweep(codes, groups[reference].labels, kind)
+    peak = float(max(group.tensors.max() for group in groups.values()))
     baselines = {
-        name: compute_baseline(group, plan, float(peak), random_state)
-        for name, group in groups.items()
+        name: compute_baseline(group, plan, peak, random_state) for name, group in groups.items()
     }
     return Curves(
         sweeps=sweeps,
@@ -165,51 +161,60 @@ def compute_curves(
     )
 
 
-def _sweep_kind(codes, labels, kind, noises, peak, plan: Plan, random_state) -> dict[Curve, Sweep]:
+def _sweep_kind(
+    codes, labels, kind, noises, peak, plan: Plan, random_state, reader=None
+) -> dict[Curve, Sweep]:
     """Main curves with every noise, and the other numbers of copies at the probe ratio."""
     found = {}
     for name, array in codes.items():
         for model in noises:
-            noise = NOISES[model]().suit(
-                each="tensor" if kind == "raw" else "vector", reference=float(peak)
-            )
-            options = {
-                "noise": noise,
-                "rotate": kind == "raw" and noise.is_even(array),
-                "random_state": random_state,
-            }
-            found[Curve(name, kind, model, plan.n_copies)] = compute_sweep(
-                array, labels, ratios=plan.ratios, n_copies=plan.n_copies, n_repeats=plan.n_repeats,
-                estimator=make_fitting_lda(len(labels), plan.n_copies), **options,
-            )  # fmt: skip
+            each = "tensor" if kind == "raw" else "vector"
+            noise = NOISES[model]().suit(each=each, reference=float(peak))
+            jobs = [(plan.n_copies, plan.ratios, plan.n_repeats)]
             if model == "relative" and kind in plan.other_kinds:
-                for n in plan.other_copies:
-                    found[Curve(name, kind, model, n)] = compute_sweep(
-                        array, labels, ratios=(plan.probe,), n_copies=n, n_repeats=plan.other_repeats,
-                        estimator=make_fitting_lda(len(labels), n), **options,
-                    )  # fmt: skip
+                jobs += [(n, (plan.probe,), plan.other_repeats) for n in plan.other_copies]
+            for n_copies, ratios, n_repeats in jobs:
+                estimator = reader or make_fitting_lda(len(labels), n_copies)
+                rotate = not getattr(estimator, "knows_noise", False) and kind == "raw"
+                found[Curve(name, kind, model, n_copies)] = compute_sweep(
+                    array,
+                    labels,
+                    ratios=ratios,
+                    n_copies=n_copies,
+                    n_repeats=n_repeats,
+                    estimator=estimator,
+                    noise=noise,
+                    rotate=rotate and noise.is_even(array),
+                    random_state=random_state,
+                )
     return found
 
 
-def _sweep_before(groups, kinds, noises, plan: Plan, random_state) -> dict[Curve, Sweep]:
+def _sweep_before(
+    groups, kinds, noises, plan: Plan, random_state, reader=None
+) -> dict[Curve, Sweep]:
     """Noise on the tensors, rectified as the encoder needs, then encoded on the fixed bases."""
-    names = list(groups)[: None if plan.before_all else 1]
     peak = float(max(group.tensors.max() for group in groups.values()))
     found = {}
-    for name in names:
+    for name in list(groups)[: None if plan.before_all else 1]:
         group = groups[name]
         for kind in kinds:
+
+            def encode_noisy(noisy, group=group, kind=kind):
+                return encode_with(rectify(noisy), group.encoder, kind)
+
             for model in noises if plan.before_all else ("common",):
-
-                def encode_noisy(noisy, group=group, kind=kind):
-                    return encode_with(rectify(noisy), group.encoder, kind)
-
                 found[Curve(name, kind, model, plan.before_copies, "before")] = compute_sweep(
-                    group.tensors, group.labels, ratios=(plan.probe,), n_copies=plan.before_copies,
-                    n_repeats=plan.before_repeats, noise=NOISES[model]().suit(reference=peak), encode=encode_noisy,
-                    estimator=make_fitting_lda(len(group.labels), plan.before_copies),
+                    group.tensors,
+                    group.labels,
+                    ratios=(plan.probe,),
+                    n_copies=plan.before_copies,
+                    n_repeats=plan.before_repeats,
+                    noise=NOISES[model]().suit(reference=peak),
+                    encode=encode_noisy,
+                    estimator=reader or make_fitting_lda(len(group.labels), plan.before_copies),
                     random_state=random_state,
-                )  # fmt: skip
+                )
     return found
 
 

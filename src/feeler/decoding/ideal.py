@@ -9,6 +9,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
 from feeler.decoding.templates import check_known
 from feeler.dispersion.blocks import check_tensors
+from feeler.task.noise import Noise, parse_noise
 
 
 class IdealReader(Reader):
@@ -22,7 +23,7 @@ class IdealReader(Reader):
     Parameters
     ----------
     noise
-        The noise that tensors will be met in; its ``sd`` of the known touches is s_c.
+        The noise that tensors will be met in, or its text; its ``sd`` of the known touches is s_c.
 
     Attributes
     ----------
@@ -37,7 +38,9 @@ class IdealReader(Reader):
     the noise of a touch is equal in all entries, without drawing noise of a tensor's size.
     """
 
-    def __init__(self, noise: Any = None) -> None:
+    knows_noise = True
+
+    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
         self.noise = noise
 
     def fit(self, X: Any, y: Labels) -> "IdealReader":
@@ -46,7 +49,7 @@ class IdealReader(Reader):
         self.shape_ = self.known_.shape[1:]
         self.classes_ = sorted(set(labels))
         self.members_ = np.array([[label == name for name in self.classes_] for label in labels])
-        self.sd_ = np.broadcast_to(self.noise.sd(self.known_), self.known_.shape)
+        self.sd_ = np.broadcast_to(parse_noise(self.noise).sd(self.known_), self.known_.shape)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:

@@ -51,6 +51,8 @@ class Reader(ClassifierMixin, BaseEstimator):
     """
 
     classes_: Any
+    knows_noise = False
+    """Whether it learns clean tensors and is told the noise, by its parameter ``noise``."""
 
     def fit(self, X: Any, y: Labels) -> "Reader":
         """Learn from tensors (trial, sensor, time) with one label each."""

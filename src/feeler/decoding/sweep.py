@@ -1,6 +1,4 @@
-"""Accuracy against noise: train on noisy copies, test on other noisy copies and on the clean
-originals.
-"""
+"""Accuracy against noise: learn noisy copies, then name other noisy copies and the originals."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +8,10 @@ import numpy as np
 from sklearn.base import clone
 
 from feeler.checked import checked
-from feeler.decoding.classifiers import make_lda
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.labels import Labels
 from feeler.decoding.noise import draw_rotated
+from feeler.decoding.reader import READERS, Reader
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
@@ -43,11 +41,9 @@ class Sweep:
     confusion: np.ndarray = field(repr=False)
     """Counts over all repeats on noisy copies (ratio, true class, predicted class)."""
     kept_noisy: np.ndarray = field(repr=False)
-    """Share of the training copies' variance that the principal components keep (ratio, repeat);
-    NaN without PCA.
-    """
+    """Share of the training copies' variance that the principal components keep (ratio, repeat)."""
     kept_clean: np.ndarray = field(repr=False)
-    """Share of the clean test originals' variance that they keep (ratio, repeat)."""
+    """Share of the clean test originals' variance (ratio, repeat); NaN without components, both."""
 
     @property
     def chance(self) -> float:
@@ -56,25 +52,19 @@ class Sweep:
 
     @property
     def recall(self) -> np.ndarray:
-        """Accuracy by true class, all repeats together (ratio, class); NaN for a class that was not
-        tested.
-        """
+        """Accuracy by true class, all repeats together (ratio, class); NaN for an untested class."""
         total = self.confusion.sum(axis=2)
         hits = np.diagonal(self.confusion, axis1=1, axis2=2)
         return np.divide(hits, total, out=np.full(hits.shape, np.nan), where=total > 0)
 
     @property
     def area(self) -> np.ndarray:
-        """Accuracy by true class averaged over the ratios above 0 (class,): one number per
-        stimulus.
-        """
+        """Accuracy by true class (class,), averaged over the ratios above 0."""
         above = self.ratios > 0
         return self.recall[above if above.any() else slice(None)].mean(axis=0)
 
     def table(self) -> str:
-        """The numbers as text: mean ± 1 SD and the variance that the components keep, a line per
-        ratio.
-        """
+        """The numbers as text, a line per ratio: mean ± 1 SD, and the variance that is kept."""
         lines = [
             "noise   on noisy copies   on clean        variance kept: of copies, of clean originals"
         ]
@@ -98,7 +88,7 @@ def compute_sweep(
     ratios: Sequence[float] = RATIOS,
     n_copies: int = N_COPIES,
     n_repeats: int = N_REPEATS,
-    estimator: Any = None,
+    estimator: Any = "lda",
     noise: str | Noise = "relative",
     encode: Encode | None = None,
     held_out: tuple[Any, Labels] | None = None,
@@ -108,10 +98,12 @@ def compute_sweep(
 ) -> Sweep:
     """Accuracy of a classifier against the noise ratio.
 
-    Per ratio and repeat: draw ``n_copies`` noisy copies of every trial to train on, as many others
-    to test on, fit a fresh clone of the estimator on the training copies alone, score it on the
-    test copies and on the clean originals. Copies of the same trial stand on both sides, so this
-    measures robustness to noise, not generalisation to other touches; ``held_out`` measures that.
+    Per ratio and repeat: draw ``n_copies`` noisy copies of every trial to train on and as many
+    others to test on, fit a fresh clone of the reader on the training copies alone, and score it on
+    the test copies and on the clean originals. Copies of the same trial stand on both sides, so
+    this measures robustness to noise, not generalisation to other touches; ``held_out`` measures
+    that. A reader that is told the noise (``ideal``, ``templates``) learns the originals instead of
+    their copies.
 
     Parameters
     ----------
@@ -126,15 +118,16 @@ def compute_sweep(
     n_copies, n_repeats
         Copies per trial, repeats per ratio.
     estimator
-        Any scikit-learn classifier of flat vectors; default ``make_lda()``.
+        A :class:`Reader`, the name of one (:data:`READERS`), or any scikit-learn classifier of flat
+        vectors.
     encode
         If given, noise is added *before* encoding: ``codes`` are tensors, and ``encode`` maps noisy
         tensors (trial, sensor, time) to codes.
     held_out
         Other trials ``(codes, labels)`` to test on instead of the training trials.
     rotate
-        Use ``draw_rotated``: exact for estimators that see only distances and angles, and noise
-        that is the same over a whole trial (``Relative()`` or ``Common()``).
+        Use ``draw_rotated``: exact for readers that see only distances and angles, and noise that
+        is the same over a whole trial (``Relative()`` or ``Common()``).
     random_state
         Seed; equal seeds give equal sweeps.
     n_jobs
@@ -155,12 +148,15 @@ def compute_sweep(
     if isinstance(noise, str) and ":" not in noise:
         noise = NOISES[noise]().suit(each="vector", reference=None)
     noise = parse_noise(noise)
-    if rotate and (encode is not None or not noise.is_even(sets[0])):
+    reader = READERS[estimator]() if isinstance(estimator, str) else estimator
+    told = getattr(reader, "knows_noise", False)
+    if rotate and (encode is not None or told or not noise.is_even(sets[0])):
         raise InvalidInput(
-            "rotate needs noise that is the same over a trial: Relative() or Common(), no encode."
+            "rotate needs noise that is the same over a trial: Relative() or Common(), no encode,"
+            " and a reader that is not told the noise."
         )
     classes = np.unique(sets[1])
-    estimator = make_lda() if estimator is None else estimator
+    place = {name: number for number, name in enumerate(classes.tolist())}
     if n_repeats < 1:
         raise InvalidInput(f"n_repeats must be ≥ 1, got {n_repeats}.")
     shape = (len(ratios), n_repeats)
@@ -175,19 +171,20 @@ def compute_sweep(
         for k, child in enumerate(seed.spawn(len(noises))):
             rng = np.random.default_rng(child)
             train, test, originals = draw(sets, noises[k], n_copies, encode, rng)
-            model = clone(estimator).fit(*train)
-            predicted = model.predict(test[0])
-            noisy[k, r] = np.mean(predicted == test[1])
-            clean[k, r] = np.mean(model.predict(originals[0]) == originals[1])
-            np.add.at(
-                confusion[r, k],
-                (np.searchsorted(classes, test[1]), np.searchsorted(classes, predicted)),
-                1,
-            )
+            model = clone(reader)
+            if told:
+                model.set_params(noise=noises[k])
+                train = (_encode(sets[0], encode), sets[1])
+            model.fit(_shape(train[0], model), train[1])
+            true, found = _answer(model, *test, place)
+            noisy[k, r] = np.mean(found == true)
+            clean[k, r] = np.mean(np.equal(*_answer(model, *originals, place)))
+            named = found >= 0
+            np.add.at(confusion[r, k], (true[named], found[named]), 1)
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
 
     n_threads = 1 if encode is not None else min(n_jobs or count_cores(), n_repeats)
-    # One repeat per thread: the matrices are too small for threads inside BLAS to pay.
+    # one repeat per thread: the matrices are too small for threads inside BLAS to pay
     with hold_blas(), ThreadExecutor(n_threads) as pool:
         list(pool.map(run, range(n_repeats), np.random.SeedSequence(random_state).spawn(n_repeats)))
     return Sweep(
@@ -233,13 +230,13 @@ def _check_labels(codes: np.ndarray, labels: Labels) -> tuple[np.ndarray, np.nda
 
 
 def _draw_encoded(sets, noise, n_copies, encode, rng):
-    """Training copies, test copies and clean originals, flat, each with its labels."""
+    """Training copies, test copies and clean originals, each with its labels."""
     train, labels, test, test_labels = sets
     drawn = []
     for codes, names in ((train, labels), (test, test_labels)):
         copies = noise.add(codes, rng, n_copies)
-        drawn.append((_flatten(copies, encode), np.tile(names, n_copies)))
-    return *drawn, (_flatten(test, encode), test_labels)
+        drawn.append((_encode(copies, encode), np.tile(names, n_copies)))
+    return *drawn, (_encode(test, encode), test_labels)
 
 
 def _draw_rotated(sets, noise, n_copies, encode, rng):
@@ -259,9 +256,20 @@ def _draw_rotated(sets, noise, n_copies, encode, rng):
     )
 
 
-def _flatten(codes: np.ndarray, encode: Encode | None) -> np.ndarray:
-    codes = codes if encode is None else np.asarray(encode(codes))
-    return codes.reshape(len(codes), -1)
+def _encode(codes: np.ndarray, encode: Encode | None) -> np.ndarray:
+    return codes if encode is None else np.asarray(encode(codes))
+
+
+def _shape(codes: np.ndarray, model: Any) -> np.ndarray:
+    """Codes as a model takes them: tensors for readers, flat vectors for all others."""
+    return codes if isinstance(model, Reader) else codes.reshape(len(codes), -1)
+
+
+def _answer(model, codes, labels, place: dict[Any, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the true and of the named classes; −1 for a touch in which no contact was seen."""
+    named = model.predict(_shape(codes, model))
+    true, found = (np.array([place.get(one, -1) for one in each]) for each in (labels, named))
+    return true, found
 
 
 def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
@@ -269,4 +277,6 @@ def _measure_kept(model: Any, originals: np.ndarray) -> tuple[float, float]:
     first = model[0] if hasattr(model, "steps") else None
     if not isinstance(first, PrincipalComponents):
         return np.nan, np.nan
-    return float(first.explained_variance_ratio_.sum()), compute_kept_variance(first, originals)
+    return float(first.explained_variance_ratio_.sum()), compute_kept_variance(
+        first, originals.reshape(len(originals), -1)
+    )

@@ -9,6 +9,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
 from feeler.dispersion.blocks import check_tensors
 from feeler.errors import InvalidInput
+from feeler.task.noise import Noise, parse_noise
 
 
 def fit_class(touches: np.ndarray, sd: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
@@ -53,7 +54,7 @@ class TemplateReader(Reader):
     Parameters
     ----------
     noise
-        The noise that tensors will be met in; see ``feeler.decoding.Noise``.
+        The noise that tensors will be met in, or its text; see :class:`feeler.task.Noise`.
 
     Attributes
     ----------
@@ -63,7 +64,9 @@ class TemplateReader(Reader):
         Mean tensor of each class (class, sensor, time).
     """
 
-    def __init__(self, noise: Any = None) -> None:
+    knows_noise = True
+
+    def __init__(self, noise: str | Noise = "relative:0.1") -> None:
         self.noise = noise
 
     def fit(self, X: Any, y: Labels) -> "TemplateReader":
@@ -73,7 +76,7 @@ class TemplateReader(Reader):
         self.classes_ = sorted(set(labels))
         self.touches_ = [tensors[labels == name] for name in self.classes_]
         self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
-        self.sd_ = np.broadcast_to(self.noise.sd(self.means_), self.means_.shape)
+        self.sd_ = np.broadcast_to(parse_noise(self.noise).sd(self.means_), self.means_.shape)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:
