@@ -191,8 +191,8 @@ def test_resting_level_is_subtracted_and_said():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Gap(noise=-1), "Gap.noise must be finite and ≥ 0"),
-        (lambda: Gap(dropped=0.6), "dropped must be < 0.5"),
+        (lambda: Gap(noise=-1), "Gap.noise must be ≥ 0"),
+        (lambda: Gap(dropped=0.6), "Gap.dropped must be .*< 0.5"),
         (lambda: Gap().scaled(float("nan")), "size of a gap"),
     ],
 )

@@ -2,80 +2,95 @@
 classifier.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.record import Ge, Lt, Record
 from feeler.stimulus import Trial
 from feeler.task.nuisances import NAMES as NUISANCES
 from feeler.task.nuisances import Nuisances
 
+_Size = Annotated[float, Ge(0)]
 
-@dataclass(frozen=True, kw_only=True)
-class Gap:
+
+class Gap(Record):
     """Standard deviations and sizes of every difference; all are choices [C], none was measured on
     the real robot.
 
     ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)``
     removes them all.
+
+    Parameters
+    ----------
+    stiffness : float
+        sd of the stiffness of all hinges together, as a share.
+    stiffness_each : float
+        sd of each hinge's own stiffness, as a share.
+    damping : float
+        sd of the damping of all hinges together, as a share.
+    mass : float
+        sd of each link's mass, as a share.
+    length : float
+        sd of each link's length, as a share.
+    rest_angle : float
+        sd of each hinge's rest angle [rad].
+    play : float
+        Compliance of the mount at the base, as a share of hinge 1's; its angle is not sensed.
+    location : float
+        sd of the place of contact, as a fraction of the length.
+    speed : float
+        sd of the feature's speed, as a share.
+    size : float
+        sd of the feature's size, as a share.
+    approach : float
+        sd of the feature's direction [degrees].
+    friction : float
+        sd of the logarithm of friction.
+    noise : float
+        sd of each reading [rad]; the paper's device resolves less than 1° = 0.017 rad.
+    quantum : float
+        Step of the converter [rad].
+    gain : float
+        sd of each channel's change of gain since its calibration, as a share.
+    drift : float
+        sd of each channel's wander over one second [rad].
+    crosstalk : float
+        Share of each neighbour's signal in a channel.
+    bend : float
+        Departure of the capacitance's characteristic from a straight line at 0.35 rad, as a share.
+    hysteresis : float
+        Half-width of the sensing hysteresis [rad].
+    jitter : float
+        sd of each sample's time [ms].
+    dropped : float
+        Share of samples lost.
     """
 
-    stiffness: float = 0.10
-    """sd of the stiffness of all hinges together, as a share."""
-    stiffness_each: float = 0.08
-    """sd of each hinge's own stiffness, as a share."""
-    damping: float = 0.25
-    """sd of the damping of all hinges together, as a share."""
-    mass: float = 0.08
-    """sd of each link's mass, as a share."""
-    length: float = 0.01
-    """sd of each link's length, as a share."""
-    rest_angle: float = 0.015
-    """sd of each hinge's rest angle [rad]."""
-    play: float = 0.10
-    """Compliance of the mount at the base, as a share of hinge 1's; its angle is not sensed."""
-    location: float = 0.01
-    """sd of the place of contact, as a fraction of the length."""
-    speed: float = 0.02
-    """sd of the feature's speed, as a share."""
-    size: float = 0.03
-    """sd of the feature's size, as a share."""
-    approach: float = 2.0
-    """sd of the feature's direction [degrees]."""
-    friction: float = 0.3
-    """sd of the logarithm of friction."""
-    noise: float = 0.004
-    """sd of each reading [rad]; the paper's device resolves less than 1° = 0.017 rad."""
-    quantum: float = 0.002
-    """Step of the converter [rad]."""
-    gain: float = 0.03
-    """sd of each channel's change of gain since its calibration, as a share."""
-    drift: float = 0.010
-    """sd of each channel's wander over one second [rad]."""
-    crosstalk: float = 0.02
-    """Share of each neighbour's signal in a channel."""
-    bend: float = 0.03
-    """Departure of the capacitance's characteristic from a straight line at 0.35 rad, as a share.
-    """
-    hysteresis: float = 0.006
-    """Half-width of the sensing hysteresis [rad]."""
-    jitter: float = 0.05
-    """sd of each sample's time [ms]."""
-    dropped: float = 0.01
-    """Share of samples lost."""
-
-    def __post_init__(self) -> None:
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            if not (np.isfinite(value) and value >= 0):
-                raise InvalidInput(f"Gap.{entry.name} must be finite and ≥ 0, got {value}.")
-        if self.dropped >= 0.5:
-            raise InvalidInput(
-                f"Gap.dropped must be < 0.5, got {self.dropped}: half of a recording cannot be"
-                " mended."
-            )
+    stiffness: _Size = 0.10
+    stiffness_each: _Size = 0.08
+    damping: _Size = 0.25
+    mass: _Size = 0.08
+    length: _Size = 0.01
+    rest_angle: _Size = 0.015
+    play: _Size = 0.10
+    location: _Size = 0.01
+    speed: _Size = 0.02
+    size: _Size = 0.03
+    approach: _Size = 2.0
+    friction: _Size = 0.3
+    noise: _Size = 0.004
+    quantum: _Size = 0.002
+    gain: _Size = 0.03
+    drift: _Size = 0.010
+    crosstalk: _Size = 0.02
+    bend: _Size = 0.03
+    hysteresis: _Size = 0.006
+    jitter: _Size = 0.05
+    dropped: Annotated[float, Ge(0), Lt(0.5)] = 0.01
 
     def scaled(self, factor: float) -> "Gap":
         """Every entry times ``factor``; the share of dropped samples stays below 0.4."""

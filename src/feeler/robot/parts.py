@@ -3,7 +3,7 @@ only.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Annotated
 
 from feeler.antenna import Antenna
@@ -76,9 +76,7 @@ def measure_parts(
     )
     parts, scores = PARTS if parts is None else parts, {}
     for done, (name, entries) in enumerate(parts.items(), 1):
-        gap = keep_parts(
-            {"noise", *entries}, Gap() if "noise" in entries else replace(Gap(), noise=QUIET)
-        )
+        gap = keep_parts({"noise", *entries}, Gap() if "noise" in entries else Gap(noise=QUIET))
         robots = draw_robots(1.0, n_robots, seed, gap=gap, nominal=nominal)
         scores[name] = measure_transfer(
             classifier, touch_robots(robots, trials=tested, antenna=nominal)
