@@ -98,6 +98,20 @@ def test_noise_is_of_the_tensor_or_of_each_vector_and_common_noise_of_the_strong
         assert peak == max(np.abs(group.codes[kind]).max() for group in groups.values()), kind
 
 
+def test_any_reader_reads_the_codes(curves):
+    plan = replace(PLAN, other_copies=(), n_repeats=1, before_repeats=1)
+    groups = {"strong": make_group(1.0), "weak": make_group(0.1)}
+    found = compute_curves(groups, plan, kinds=("raw", "sparse"), reader="ideal")
+    for kind in ("raw", "sparse"):
+        mine, others = (
+            np.mean([sweep.noisy.mean() for sweep in each.find(kind).values()])
+            for each in (found, curves)
+        )
+        assert mine >= others - 0.1
+    assert not found.find("sparse", when="before", n_copies=4)
+    assert found.find_null("raw").noisy.mean() < 0.4
+
+
 def test_no_curve_is_made_that_nobody_asked_for(curves):
     """Other numbers of copies for relative noise alone; noise before encoding for codes of fixed
     bases alone.

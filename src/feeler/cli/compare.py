@@ -14,7 +14,7 @@ _EXAMPLES = """Examples:
 
   feeler compare cricket mine.toml --objects objects.toml --speed 0.3 --out mine.html --scale quick
 
-  feeler compare exponential cricket --scale smoke --json
+  feeler compare exponential cricket --scale smoke --reader svm --json
 """
 
 
@@ -30,10 +30,14 @@ def compare(
         typer.Option(help="TOML with a table [[object]] each; default: the paper's six"),
     ] = None,
     speed: Annotated[float, typer.Option(help="m/s")] = 0.06,
+    reader: Annotated[
+        str, typer.Option(help="who tells the touches apart; an unknown name lists all")
+    ] = "lda",
     as_json: Json = False,
 ) -> None:
     """Dispersion, entropy and accuracy against noise of several antennas, on one page."""
     from feeler.cli.choose import choose_antenna
+    from feeler.decoding import READERS
     from feeler.errors import InvalidInput
     from feeler.experiment.touch import touch
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
@@ -44,6 +48,7 @@ def compare(
     from feeler.studies.scale import SCALES
 
     effort = SCALES[scale]
+    READERS[reader]  # refused before anything is simulated
     if len(set(antennas)) < 2:
         raise InvalidInput(
             "give at least two different antennas to compare, as in: feeler compare exponential"
@@ -70,6 +75,7 @@ def compare(
         tensors,
         encoder,
         plan=effort.plan,
+        reader=reader,
         random_state=seed,
         report=lambda line: typer.echo(line, err=as_json),
     )
@@ -78,7 +84,7 @@ def compare(
     conditions = (
         f"Scale {scale}, seed {seed}, engine {DEFAULT_ENGINE}, timestep"
         f" {get_engine(DEFAULT_ENGINE).timestep:g} ms, {len(touches)} touches at {speed:g} m/s."
-        f" {describe_versions()}"
+        f" Read by {reader}. {describe_versions()}"
     )
     page = write_comparison(data, out, conditions)
     if as_json:

@@ -95,7 +95,7 @@ def compute_curves(
     *,
     kinds: Sequence[str] = CODES,
     noises: Sequence[str] | None = None,
-    reader: str | Reader | None = None,
+    reader: str | Reader = "lda",
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Curves:
@@ -111,12 +111,13 @@ def compute_curves(
     noises
         Names of noise models; all registered ones by default.
     reader
-        Who reads the codes, or its name (:data:`READERS`); None: the paper's LDA. The ideal
-        observer and the templates are told the noise, and so are not asked about noise that is
-        added before encoding.
+        Who reads the codes, or its name (:data:`READERS`). ``lda``, the paper's, has as many
+        components as the copies can give. The ideal observer and the templates are told the noise,
+        and so are not asked about noise that is added before encoding.
     """
     noises = tuple(NOISES) if noises is None else tuple(noises)
-    reader = READERS[reader]() if isinstance(reader, str) else reader
+    if isinstance(reader, str):
+        reader = None if reader == "lda" else READERS[reader]()
     told = getattr(reader, "knows_noise", False)
     peaks = {
         kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds

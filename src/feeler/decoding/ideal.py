@@ -29,6 +29,8 @@ class IdealReader(Reader):
     ----------
     classes_
         Labels, sorted.
+    noise_
+        The noise as an object.
     known_, sd_
         The known tensors (touch, sensor, time), and the standard deviation of their noise.
 
@@ -46,10 +48,11 @@ class IdealReader(Reader):
     def fit(self, X: Any, y: Labels) -> "IdealReader":
         """Know tensors (trial, sensor, time) without noise, one label each."""
         self.known_, labels = check_known(X, y)
+        self.noise_ = parse_noise(self.noise)
         self.shape_ = self.known_.shape[1:]
         self.classes_ = sorted(set(labels))
         self.members_ = np.array([[label == name for name in self.classes_] for label in labels])
-        self.sd_ = np.broadcast_to(parse_noise(self.noise).sd(self.known_), self.known_.shape)
+        self.sd_ = np.broadcast_to(self.noise_.sd(self.known_), self.known_.shape)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:

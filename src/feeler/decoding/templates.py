@@ -60,6 +60,8 @@ class TemplateReader(Reader):
     ----------
     classes_
         Labels, sorted.
+    noise_
+        The noise as an object.
     means_
         Mean tensor of each class (class, sensor, time).
     """
@@ -72,11 +74,12 @@ class TemplateReader(Reader):
     def fit(self, X: Any, y: Labels) -> "TemplateReader":
         """Learn from clean tensors (trial, sensor, time), with several touches of each class."""
         tensors, labels = check_known(X, y)
+        self.noise_ = parse_noise(self.noise)
         self.shape_ = tensors.shape[1:]
         self.classes_ = sorted(set(labels))
         self.touches_ = [tensors[labels == name] for name in self.classes_]
         self.means_ = np.stack([own.mean(axis=0) for own in self.touches_])
-        self.sd_ = np.broadcast_to(parse_noise(self.noise).sd(self.means_), self.means_.shape)
+        self.sd_ = np.broadcast_to(self.noise_.sd(self.means_), self.means_.shape)
         return self
 
     def decide(self, X: Any, until: float | None = None) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.decoding import list_groups, make_codes
+from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
 from feeler.decoding.plan import Plan
 from feeler.dispersion import (
@@ -93,6 +93,7 @@ def compare_antennas(
     encoder: Any,
     *,
     plan: Plan,
+    reader: str | Reader = "lda",
     random_state: int = 0,
     report: Callable[[str], None] = lambda line: None,
 ) -> Comparison:
@@ -105,6 +106,8 @@ def compare_antennas(
         compared.
     encoder
         An unfitted ``ConvolutiveNMF``; each antenna gets its own bases.
+    reader
+        Who tells the touches apart, or its name; see :data:`feeler.decoding.READERS`.
     """
     if len(tensors) < 2:
         raise InvalidInput(
@@ -128,7 +131,7 @@ def compare_antennas(
         },
         curves=(
             curves := compute_curves(
-                groups, plan, kinds=KINDS, random_state=random_state, report=report
+                groups, plan, kinds=KINDS, reader=reader, random_state=random_state, report=report
             )
         ),
         entropy=entropy,
