@@ -57,8 +57,8 @@ TRACES = b"# synthetic: no animal\ntime_ms,one,two\n" + b"".join(
 )
 SAMPLES = [b"0.5,1.0,2.0,3.0", b"1 2 3", b"nan;1e-3;\t4"]
 LINES = b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
-JOURNAL = b'{"key": "k"}\n{"x": [1.0], "residuals": [0.5, 2], "seconds": 0.1}\n'
-JOURNAL += b'{"x": [2], "residuals": [0, 1], "seconds": 0}\n'
+JOURNAL = b'{"key": "0a"}\n{"name": [[1.0]], "result": [[0.5, 2], 0.1]}\n'
+JOURNAL += b'{"name": [[2], "even"], "result": {"bits": 1.5}}\n'
 SMALL = {
     **{"segment_length": [1.0, 2.0, 3.0], "segment_mass": 1e-3, "radius": 0.2},
     **{"stiffness": [3.0, 2.0, 1.0], "damping": 1.0, "name": 'a "name"'},

@@ -7,12 +7,12 @@ import pytest
 
 from feeler.decoding import StreamDecoder
 from feeler.errors import InvalidInput
+from feeler.files import read_bytes
 from feeler.robot.samples import MAX_LINE, read_lines, read_samples
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import load, save
 from feeler.tensors.models import read_model, save_model
 from feeler.tensors.plain import restore
-from feeler.tensors.reading import read_bytes
 from feeler.tensors.stored import read_store
 from feeler.tensors.table import parse_table
 

@@ -18,12 +18,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feeler.antenna.file import load_antenna
-from feeler.calibration.journal import read_journal
 from feeler.calibration.recording import load_traces
 from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import load_encoder
+from feeler.journal import read_journal
 from feeler.limits import Limits
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
@@ -89,7 +89,7 @@ READERS = {
     "sensor table": Reader(read=load_calibration_table, seeds=(files.TABLE, files.COUNTS)),
     "sensor calibration": Reader(read=load_calibration, seeds=("c.json",), shape=shape_json),
     "targets": Reader(read=load_targets, seeds=(files.TARGETS,)),
-    "journal": Reader(read=lambda path: read_journal(path, "k"), seeds=(files.JOURNAL,)),
+    "journal": Reader(read=lambda path: read_journal(path, "0a"), seeds=(files.JOURNAL,)),
     "sample": Reader(
         read=lambda path: parse_sample(path.read_bytes(), 3), seeds=tuple(files.SAMPLES)
     ),

@@ -17,6 +17,8 @@ LAYERS = (
         "checked",
         "draw",
         "errors",
+        "files",
+        "journal",
         "compiled",
         "frozen",
         "provenance",

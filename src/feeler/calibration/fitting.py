@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.journal import Journal, describe_problem
 from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.journal import Journal
 
 Progress = Callable[[int, int, Minimum, float], None]
 
@@ -86,9 +86,8 @@ def fit(
     minima: list[Minimum] = []
     with ExitStack() as stack:
         if checkpoint is not None:
-            key = describe_problem(problem.hinges, problem.targets, problem.protocol)
-            problem.journal = stack.enter_context(Journal(checkpoint, key))
-            stack.callback(setattr, problem, "journal", None)
+            problem.journal = stack.enter_context(Journal(checkpoint, problem.describe()))
+            stack.callback(setattr, problem, "journal", Journal())
         for start in starts:
             minima.append(search(problem, start, method, max_evaluations))
             progress(len(minima), len(starts), minima[-1], min(m.error for m in minima))

@@ -8,10 +8,11 @@ import numpy as np
 
 from feeler.calibration.cost import compute_distance, compute_residuals, compute_symmetric_accuracy
 from feeler.calibration.hinges import Hinges
-from feeler.calibration.journal import Entry, Journal
 from feeler.calibration.protocol import Measured, Protocol
 from feeler.calibration.targets import Targets
 from feeler.errors import FeelerError
+from feeler.journal import Journal
+from feeler.provenance import make_key
 
 # [C] residual of every target of an antenna that could not be simulated or measured; larger than
 # any real one
@@ -35,7 +36,7 @@ class Problem:
     best_error: float = field(init=False, default=np.inf)
     seconds: float = 0.0
     """Processor time of the simulations."""
-    journal: Journal | None = None
+    journal: Journal = field(default_factory=Journal, repr=False)
     watch: Callable[[int, float], None] | None = None
     """Called after each group of simulations with ``evaluations`` and ``best_error``."""
 
@@ -53,14 +54,11 @@ class Problem:
         """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to
         measure.
         """
-        known = [None if self.journal is None else self.journal.find(x) for x in xs]
-        new = [k for k, entry in enumerate(known) if entry is None]
-        made = dict(zip(new, self._simulate(xs[new]) if new else (), strict=True))
-        if self.journal is not None:
-            for k, entry in made.items():
-                self.journal.add(xs[k], entry)
-        entries = [made[k] if entry is None else entry for k, entry in enumerate(known)]
-        residuals = np.stack([entry[0] for entry in entries])
+        new = [k for k, x in enumerate(xs) if self.journal.find(x) is None]
+        for k, entry in zip(new, self._simulate(xs[new]) if new else (), strict=True):
+            self.journal.add(entry, xs[k])
+        entries = [self.journal.find(x) for x in xs]
+        residuals = np.array([residuals for residuals, _ in entries], dtype=float)
         self.evaluations += len(xs)
         self.seconds += sum(entry[1] for entry in entries)
         self.failures += int(np.all(residuals == FAILED, axis=1).sum())
@@ -71,7 +69,8 @@ class Problem:
             self.watch(self.evaluations, self.best_error)
         return residuals
 
-    def _simulate(self, xs: np.ndarray) -> list[Entry]:
+    def _simulate(self, xs: np.ndarray) -> list[tuple[np.ndarray, float]]:
+        """Residuals (target,) of each, and the processor time [s] that they took."""
         antennas = [self.hinges.build(self.hinges.to_p(x)) for x in xs]
         began = time.process_time()
         outcomes = self.protocol.measure_many(antennas, self.targets.names)
@@ -100,6 +99,16 @@ class Problem:
         n = len(x)
         distance = np.diag(points[:n] - points[n:])
         return ((residuals[:n] - residuals[n:]) / distance[:, None]).T
+
+    def describe(self) -> str:
+        """A short text that changes with anything that changes a residual."""
+        hinges = {
+            "hinges": self.hinges.name,
+            "bounds": self.hinges.bounds,
+            "antenna": self.hinges.build(self.hinges.start),
+        }
+        made_with = hinges | {"protocol": self.protocol, "targets": self.targets}
+        return make_key(made_with, "feeler.calibration.problem")
 
     def score(self, p: Sequence[float] | np.ndarray) -> tuple[Measured, float, float]:
         """Measured quantities, normalised distance and median symmetric accuracy of ``p``."""

@@ -9,7 +9,7 @@ import numpy as np
 from feeler.antenna.fact import SOURCE_TAGS
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.tensors.reading import read_bytes
+from feeler.files import read_bytes
 from feeler.toml import parse_toml
 
 QUANTITIES = ("frequency", "damping_ratio", "ratio_71", "ratio_86")

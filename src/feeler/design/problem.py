@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from feeler.calibration.journal import Journal
 from feeler.design.constraints import Constraints
 from feeler.design.scoring import Score, score
 from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, SimulationDiverged
+from feeler.journal import Journal
 from feeler.provenance import make_key
 
 FAR = 1e3  # [C] cost of what breaks a constraint, or diverges: more than any number of missing bits
@@ -49,7 +49,7 @@ class DesignProblem:
     constraints: Constraints = field(default_factory=Constraints)
     options: dict[str, Any] = field(default_factory=dict)
     """Workers or executor, as for :func:`feeler.touch`."""
-    journal: Journal | None = None
+    journal: Journal = field(default_factory=Journal)
     watch: Callable[["DesignProblem"], None] | None = None
     """Called after each candidate."""
     counts: dict[str, int] = field(
@@ -98,15 +98,14 @@ class DesignProblem:
 
     def _recall(self, x: np.ndarray, design: Design) -> np.ndarray:
         """Bits, their error, share of errors, and peak; a peak of ∞ where it diverged."""
-        known = None if self.journal is None else self.journal.find(x)
-        if known is None:
-            began = time.process_time()
-            values = self._simulate(design)
-            known = values, time.process_time() - began
-            if self.journal is not None:
-                self.journal.add(x, (np.nan_to_num(values, nan=-1.0, posinf=-1.0), known[1]))
-        self.seconds += known[1]
-        return np.array([*known[0][:3], known[0][3] if known[0][3] >= 0 else np.inf])
+        values, seconds = self.journal.get_or(lambda: self._measure(design), x)
+        self.seconds += seconds
+        return np.array(values, dtype=float)
+
+    def _measure(self, design: Design) -> tuple[np.ndarray, float]:
+        """What the journal keeps: the four numbers, and the processor time [s] they took."""
+        began = time.process_time()
+        return self._simulate(design), time.process_time() - began
 
     def _simulate(self, design: Design) -> np.ndarray:
         try:

@@ -1,14 +1,12 @@
 """Optimise: from one or several starts to the antennas that tell a task's touches apart best."""
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.calibration.journal import Journal
 from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.problem import FAR, Candidate, DesignProblem, check_task
@@ -16,6 +14,7 @@ from feeler.design.scoring import score
 from feeler.design.space import Design, Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput, MissingExtra
+from feeler.journal import Journal
 from feeler.registry import Registry
 
 STEP = 0.15  # [C] first standard deviation of CMA-ES, as a share of the bounds
@@ -90,12 +89,7 @@ def optimise(
     made = DesignProblem(
         task=task, space=space, constraints=constraints or Constraints(), options=options
     )
-    with ExitStack() as stack:
-        kept = (
-            stack.enter_context(Journal(journal, made.describe(), "search"))
-            if journal is not None
-            else None
-        )
+    with Journal(journal, made.describe() if journal else "0", "search") as kept:
         found = []
         for number in range(starts):
             rng = np.random.default_rng([seed, number])

@@ -10,7 +10,6 @@ from typing import Any
 
 from feeler.errors import InvalidInput, StoreError
 from feeler.tensors.disk import TEMPORARY, sync_folder
-from feeler.tensors.reading import list_folder
 from feeler.tensors.records import (
     PROGRESS,
     GroupRecord,
@@ -47,7 +46,7 @@ def make_folder(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise StoreError(f"{path} is a file; a store is a folder. Choose another name.")
     if path.exists() and not (path / PROGRESS).is_dir():
-        foreign = [entry.name for entry in list_folder(path) if not _is_temporary(entry.name)]
+        foreign = [entry.name for entry in _list_folder(path) if not _is_temporary(entry.name)]
         if foreign:
             raise StoreError(
                 f"{path} exists and is no store (it holds {foreign[0]!r}). Choose an empty or new"
@@ -60,8 +59,8 @@ def make_folder(path: Path) -> None:
 
 def sweep(path: Path) -> None:
     """Refuse links anywhere in the store, and remove what a killed process left half written."""
-    for folder in (path, *(Path(entry.path) for entry in list_folder(path) if entry.is_dir())):
-        for entry in list_folder(folder):
+    for folder in (path, *(Path(entry.path) for entry in _list_folder(path) if entry.is_dir())):
+        for entry in _list_folder(folder):
             if _is_temporary(entry.name) and entry.is_file():
                 os.unlink(entry.path)
 
@@ -117,3 +116,20 @@ def _join(name: str, key: str) -> str:
 def _show(value: Any) -> str:
     text = "nothing" if value is None else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _list_folder(folder: Path) -> list[os.DirEntry]:
+    """Entries of a folder, by name; a symbolic link among them is refused, since it may lead
+    anywhere.
+    """
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError as error:
+        raise InvalidInput(f"cannot read the folder {folder}: {error.strerror}.") from error
+    for entry in entries:
+        if entry.is_symlink():
+            raise InvalidInput(
+                f"{entry.path} is a symbolic link; inside a store they are refused. Copy the"
+                " data in."
+            )
+    return entries

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.files import NAME, parse_json
 from feeler.guard import open_guarded
 from feeler.limits import Limits
 from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
-from feeler.tensors.reading import NAME, parse_json
 
 FORMAT = "feeler.model/1"
 

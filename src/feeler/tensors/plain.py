@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput
+from feeler.files import NAME
 from feeler.provenance import make_plain
-from feeler.tensors.reading import NAME
 
 TYPE = re.compile(r"[<>|=]?(b1|[iu][1248]|f[48])")
 OLD_UNIT = "fraction of length"  # of files of feeler 0.1, in which a share had this unit

@@ -15,10 +15,10 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
+from feeler.files import parse_json, read_bytes
 from feeler.limits import MAX_TEXT
 from feeler.provenance import make_plain, write_plain
 from feeler.tensors.plain import check_variable, describe_whole, restore_whole
-from feeler.tensors.reading import parse_json, read_bytes
 from feeler.tensors.shards import Variable, find_key
 
 FORMAT = 3

@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import FeelerError, InvalidInput, StoreError
+from feeler.files import Lock
 from feeler.provenance import make_plain
 from feeler.tensors.disk import explain, sync_folder, write_atomic
 from feeler.tensors.folder import (
@@ -28,7 +29,6 @@ from feeler.tensors.folder import (
     sweep,
 )
 from feeler.tensors.group import StoredGroup, encode_rows, make_record, write_group
-from feeler.tensors.lock import Lock
 from feeler.tensors.records import (
     FORMAT,
     LABEL,

@@ -12,7 +12,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.tensors.reading import read_text
+from feeler.files import read_text
 
 MAX_BYTES = 64 * 2**20  # [C] an eight-channel recording of 10 minutes at 1 kHz takes 40 MB
 MAX_CELLS = 12_000_000  # [C] ~100 MB of numbers

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.files import read_text
 from feeler.guard import open_guarded
-from feeler.tensors.reading import read_text
 from feeler.tensors.table import MAX_BYTES, Table, parse_table
 
 HDF5_ENDINGS = (".h5", ".hdf5", ".nc", ".nwb")

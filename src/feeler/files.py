@@ -1,15 +1,19 @@
-"""The one safe way to read a whole small file: regular, within a limit, and JSON only where it is
-JSON.
+"""Small files: the one safe way to read one whole (regular, within a limit, JSON only where it is
+JSON), and to be the only one who writes.
 """
 
+import contextlib
 import json
 import os
 import re
+import socket
 import stat
 from pathlib import Path
 from typing import Any
 
-from feeler.errors import InvalidInput
+from filelock import FileLock, Timeout
+
+from feeler.errors import InvalidInput, StoreError
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 """Names that a variable, an attribute of a file or a parameter of a model may have."""
@@ -68,18 +72,42 @@ def parse_json(raw: bytes, what: str) -> dict[str, Any]:
     return value
 
 
-def list_folder(folder: Path) -> list[os.DirEntry]:
-    """Entries of a folder, by name; a symbolic link among them is refused, since it may lead
-    anywhere.
+class Lock:
+    """Holds a file locked until ``release``; it vanishes with its holder, however that ends.
+
+    Raises
+    ------
+    StoreError
+        Another writer holds it (the message names it), or the file system has no locks.
     """
-    try:
-        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
-    except OSError as error:
-        raise InvalidInput(f"cannot read the folder {folder}: {error.strerror}.") from error
-    for entry in entries:
-        if entry.is_symlink():
-            raise InvalidInput(
-                f"{entry.path} is a symbolic link; inside a store they are refused. Copy the"
-                " data in."
+
+    def __init__(self, path: Path, what: str) -> None:
+        self._lock = FileLock(path, thread_local=False)
+        holder = path.with_name(f"{path.name}.holder")
+        try:
+            self._lock.acquire(blocking=False)
+        except Timeout:
+            name = (
+                holder.read_text(errors="replace")[:200].strip()
+                if holder.is_file()
+                else "another process"
             )
-    return entries
+            if name.startswith(f"process {os.getpid()} "):
+                raise StoreError(
+                    f"{what} is already open for writing in this process. Close it first."
+                ) from None
+            raise StoreError(
+                f"{what} is being written by {name}. Wait until it has finished, or use another"
+                " one."
+            ) from None
+        except NotImplementedError as error:
+            raise StoreError(
+                f"{what} lies on a file system without locks. Use a folder on another one."
+            ) from error
+        # A full disk must not lock anyone out: the name is only for the message.
+        with contextlib.suppress(OSError):
+            holder.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
+
+    def release(self) -> None:
+        """Let go; a second call does nothing."""
+        self._lock.release()

@@ -1,0 +1,166 @@
+"""Journal: what was computed, on disk as soon as it is known, so that whoever was interrupted goes
+on from there.
+"""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from feeler.errors import InvalidInput, StoreError
+from feeler.files import Lock, parse_json, read_bytes
+from feeler.provenance import make_plain, write_plain
+
+MAX_BYTES = 256 * 2**20  # [C] a million antennas
+FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
+
+
+class Journal:
+    """Results by name, one line of JSON each; without a path they are only kept in memory.
+
+    ::
+
+        with Journal(path, key=make_key(task, __name__), of="search") as journal:
+            bits = journal.get_or(lambda: simulate(antenna), antenna.name, speed)
+
+    A name is any numbers, texts, lists and arrays, and so is a result; it comes back in JSON's
+    types, floats to the last bit, arrays as lists, NaN and inf as words (``np.array(found, float)``
+    reads them). A last line that was cut while it was written is dropped.
+
+    Parameters
+    ----------
+    key
+        What :func:`feeler.provenance.make_key` makes of all that the results follow from.
+    of
+        What is kept, for messages: "search".
+
+    Raises
+    ------
+    InvalidInput
+        The file is something else, or belongs to another key; it is left as it is.
+    StoreError
+        Another process writes to it, or it cannot be written.
+    """
+
+    def __init__(self, path: str | Path | None = None, key: str = "0", of: str = "fit") -> None:
+        self._file: Any = None
+        self._entries: dict[str, Any] = {}
+        if path is None:
+            return
+        self._path, self._key = Path(path), key
+        self._first = _make_first_line(key)
+        lock = self._path.with_name(f".{self._path.name}.lock")
+        self._lock = Lock(lock, f"the journal {path}")
+        try:
+            self._open(of)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, of: str) -> None:
+        known = self._path.exists()
+        if known:
+            self._entries, self._size = read_journal(self._path, self._key, of)
+        try:
+            self._file = self._path.open("ab", buffering=0)
+        except OSError as error:
+            raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
+        if known and self._size:
+            self._file.truncate(self._size)
+            return
+        self._size = 0
+        self._file.truncate(0)
+        try:
+            self._write(self._first)
+        except StoreError:
+            if not known:  # a full disk: an empty file would say nothing
+                self._path.unlink(missing_ok=True)
+            raise
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def find(self, *name: Any) -> Any:
+        """The result of this name; None where it is not known."""
+        return self._entries.get(_write_name(name))
+
+    def add(self, result: Any, *name: Any) -> Any:
+        """Remember a result, here and on disk; gives it as ``find`` will."""
+        plain = make_plain(result)
+        if self._file is not None:
+            line = json.dumps({"name": make_plain(name), "result": plain}, ensure_ascii=False)
+            self._write(line.encode() + b"\n")
+        self._entries[_write_name(name)] = plain
+        return plain
+
+    def get_or(self, make: Callable[[], Any], *name: Any) -> Any:
+        """The result of this name; where it is not known, ``make`` makes it."""
+        known = self.find(*name)
+        return self.add(make(), *name) if known is None else known
+
+    def _write(self, line: bytes) -> None:
+        try:
+            if self._file.write(line) != len(line):
+                raise OSError(28, "no space left on the device")
+        except OSError as error:
+            self._file.truncate(self._size)  # the next line must not be glued to a part of this one
+            raise StoreError(f"cannot write {self._path}: {error.strerror}.") from error
+        self._size += len(line)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._file is not None:
+            self._file.close()
+        if hasattr(self, "_lock"):
+            self._lock.release()
+
+    def __enter__(self) -> "Journal":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any], int]:
+    """Results of a journal by name, and how many bytes of the file are whole lines.
+
+    Raises
+    ------
+    InvalidInput
+        The file is something else, or belongs to another key.
+    """
+    raw = read_bytes(path, MAX_BYTES)
+    whole = raw.rfind(b"\n") + 1
+    if not whole and _make_first_line(key).startswith(raw):
+        return {}, 0  # empty, or its first line was cut
+    first, *lines = raw[:whole].splitlines() or [b""]
+    found = FIRST_LINE.fullmatch(first)
+    if found is None:
+        raise InvalidInput(f"{path} is no journal of a {of}. Name another; it is left as it is.")
+    if found[1].decode() != key:
+        raise InvalidInput(
+            f"{path} belongs to another {of}: settings, versions or code differ. Remove it, or name"
+            " another."
+        )
+    entries = {}
+    try:
+        for line in lines:
+            entry = parse_json(line, "a line")
+            entries[_write_name(entry["name"])] = entry["result"]
+    except (InvalidInput, KeyError) as error:
+        raise InvalidInput(
+            f"{path} is no journal of a {of} ({error}). Remove it, or name another."
+        ) from error
+    return entries, whole
+
+
+def _make_first_line(key: str) -> bytes:
+    line = json.dumps({"key": key}).encode()
+    if not FIRST_LINE.fullmatch(line):
+        raise InvalidInput(f"a journal's key must be 1 to 16 hexadecimal digits, got {key!r}.")
+    return line + b"\n"
+
+
+def _write_name(name: Any) -> str:
+    return write_plain(make_plain(name))
