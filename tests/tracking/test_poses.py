@@ -22,8 +22,9 @@ def trials():
         make_synthetic_tracks(np.random.default_rng(k), duration=2e3 * (k + 1), noise=0.1)
         for k in range(2)
     ]
-    films[1].position[5, 2] = np.nan
-    return films
+    position = films[1].position.copy()
+    position[5, 2] = np.nan
+    return [films[0], films[1].replace(position=position)]
 
 
 @pytest.mark.parametrize("unit", ["px", "mm"])

@@ -7,9 +7,9 @@ They are the truth. Everything else that makes a store a Zarr group is a copy fo
 import hashlib
 import json
 import re
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -18,6 +18,7 @@ from feeler.errors import InvalidInput, StoreError
 from feeler.files import parse_json, read_bytes
 from feeler.limits import MAX_TEXT
 from feeler.provenance import make_plain, write_plain
+from feeler.record import Record
 from feeler.tensors.plain import check_variable, describe_whole, restore_whole
 from feeler.tensors.shards import Variable, find_key
 
@@ -26,10 +27,10 @@ PROGRESS = "progress"  # a Zarr group, so that a Zarr reader takes no offence at
 LABEL = "store.json"
 UNSTABLE = ("created", "date", "history")  # attributes that may differ between trials of one set
 _RECORD = re.compile(r"\d{6,}\.json")
+_Kind = TypeVar("_Kind", bound=Record)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Layout:
+class Layout(Record):
     """The variables of a store, made from its first trials."""
 
     variables: dict[str, Variable]
@@ -47,8 +48,7 @@ class Layout:
         return restore_whole(json.loads(self.shared), LABEL)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Label:
+class Label(Record):
     """What a store says of itself."""
 
     n_trials: int
@@ -58,8 +58,7 @@ class Label:
     layout: Layout | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class GroupRecord:
+class GroupRecord(Record):
     """One group: its finished trials, their labels, and the digests that each of its shards may
     have.
     """
@@ -150,9 +149,9 @@ def compute_sum(raw: bytes) -> str:
     return hashlib.blake2b(raw, digest_size=16).hexdigest()
 
 
-def seal(content: Any, **fields: Any) -> bytes:
-    """A dataclass as JSON that carries its own checksum."""
-    plain = make_plain({**asdict(content), **fields})
+def seal(content: Record, **fields: Any) -> bytes:
+    """A record as JSON that carries its own checksum."""
+    plain = make_plain({**content.to_plain(), **fields})
     return json.dumps(plain | {"checksum": compute_sum(_text(plain))}, ensure_ascii=False).encode(
         "utf-8", "replace"
     )
@@ -199,22 +198,15 @@ def read_label(path: Path) -> Label:
         raise InvalidInput(
             f"{path} is a store of another format; this feeler reads {FORMAT}. Update feeler."
         )
+    return _make(Label, content, path / PROGRESS / LABEL)
+
+
+def _make(kind: type[_Kind], content: dict[str, Any], file: Path) -> _Kind:
+    """A record of a store from what its file holds."""
     try:
-        layout = content.pop("layout")
-        if layout is not None:
-            variables = {
-                name: Variable(**_tuples(item)) for name, item in layout.pop("variables").items()
-            }
-            layout = Layout(variables=variables, **_tuples(layout))
-        return Label(layout=layout, **content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InvalidInput(f"{path / PROGRESS / LABEL} is damaged: {str(error)[:100]}.") from error
-
-
-def _tuples(fields: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()
-    }
+        return kind(**content)
+    except (InvalidInput, TypeError) as error:
+        raise InvalidInput(f"{file} is damaged: {str(error)[:150]}") from error
 
 
 def find_groups(path: Path) -> list[int]:
@@ -230,25 +222,18 @@ def record_path(path: Path, group: int) -> Path:
 
 def read_record(path: Path, group: int, label: Label) -> GroupRecord:
     """A group's record, checked."""
-    file = record_path(path, group)
-    try:
-        record = GroupRecord(**_unseal(file, MAX_TEXT))
-        layout = label.layout
-        rows = {*range(group * label.group, min((group + 1) * label.group, label.n_trials))}
-        good = (
-            record.group == group
-            and {*record.trials} <= rows
-            and record.trials == sorted({*record.trials})
-        )
-        good = good and layout is not None and record.shards.keys() == layout.variables.keys()
-        counts = {name: len(values) for name, values in record.labels.items()}
-        good = (
-            good
-            and layout is not None
-            and counts == dict.fromkeys(layout.labels, len(record.trials))
-        )
-    except (TypeError, AttributeError) as error:
-        raise InvalidInput(f"{file} is damaged: {str(error)[:100]}.") from error
+    file, layout = record_path(path, group), label.layout
+    record = _make(GroupRecord, _unseal(file, MAX_TEXT), file)
+    rows = range(group * label.group, min((group + 1) * label.group, label.n_trials))
+    counts = {name: len(values) for name, values in record.labels.items()}
+    good = (
+        layout is not None
+        and record.group == group
+        and {*record.trials} <= {*rows}
+        and record.trials == sorted({*record.trials})
+        and record.shards.keys() == layout.variables.keys()
+        and counts == dict.fromkeys(layout.labels, len(record.trials))
+    )
     if not good:
         raise InvalidInput(f"{file} is damaged: it is no record of trials of group {group}.")
     return record
@@ -279,6 +264,6 @@ def merge(old: GroupRecord, new: GroupRecord) -> GroupRecord:
         name: [(old.labels[name] + new.labels[name])[k] for k in order] for name in new.labels
     }
     made = old.made + new.made
-    return replace(
-        new, trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else []
+    return new.replace(
+        trials=sorted(trials), labels=labels, made=[made[k] for k in order] if made else []
     )

@@ -7,7 +7,7 @@ is compressed and has a checksum of its own.
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ import numpy as np
 import zarr
 from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore, MemoryStore, StorePath
+
+from feeler.record import Record
 
 # [C] trials in one chunk: 0.7 MB of 56 sensors and 100 samples; 8 take twice the time to read and
 # write
@@ -24,8 +26,7 @@ LABELS = 65_536
 LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 
 
-@dataclass(frozen=True, kw_only=True)
-class Variable:
+class Variable(Record):
     """What all trials of one variable share."""
 
     dims: tuple[str, ...]

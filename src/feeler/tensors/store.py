@@ -9,7 +9,6 @@ consolidated Zarr v3 group.
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -135,7 +134,7 @@ class Store:
             check_configuration(self.path, stored, self.label)
             self._records = find_intact(self.path, stored)
             self._check_made()
-            grown = replace(stored, n_trials=self.label.n_trials)
+            grown = stored.replace(n_trials=self.label.n_trials)
             self.label = grown
             if grown != stored:
                 self._write_label()
@@ -223,12 +222,14 @@ class Store:
         if self.label.layout is not None:
             check_same(self.label.layout, layout)
             return
-        self.label = replace(self.label, layout=layout)
+        self.label = self.label.replace(layout=layout)
         sync_folder(self.path)
         self._write_label()
         self._copy()
 
-    def _extend(self, old: GroupRecord, indices: list[int], trials: xr.Dataset, made: list[Any]) -> None:
+    def _extend(
+        self, old: GroupRecord, indices: list[int], trials: xr.Dataset, made: list[Any]
+    ) -> None:
         """Add trials to a group that has some: until all is done each shard may be the old or the
         new one.
         """
@@ -245,7 +246,7 @@ class Store:
         both = {
             name: old.shards[name] + new.shards[name] for name in shards
         }  # the old trials are in both
-        write_atomic(record_path(self.path, group), seal(replace(old, shards=both)))
+        write_atomic(record_path(self.path, group), seal(old.replace(shards=both)))
         for name, raw in shards.items():
             write_atomic(find_shard(self.path, name, new, self.label), raw)
         write_atomic(record_path(self.path, group), seal(new))

@@ -2,12 +2,14 @@
 
 import os
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+from typing import Annotated
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import ALLOW_NAN, Gt, Len, Record, Unit
 from feeler.tensors.table import Table
 from feeler.tracking.trackers import Found, read_tracker
 
@@ -18,8 +20,7 @@ MIN_LIKELIHOOD = 0.6  # [B] the default of DeepLabCut (pcutoff) and of movement
 MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate of a film
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Tracks:
+class Tracks(Record):
     """Landmark positions, y upwards, first pixel at 0.
 
     Raises
@@ -29,11 +30,11 @@ class Tracks:
         > 0.
     """
 
-    position: np.ndarray
+    position: Annotated[np.ndarray, "frame landmark 2", ALLOW_NAN]
     """(frame, landmark, axis) [px, or mm after ``scaled``]; NaN where a landmark was not seen."""
-    landmarks: tuple[str, ...]
+    landmarks: Annotated[tuple[str, ...], Len(1)]
     """Name of each landmark."""
-    interval: float
+    interval: Annotated[float, Gt(0), Unit("ms")]
     """Time between frames [ms]."""
     unit: str = "px"
     source: str = "tracked"
@@ -44,24 +45,19 @@ class Tracks:
     threshold.
     """
 
-    def __post_init__(self) -> None:
-        position = np.array(self.position, dtype=float)
-        names = tuple(self.landmarks)
-        if position.ndim != 3 or position.shape[1:] != (len(names), 2) or not names:
+    def _check(self) -> None:
+        names = self.landmarks
+        if self.position.shape[1] != len(names):
             raise InvalidInput(
                 f"position must be (frame, landmark, axis) = (…, {len(names)}, 2) for landmarks"
-                f" {', '.join(names)}; got shape {position.shape}."
+                f" {', '.join(names)}; got shape {self.position.shape}."
             )
         if len(set(names)) < len(names):
             raise InvalidInput(f"each landmark needs its own name, got {', '.join(names)}.")
-        if np.isinf(position).any():
+        if np.isinf(self.position).any():
             raise InvalidInput(
                 "positions must be finite, or NaN where a landmark was not seen; got infinity."
             )
-        if not (np.isfinite(self.interval) and self.interval > 0):
-            raise InvalidInput(f"interval must be > 0 ms, got {self.interval}.")
-        object.__setattr__(self, "position", position)
-        object.__setattr__(self, "landmarks", names)
 
     @property
     def n_frames(self) -> int:
@@ -79,7 +75,7 @@ class Tracks:
             raise InvalidInput(
                 f"tracks in {self.unit} are scaled by px/mm > 0, once; got {pixels_per_mm}."
             )
-        return replace(self, position=self.position / pixels_per_mm, unit="mm")
+        return self.replace(position=self.position / pixels_per_mm, unit="mm")
 
     def of(self, landmark: str) -> np.ndarray:
         """Positions (frame, axis) of one landmark; the error lists the names there are."""
