@@ -7,6 +7,7 @@ import pytest
 
 import feeler
 from feeler.antenna.modes import compute_modes
+from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.constraints import compute_diameter
 from feeler.design.scoring import decode, touch_classes
@@ -43,6 +44,19 @@ def test_the_score_is_that_of_the_touches_that_touch_makes(found):
     assert found.confusion.sum(axis=1) == pytest.approx(1.0)
     assert found.errors == pytest.approx(1 - np.trace(found.confusion) / 4)
     assert found.errors == pytest.approx(found.wrong.mean())
+
+
+@pytest.mark.parametrize("reader", ["templates", "svm"])
+def test_any_reader_may_be_asked(reader):
+    """Templates are the score's own decoder, met by other noise."""
+    made = score(ANTENNA, TASK, reader=READERS["svm"](5) if reader == "svm" else reader)
+    assert made.confusion.sum(axis=1) == pytest.approx(1.0)
+    if reader == "templates":
+        common = TASK.replace(noise="common:0.02")
+        own, other = (score(ANTENNA, common, reader=who) for who in (None, "templates"))
+        assert other.bits == pytest.approx(own.bits, abs=0.1)
+        assert other.errors == pytest.approx(own.errors, abs=0.05)
+    assert made.bits < 2
 
 
 def test_purposes_meet_different_touches_and_antennas_the_same():

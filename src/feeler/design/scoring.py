@@ -23,9 +23,12 @@ from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
+from sklearn.base import clone
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
+from feeler.decoding import READERS, Reader
+from feeler.decoding.sweep import N_COPIES
 from feeler.decoding.templates import fit_class
 from feeler.design.task import DesignTask
 from feeler.execute import Executor
@@ -73,6 +76,7 @@ def score(
     task: DesignTask,
     purpose: str = "test",
     *,
+    reader: str | Reader | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> Score:
@@ -82,6 +86,9 @@ def score(
     ----------
     purpose
         Which draws of touches: ``optimiser``, ``test`` or ``final``.
+    reader
+        Another decoder, or its name; see :data:`feeler.decoding.READERS`. Unless it is told the
+        noise, it learns noisy copies of the touches.
     workers, executor
         As for :func:`feeler.touch`.
 
@@ -96,6 +103,7 @@ def score(
             for v in task.speeds
         ],
         task,
+        reader,
     )
 
 
@@ -147,10 +155,16 @@ def _place_objects(
     )
 
 
-def judge(angles: list[np.ndarray], task: DesignTask) -> Score:
+def judge(
+    angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None
+) -> Score:
     """The score of angles (class, touch, sensor, time), speed by speed."""
+    reader = READERS[reader]() if isinstance(reader, str) else reader
     with hold_blas():
-        found = [_decode_angles(one, task) for one in angles]
+        found = [
+            _decode_angles(one, task) if reader is None else _read_angles(one, task, reader)
+            for one in angles
+        ]
     bits = np.array([logs.mean(axis=0) for logs, _ in found])  # (speed, class, touch)
     answers = np.array([shares for _, shares in found])  # (speed, class, touch, answer)
     k = np.arange(task.n_classes)
@@ -186,6 +200,26 @@ def _decode_angles(angles: np.ndarray, task: DesignTask) -> tuple[np.ndarray, np
         both = np.concatenate([known, noisy], axis=1)
         logits.append(compute_logits(both, task.train, noise.size, np.zeros((1, both.shape[2]))))
     return _count_bits(np.concatenate(logits))
+
+
+def _read_angles(
+    angles: np.ndarray, task: DesignTask, reader: Reader
+) -> tuple[np.ndarray, np.ndarray]:
+    """What :func:`decode` gives, by another reader."""
+    rng, model = np.random.default_rng(NOISE_SEED), clone(reader)
+    known, tests = (
+        part.reshape(-1, *angles.shape[2:]) for part in np.split(angles, [task.train], axis=1)
+    )
+    labels = np.repeat(np.arange(task.n_classes), task.train)
+    if model.knows_noise:
+        model.set_params(noise=task.noise).fit(known, labels)
+    else:
+        model.fit(task.noise.add(known, rng, N_COPIES), np.tile(labels, N_COPIES))
+    chance = np.asarray(model.predict_proba(task.noise.add(tests, rng, 2 * N_DRAWS)))
+    # who notices no contact guesses
+    chance = np.nan_to_num(chance, nan=1 / task.n_classes)
+    logits = np.log(np.maximum(chance, np.finfo(float).tiny))
+    return _count_bits(logits.reshape(2 * N_DRAWS, task.n_classes, task.test, -1))
 
 
 @checked
