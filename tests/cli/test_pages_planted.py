@@ -235,11 +235,8 @@ def test_a_movie_says_how_slow_it_is(monkeypatch, tmp_path):
 
 def test_conditions_stand_at_the_foot_of_a_trade_off(monkeypatch, tmp_path):
     said = []
-    monkeypatch.setattr(
-        tradeoff,
-        "measure_tradeoff",
-        lambda *_, **__: SimpleNamespace(assign_attrs=lambda **_: None),
-    )
+    monkeypatch.setattr(tradeoff.Study, "run", lambda *_, **__: None)
+    monkeypatch.setattr(tradeoff, "split_measured", lambda _: {})
     monkeypatch.setattr(
         tradeoff, "write_tradeoff", lambda _, __, out, words: said.append(words) or out
     )

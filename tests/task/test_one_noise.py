@@ -9,7 +9,7 @@ from feeler.active import Arena, TouchTask
 from feeler.decoding import IdealReader, TemplateReader, compute_sweep
 from feeler.design import DesignTask, load_plan, measure_sensors, score
 from feeler.learn import TouchDataset
-from feeler.studies.tradeoff import load_declared, measure_tradeoff
+from feeler.studies.tradeoff import load_declared
 from feeler.task import NOISES, Noise, Task
 
 ANTENNA = feeler.Antenna(
@@ -92,10 +92,9 @@ def test_in_design_files_of_the_command_line(name, tmp_path):
     assert str(load_plan(path).task.noise) == name
 
 
-@pytest.mark.xfail(strict=True, reason="the trade-off knows two kinds of noise by name")
 def test_in_the_trade_off(name):
-    declared = load_declared(sets=1, speeds=(0.6,), levels={"ours": (0.3,)}, draws=3)
-    found = measure_tradeoff(feeler.presets.cockroach(), declared, OBJECTS, workers=1)
+    study = load_declared(sets=1, speeds=(0.6,), levels={"ours": (0.3,)}, draws=3, objects=OBJECTS)
+    found = study.run({"a": feeler.presets.cockroach()}, workers=1)
     assert found["level"].values.tolist() == ["ours 0.3"] and (found["bits"] > 0).any()
 
 

@@ -16,7 +16,7 @@ from feeler.errors import InvalidInput
 from feeler.physics.simulation import Simulation
 from feeler.plotting.dataset import plot_trial
 from feeler.plotting.touch import plot_touch
-from feeler.studies.tradeoff import load_declared, measure_tradeoff
+from feeler.studies.tradeoff import load_declared
 from feeler.tensors import QUANTITIES, in_unit
 
 PAIRS = [
@@ -122,12 +122,13 @@ def read_pages(tmp_path_factory):
         plot_touch(tensors, figure)
         image = figure.axes[0].images[0]
         numbers |= {"plotted": image.get_array().max(), "until": image.get_extent()[1]}
-        declared = load_declared(
-            sets=1, speeds=(1.2,), levels={"relative": (1.0,), "common": (0.03,)}
+        study = load_declared(
+            sets=1,
+            speeds=(1.2,),
+            levels={"relative": (1.0,), "common": (0.03,)},
+            objects=[feeler.Ball(radius=1.5), feeler.Ball(radius=3)],
         )
-        found = measure_tradeoff(
-            ANTENNA, declared, [feeler.Ball(radius=1.5), feeler.Ball(radius=3)]
-        )
+        found = study.run({"a": ANTENNA})
         return numbers | {name: float(found[name].mean()) for name in found}
 
     return read

@@ -32,6 +32,14 @@ def tradeoff(
         int | None,
         typer.Option(min=1, help="draws of all touches; default 80, some 4 minutes on two cores"),
     ] = None,
+    reader: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="who reads, more than once: ideal (knows every touch; default), lda, svm,"
+            " templates …; others than the ideal learn from touches of their own, which takes"
+            " minutes a set"
+        ),
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="threads; default one per core")
     ] = None,
@@ -44,24 +52,25 @@ def tradeoff(
     from feeler.cli.progress import ProgressBar
     from feeler.physics.engine import DEFAULT_ENGINE, get_engine
     from feeler.provenance import describe_versions
-    from feeler.stimulus.feature import parse_feature
-    from feeler.studies.tradeoff import load_declared, measure_tradeoff, write_tradeoff
+    from feeler.studies.tradeoff import load_declared, split_measured, write_tradeoff
 
-    given = {"sets": sets, "speeds": tuple(speed) if speed else None}
-    declared = load_declared(**{name: value for name, value in given.items() if value is not None})
+    given = {"sets": sets, "speeds": speed, "objects": objects, "readers": reader}
+    study = load_declared(
+        **{
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in given.items()
+            if value
+        }
+    )
     chosen = {Path(name).stem: choose_antenna(name) for name in antenna or ["exponential"]}
-    features = [parse_feature(text) for text in objects] if objects else None
     out.mkdir(parents=True, exist_ok=True)
-    measured = {}
-    for name, one in chosen.items():
-        with ProgressBar(f"touching with {name}") as progress:
-            found = measure_tradeoff(one, declared, features, workers=workers, progress=progress)
-        measured[name] = found.assign_attrs(antenna=name)
+    with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
+        measured = split_measured(study.run(chosen, workers=workers, progress=progress))
     conditions = (
         f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms,"
-        f" {declared.sets} sets, seed {declared.seed}. {describe_versions()}"
+        f" {study.sets} sets, seed {study.seed}. {describe_versions()}"
     )
-    page = write_tradeoff(measured, declared, out, conditions)
+    page = write_tradeoff(measured, study, out, conditions)
     if as_json:
         say_json(
             {"antennas": {name: found.to_dict() for name, found in measured.items()}, "page": page}

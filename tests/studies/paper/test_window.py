@@ -53,7 +53,9 @@ def test_a_window_ends_before_its_last_moment_and_samples_may_be_longer():
 
 
 def test_a_recording_that_begins_later_ends_later():
-    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(time=("time", TIME + 5.0, {"units": "ms"}))
+    tensors = make_touches([[(10, 301)], [(20, 40)]]).assign_coords(
+        time=("time", TIME + 5.0, {"units": "ms"})
+    )
     assert measure_window(tensors).end == 306.0
 
 

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from feeler.report import Section
 from feeler.studies.tradeoff import average_sets, find_best, load_declared, write_tradeoff
 from feeler.studies.tradeoff.draw import plot_tradeoff
-from feeler.studies.tradeoff.measure import list_windows
 from feeler.studies.tradeoff.page import fill_section
 
 SPEEDS = (0.06, 0.6, 1.2)
@@ -27,7 +26,7 @@ def declared():
 @pytest.fixture(scope="module")
 def measured(declared):
     """Random numbers in the shape of a measurement, no two alike."""
-    windows, rng = list_windows(declared), np.random.default_rng(0)
+    windows, rng = declared.list_windows(), np.random.default_rng(0)
     levels = [f"{kind} {size:g}" for kind, sizes in declared.levels.items() for size in sizes]
     shape, dims = (3, len(SPEEDS), len(levels), len(windows)), ("set", "speed", "level", "window")
     fields = {"accuracy": (dims, rng.random(shape)), "bits": (dims, 5 * rng.random(shape))}
@@ -35,10 +34,10 @@ def measured(declared):
         name: (dims[:2], scale * rng.random(shape[:2]))
         for name, scale in (("work", 90), ("force", 4), ("release", 300))
     }
-    coords = {"speed": list(SPEEDS), "level": levels, "window": [one.label for one in windows]}
+    coords = {"speed": list(SPEEDS), "level": levels, "window": [name for _, _, name in windows]}
     kinds = {
-        "kind": ("window", [one.kind for one in windows]),
-        "value": ("window", [one.value for one in windows]),
+        "kind": ("window", [kind for kind, _, _ in windows]),
+        "value": ("window", [value for _, value, _ in windows]),
     }
     return xr.Dataset(fields | costs, coords | kinds, {"antenna": "toy"})
 

@@ -13,60 +13,59 @@ import feeler
 from feeler.cli.app import app
 from feeler.errors import InvalidInput
 from feeler.information import compute_information, scale_peaks
-from feeler.studies.tradeoff import (
-    average_sets,
-    draw_touches,
-    find_best,
-    load_declared,
-    measure_tradeoff,
-)
-from feeler.studies.tradeoff.measure import list_windows
+from feeler.studies.tradeoff import average_sets, find_best, load_declared
 
 BALLS = [feeler.Ball(radius=1.5), feeler.Ball(radius=3.0)]
 
 
-@pytest.fixture(scope="module")
-def declared():
-    return load_declared(sets=2, speeds=(0.6, 1.2), levels={"relative": (1.0,), "common": (0.03,)})
+CHOSEN = {"levels": {"relative": (1.0,), "common": (0.03,)}, "objects": BALLS}
 
 
 @pytest.fixture(scope="module")
-def measured(declared):
-    return measure_tradeoff(feeler.presets.cockroach(), declared, BALLS)
+def study():
+    return load_declared(sets=2, speeds=(0.6, 1.2), **CHOSEN)
 
 
-def test_all_speeds_meet_the_same_touches(declared):
-    slow, fast = (draw_touches(declared, 3, speed=speed) for speed in (0.03, 1.2))
-    assert len(slow) == 30
+@pytest.fixture(scope="module")
+def measured(study):
+    found = study.run({"cockroach": feeler.presets.cockroach()})
+    return found.sel(antenna="cockroach", reader="ideal")
+
+
+def test_all_speeds_and_antennas_meet_the_same_touches():
+    task = load_declared().task
+    antennas = feeler.presets.cockroach(), feeler.presets.cockroach("constant")
+    (slow, labels), (fast, same) = (
+        task.draw(antenna, "test", set=3, speed=speed)
+        for antenna, speed in zip(antennas, (0.03, 1.2), strict=True)
+    )
+    assert len(slow) == 30 and labels.tolist() == same.tolist()
     assert [(t.feature, t.location, t.approach, t.friction) for t in slow] == [
         (t.feature, t.location, t.approach, t.friction) for t in fast
     ]
-    assert draw_touches(declared, 4)[0].location != slow[0].location
+    assert task.draw(None, "test", set=4)[0][0].location != slow[0].location
 
 
-def test_draws_stay_in_their_ranges(declared):
-    trials = [
-        trial for number in range(20) for trial in draw_touches(declared, number, BALLS, [0.7])
-    ]
-    assert max(abs(t.location - 0.7) for t in trials) <= declared.jitter["location"]
-    assert max(abs(t.approach - 90) for t in trials) <= declared.jitter["approach"]
-    assert {t.name for t in trials} == {"ball"}
-    low, high = declared.jitter["friction"]
-    assert all(low <= t.friction <= high for t in trials)
+def test_draws_stay_in_the_declared_ranges():
+    task = load_declared(objects=BALLS, locations=(0.7,)).task
+    trials = [trial for number in range(20) for trial in task.draw(None, "test", set=number)[0]]
+    assert max(abs(t.location - 0.7) for t in trials) <= 0.015
+    assert max(abs(t.approach - 90) for t in trials) <= 4.0
+    assert all(0.6 <= t.friction <= 1.0 for t in trials)
 
 
-def test_a_window_is_the_samples_that_it_names(declared, measured):
+def test_a_window_is_the_samples_that_it_names(study, measured):
     """20 ms at 0.6 m/s and 12 mm are not in the table of one kind only: what is the same window
     tells the same.
     """
-    trials = draw_touches(declared, 1, BALLS, speed=0.6)
+    trials, _ = study.task.draw(None, "test", set=1, speed=0.6)
     angle = feeler.touch(feeler.presets.cockroach(), trials, duration=60.0)["angle"].values
     found = measured.isel(set=1).sel(speed=0.6)
-    common = compute_information(angle[:, :, 6:26], 0.03, n_draws=declared.draws, random_state=1)
+    common = compute_information(angle[:, :, 6:26], 0.03, n_draws=study.draws, random_state=1)
     assert float(found["bits"].sel(level="common 0.03", window="20 ms")) == pytest.approx(
         common.bits, abs=1e-3
     )
-    every = compute_information(angle[:, :, 7:46:2], 0.03, n_draws=declared.draws, random_state=1)
+    every = compute_information(angle[:, :, 7:46:2], 0.03, n_draws=study.draws, random_state=1)
     assert float(
         found["bits"].sel(level="common 0.03", window="24 mm, 20 samples")
     ) == pytest.approx(every.bits, abs=1e-3)
@@ -85,14 +84,14 @@ def test_more_samples_tell_more(measured):
     )
 
 
-def test_relative_noise_is_of_the_whole_touchs_peak(declared, measured):
-    trials = draw_touches(declared, 0, BALLS, speed=1.2)
+def test_relative_noise_is_of_the_whole_touchs_peak(study, measured):
+    trials, _ = study.task.draw(None, "test", speed=1.2)
     length = feeler.presets.cockroach().length
     angle = feeler.touch(feeler.presets.cockroach(), trials, duration=np.ceil(105 + length / 1.2))[
         "angle"
     ].values
     known = compute_information(
-        scale_peaks(angle)[:, :, 6:], 1.0, n_draws=declared.draws, random_state=0
+        scale_peaks(angle)[:, :, 6:], 1.0, n_draws=study.draws, random_state=0
     )
     found = (
         measured["accuracy"].isel(set=0).sel(speed=1.2, level="relative 1", window="whole touch")
@@ -139,12 +138,46 @@ def test_the_interval_is_students():
 
 def test_every_speed_has_its_matched_samples_on_the_grid():
     """At all declared speeds the matched samples lie on whole samples, so that nothing is rounded."""
-    declared = load_declared()
-    far, n = declared.windows["matched_distance"], declared.windows["matched_samples"]
-    for speed in declared.speeds:
-        at = far * np.arange(1, n + 1) / n / speed / declared.sample_interval
+    study = load_declared()
+    far, n = study.windows["matched_distance"], study.windows["matched_samples"]
+    for speed in study.task.speeds:
+        at = far * np.arange(1, n + 1) / n / speed / study.sample_interval
         assert at == pytest.approx(np.round(at), abs=1e-9)
-    assert len({w.label for w in list_windows(declared)}) == len(list_windows(declared))
+    names = [name for _, _, name in study.list_windows()]
+    assert len({*names}) == len(names)
+
+
+def test_a_reader_that_learns_tells_less_than_one_that_knows():
+    study = load_declared(
+        sets=1,
+        speeds=(0.6,),
+        readers=("ideal", "lda"),
+        locations=(0.6, 0.9),
+        draws=8,
+        windows={**load_declared().windows, "deadlines": (20, 100), "distances": ()},
+        **CHOSEN,
+    )
+    found = study.run({"a": feeler.presets.cockroach()}).isel(antenna=0, set=0, speed=0)
+    assert found["bits"].dims == ("reader", "level", "window")
+    whole = found["accuracy"].sel(window="whole touch", level="common 0.03")
+    assert 0.25 < float(whole.sel(reader="lda")) <= float(whole.sel(reader="ideal")) + 0.1
+    assert float(found["bits"].sel(reader="lda").max()) <= 2.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sets": 0}, "at least one set"),
+        ({"readers": ("oracle",)}, "unknown reader 'oracle'; valid: lda"),
+        ({"levels": {"pink": (1.0,)}}, "unknown noise model 'pink'; valid: relative, common"),
+        ({"objects": ()}, "a task needs an object"),
+        ({"objects": [BALLS[0]] * 2}, "two objects are called"),
+        ({"speeds": ()}, "speeds must be different numbers > 0, at least one"),
+    ],
+)
+def test_a_study_that_cannot_be_made_is_refused(changes, words):
+    with pytest.raises(InvalidInput, match=words):
+        load_declared(**changes)
 
 
 def test_the_verb_writes_page_picture_and_numbers(tmp_path):
@@ -170,9 +203,4 @@ def test_the_verb_writes_page_picture_and_numbers(tmp_path):
     assert "constant" in kept and json.loads(done.stdout)["antennas"] == kept
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
     assert lines[0].startswith("antenna,speed,level,window,accuracy")
-    assert len(lines) == 1 + 2 * 6 * len(list_windows(load_declared()))
-
-
-def test_no_speed_is_refused():
-    with pytest.raises(InvalidInput, match="at least one speed > 0"):
-        load_declared(speeds=())
+    assert len(lines) == 1 + 2 * 6 * len(load_declared().list_windows())

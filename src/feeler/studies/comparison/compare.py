@@ -140,7 +140,9 @@ def compare_antennas(
             for n, g in groups.items()
         },
         differences=_compute_differences(curves, random_state),
-        peak={name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()},
+        peak={
+            name: float(abs(in_unit(data["angle"], "rad")).max()) for name, data in tensors.items()
+        },
     )
 
 

@@ -52,9 +52,7 @@ def compute(
     }
     sweeps = {
         noise: {
-            name: compute_sweep(
-                array, labels, noise=NOISES[noise](), **options
-            )
+            name: compute_sweep(array, labels, noise=NOISES[noise](), **options)
             for name, array in arrays.items()
         }
         for noise in ("relative", "common")

@@ -29,7 +29,8 @@ from feeler.report.section import Section
 from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.open_gradient import UNITS, load_questions
+from feeler.studies.paper.open_gradient import load_questions
+from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
@@ -89,7 +90,7 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
         ]
         derived = differentiate_touches(antenna, sets[1], tuple(TARGETS), **options)
         changes[shape] = derived["change"].values
-        for kind in UNITS:
+        for kind in UNITS_OF_NOISE:
             clean, moves = angles, derived["derivative"].values
             if kind == "relative":
                 clean, moves = (
@@ -142,7 +143,7 @@ def _read(
 def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> None:
     """Error of the readers, and the bound, against noise; first shape."""
     shape = asked["shapes"][0]
-    for row, kind in zip(figure.subplots(2, 3), UNITS, strict=True):
+    for row, kind in zip(figure.subplots(2, 3), UNITS_OF_NOISE, strict=True):
         for k, (ax, (target, unit)) in enumerate(zip(row, TARGETS.items(), strict=True)):
             sizes = asked[kind]
             for colour, name in zip(PALETTE, asked["readers"], strict=False):
@@ -162,7 +163,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             ax.set(
                 xscale="log",
                 yscale="log",
-                xlabel=f"noise [{UNITS[kind]}]",
+                xlabel=f"noise [{UNITS_OF_NOISE[kind]}]",
                 ylabel=f"error of {target} [{unit}]",
             )
             mark_places(ax.xaxis, sizes)
@@ -189,7 +190,7 @@ def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[st
             f"bounds.ratio.{name}": min(ratio.values()),
             f"bounds.ratio.{name}.quiet": min(quiet),
         }
-        for kind in UNITS:
+        for kind in UNITS_OF_NOISE:
             for size in asked[kind]:
                 keys = [key for key in best if key[1:] == (kind, size)]
                 for word, by in (("error", best), ("bound", data["bounds"])):
@@ -224,7 +225,7 @@ def show(context: Context, section: Section) -> None:
         },
     )
     rows = [
-        [shape, f"{kind} {size:g} {UNITS[kind]}", name, *map(float, values)]
+        [shape, f"{kind} {size:g} {UNITS_OF_NOISE[kind]}", name, *map(float, values)]
         for (shape, kind, size), by in data["errors"].items()
         for name, values in {**by, "bound": data["bounds"][shape, kind, size]}.items()
     ]

@@ -13,16 +13,17 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from feeler.antenna.antenna import Antenna
-from feeler.experiment.touch import touch
 from feeler.information import compute_information, find_noise, scale_peaks
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import LOCATIONS
 from feeler.studies.paper.context import Context
-from feeler.studies.tradeoff import Declared, average_sets, draw_touches, load_declared
+from feeler.studies.study import Study
+from feeler.studies.tradeoff import average_sets, load_declared
+from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
+from feeler.tensors.unit import in_unit
 
 CONTACT = "contact"
-UNITS = {"relative": "of peak", "common": "rad"}
 
 
 def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -61,7 +62,7 @@ def _give_stiffness(reference: Antenna, stiffness: np.ndarray) -> Antenna:
 def compute(
     reference: Antenna,
     asked: Mapping[str, Any],
-    declared: Declared,
+    study: Study,
     *,
     first: int = 0,
     **options: Any,
@@ -79,17 +80,17 @@ def compute(
     data = xr.Dataset(
         {name: ((*dims, "noise"), np.full((*shape, 2), np.nan)) for name in names}
         | {"peak": (dims, np.full(shape, np.nan))},
-        {"speed": list(asked["speeds"]), "rate": list(antennas), "noise": list(UNITS)},
+        {"speed": list(asked["speeds"]), "rate": list(antennas), "noise": list(UNITS_OF_NOISE)},
     )
     for number in range(asked["sets"]):
         for speed in asked["speeds"]:
             for rate, own in antennas.items():
-                angle = _touch_set(own, declared, first + number, speed, options)
-                drawn = {"n_draws": declared.draws, "random_state": first + number}
+                angle = _touch_set(own, study, first + number, speed, options)
+                drawn = {"n_draws": study.draws, "random_state": first + number}
                 place = {"speed": speed, "rate": rate}
                 data["peak"].sel(place)[number] = np.abs(angle).max()
                 for kind, values in (("relative", scale_peaks(angle)), ("common", angle)):
-                    level, noise = declared.headline[kind], find_noise(values, **drawn)[0]
+                    level, noise = study.headline[kind], find_noise(values, **drawn)[0]
                     known = compute_information(values, level, **drawn)
                     found = known.bits, known.accuracy, noise, _measure_within(values, level, drawn)
                     for name, value in zip(names, found, strict=True):
@@ -98,16 +99,16 @@ def compute(
 
 
 def _touch_set(
-    antennas: list[Antenna], declared: Declared, number: int, speed: float, options: dict
+    antennas: list[Antenna], study: Study, number: int, speed: float, options: dict
 ) -> np.ndarray:
     """Angles of complete touches; several antennas share the places out among them."""
-    trials = draw_touches(declared, number, speed=speed)
-    duration = np.ceil(trials[0].lead + declared.reach * antennas[0].length / speed + declared.tail)
+    trials, _ = study.task.draw(antennas[0], "test", set=number, speed=speed)
     share = len(trials) // len(antennas)
-    return np.concatenate([
-        touch(one, trials[k * share : (k + 1) * share], duration=duration, save=("angle",), **options)["angle"].values
+    parts = [
+        study.touch(one, trials[k * share : (k + 1) * share], ("angle",), **options)
         for k, one in enumerate(antennas)
-    ])  # fmt: skip
+    ]
+    return np.concatenate([in_unit(part["angle"], "rad").values for part in parts])
 
 
 def _measure_within(values: np.ndarray, level: float, drawn: dict[str, int]) -> float:
@@ -118,13 +119,13 @@ def _measure_within(values: np.ndarray, level: float, drawn: dict[str, int]) -> 
     return float(np.mean([compute_information(part, level, **drawn).bits for part in parts]))
 
 
-def plot(data: xr.Dataset, declared: Declared, figure: Figure) -> None:
+def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
     """Bits, and bits within a place, against the rate; the contact control as crosses at rate 0."""
     rates = [name for name in data["rate"].values if name != CONTACT]
     x = np.array([float(name) for name in rates])
     order = np.argsort(x)
     for row, field in zip(figure.subplots(2, 2), ("bits", "within"), strict=True):
-        for ax, kind in zip(row, UNITS, strict=True):
+        for ax, kind in zip(row, UNITS_OF_NOISE, strict=True):
             found = average_sets(data[field].sel(noise=kind))
             for colour, speed in zip(PALETTE, data["speed"].values, strict=False):
                 one = found.sel(speed=speed)
@@ -134,7 +135,7 @@ def plot(data: xr.Dataset, declared: Declared, figure: Figure) -> None:
                 if field == "within" and CONTACT in data["rate"].values:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
-            level = f"{declared.headline[kind]:g} {UNITS[kind]}"
+            level = f"{study.headline[kind]:g} {UNITS_OF_NOISE[kind]}"
             ax.set_ylabel(
                 f"bits at {level}" if field == "bits" else f"bits where the place is known, {level}"
             )
@@ -148,7 +149,7 @@ def collect_values(data: xr.Dataset) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     ends = {"": data["speed"].values.min(), "fastest.": data["speed"].values.max()}
-    for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS, ends.items()):
+    for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS_OF_NOISE, ends.items()):
         for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
             one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
             spread = make_interval(float(one["mean"]), float(one["half"]))
@@ -159,8 +160,8 @@ def collect_values(data: xr.Dataset) -> dict[str, Any]:
 def show(context: Context, section: Section) -> None:
     """The dose–response, its controls, and the values."""
     asked = load_questions("gradient", context.effort.gradient)
-    declared = load_declared(seed=asked["seed"], draws=asked["draws"])
-    data = compute(context.antenna, asked, declared, **context.physics)
+    study = load_declared(seed=asked["seed"], draws=asked["draws"])
+    data = compute(context.antenna, asked, study, **context.physics)
     section.text(
         "The antenna's stiffness is made anew with other rates at the same total compliance Σ"
         " 1/k_n, and with the damping per stiffness of each hinge as it was; touches are complete."
@@ -175,22 +176,22 @@ def show(context: Context, section: Section) -> None:
         "Bits of thirty touches (above), and bits on the object where its place is known (below),"
         " against the gradient; dotted: the published rate; crosses: even, with the contact's"
         " compliance matched.",
-        lambda figure: plot(data, declared, figure),
+        lambda figure: plot(data, study, figure),
         height=4.6,
         numbers=data.to_dict(),
     )
     columns = ("bits", "noise75", "within")
     means = {field: data[field].mean("set") for field in (*columns, "peak")}
     rows = [
-        [rate, float(speed), *(float(means[f].sel(rate=rate, speed=speed, noise=n)) for n in UNITS for f in columns),
+        [rate, float(speed), *(float(means[f].sel(rate=rate, speed=speed, noise=n)) for n in UNITS_OF_NOISE for f in columns),
          float(means["peak"].sel(rate=rate, speed=speed))]
         for rate in data["rate"].values for speed in data["speed"].values
     ]  # fmt: skip
     header = ["rate [1/joint]", "m/s"]
     header += [
         f"{word}, {kind}"
-        for kind in UNITS
-        for word in ("bits", f"75 % noise [{UNITS[kind]}]", "bits, place known")
+        for kind in UNITS_OF_NOISE
+        for word in ("bits", f"75 % noise [{UNITS_OF_NOISE[kind]}]", "bits, place known")
     ]
     header.append("peak [rad]")
     section.table(header, rows, f"Means over {asked['sets']} set(s).")

@@ -9,14 +9,9 @@ import xarray as xr
 from feeler.report import Section, make_interval, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
-from feeler.studies.tradeoff import (
-    Declared,
-    average_sets,
-    find_best,
-    load_declared,
-    measure_tradeoff,
-)
-from feeler.studies.tradeoff.page import LEAD, fill_section
+from feeler.studies.study import Study
+from feeler.studies.tradeoff import average_sets, find_best, load_declared
+from feeler.studies.tradeoff.page import LEAD, fill_section, split_measured
 
 WINDOWS = {
     "whole": "whole touch",
@@ -25,40 +20,32 @@ WINDOWS = {
 }
 
 
-def compute(context: Context, declared: Declared) -> dict[str, xr.Dataset]:
+def compute(context: Context, study: Study) -> dict[str, xr.Dataset]:
     """What every profile of this scale tells at every speed."""
     asked = context.effort.trade_profiles
-    names = [
-        name
+    antennas = {
+        name: context.profiles[name]
         for name in list_profiles(context)
         if not asked or name in asked or not context.is_cockroach
-    ]
-    return {
-        name: (
-            measure_tradeoff(context.profiles[name], declared, **context.physics).assign_attrs(
-                antenna=name
-            )
-        )
-        for name in names
     }
+    return split_measured(study.run(antennas, **context.physics))
 
 
-def collect_values(measured: dict[str, xr.Dataset], declared: Declared) -> dict[str, Any]:
+def collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, Any]:
     """The numbers that claims are held against."""
     found, first = {}, next(iter(measured.values()))
     speeds = first["speed"].values
     named = {"slowest": speeds[0], "middle": speeds[len(speeds) // 2], "fastest": speeds[-1]}
-    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
-    for kind, level in levels.items():
+    for kind, level in study.shown.items():
         for name, window in WINDOWS.items():
-            chosen = first["bits"].sel(level=level, window=window.format(**declared.windows))
+            chosen = first["bits"].sel(level=level, window=window.format(**study.windows))
             for word, speed in named.items():
                 found[f"tradeoff.{name}.{kind}.{word}"] = _spread(chosen.sel(speed=speed))
         for profile, data in measured.items():
             whole = data["bits"].sel(level=level, window=WINDOWS["whole"], speed=speeds[0])
             found[f"tradeoff.profile.{kind}.{profile}"] = _spread(whole)
-    best = find_best(first, levels["common"])
-    for deadline in declared.windows["deadlines"]:
+    best = find_best(first, study.shown["common"])
+    for deadline in study.windows["deadlines"]:
         one = best.sel(window=f"{deadline:g} ms")
         found[f"tradeoff.best.{deadline:g}"] = make_spread(one["best"], one["least"], one["most"])
         accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]))
@@ -76,13 +63,13 @@ def _spread(values: xr.DataArray) -> dict[str, float] | float:
 
 def show(context: Context, section: Section) -> None:
     """The figure, its tables, and the values."""
-    declared = load_declared(**context.effort.trade)
-    measured = compute(context, declared)
+    study = load_declared(**context.effort.trade)
+    measured = compute(context, study)
     section.text(LEAD)
     section.text(
-        f"{declared.sets} set(s) of thirty touches; every choice was written down before"
+        f"{study.sets} set(s) of thirty touches; every choice was written down before"
         " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."
     )
-    fill_section(section, measured, declared)
-    section.values.update(collect_values(measured, declared))
+    fill_section(section, measured, study)
+    section.values.update(collect_values(measured, study))
     section.numbers("tradeoff", **{name: data.to_dict() for name, data in measured.items()})

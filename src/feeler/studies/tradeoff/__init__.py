@@ -2,17 +2,16 @@
 antenna.
 """
 
+from feeler.studies.study import Study
 from feeler.studies.tradeoff.best import average_sets, find_best
-from feeler.studies.tradeoff.declared import Declared, load_declared
-from feeler.studies.tradeoff.measure import draw_touches, measure_tradeoff
-from feeler.studies.tradeoff.page import write_tradeoff
+from feeler.studies.tradeoff.declared import load_declared
+from feeler.studies.tradeoff.page import split_measured, write_tradeoff
 
 __all__ = [
-    "Declared",
+    "Study",
     "average_sets",
-    "draw_touches",
     "find_best",
     "load_declared",
-    "measure_tradeoff",
+    "split_measured",
     "write_tradeoff",
 ]

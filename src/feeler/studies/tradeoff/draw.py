@@ -18,12 +18,14 @@ MARKS: dict[str, dict[str, Any]] = {
     "common": {"marker": "s", "ms": 2.5},
 }
 """Large and hollow, or small: both are seen where they coincide."""
+UNITS_OF_NOISE = {"relative": "of peak", "common": "rad"}
+"""What a level of each kind is a share of, or its unit."""
 
 
 def plot_tradeoff(
     measured: Mapping[str, xr.Dataset], levels: Mapping[str, str], figure: Figure
 ) -> None:
-    """Six panels; needs about 7.2 × 4.6 inches. ``levels``: the level shown of each kind of noise."""
+    """Six panels, about 7.2 × 4.6 inches; ``levels``: what is shown of each kind of noise."""
     first, axes = next(iter(measured.values())), figure.subplots(2, 3)
     common = levels["common"]
     plot_windows(first, common, "time", axes[0, 0])
@@ -37,7 +39,7 @@ def plot_tradeoff(
     for ax, kind in zip(axes[1, :2], ("common", "relative"), strict=True):
         for colour, (name, data) in zip(PALETTE, measured.items(), strict=False):
             _plot_speeds(data, levels[kind], ax, color=colour, label=name)
-        ax.set_title(f"noise {levels[kind]} {'rad' if kind == 'common' else 'of peak'}")
+        ax.set_title(f"noise {levels[kind]} {UNITS_OF_NOISE[kind]}")
     figure.legend(
         *axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(measured)
     )

@@ -11,9 +11,9 @@ import xarray as xr
 from feeler.checked import checked
 from feeler.report import Section, write_page
 from feeler.report.section import to_json
+from feeler.studies.study import Study
 from feeler.studies.tradeoff.best import average_sets, find_best
-from feeler.studies.tradeoff.declared import Declared
-from feeler.studies.tradeoff.draw import plot_tradeoff
+from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
 
 LEAD = (
     "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
@@ -24,7 +24,7 @@ LEAD = (
 
 @checked
 def write_tradeoff(
-    measured: Mapping[str, xr.Dataset], declared: Declared, out: os.PathLike, conditions: str = ""
+    measured: Mapping[str, xr.Dataset], study: Study, out: os.PathLike, conditions: str = ""
 ) -> Path:
     """``tradeoff.html`` in the folder ``out``, with ``tradeoff.png``, ``tradeoff.csv`` and
     ``tradeoff.json``.
@@ -32,12 +32,13 @@ def write_tradeoff(
     Parameters
     ----------
     measured
-        What :func:`feeler.studies.tradeoff.measure_tradeoff` gave, by the antenna's name.
+        By name, what one reader tells of one antenna: parts of what
+        :meth:`feeler.studies.study.Study.run` gave, as :func:`split_measured` gives them.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     section = Section(name="tradeoff", title="Speed, accuracy, energy", folder=out, vector=False)
-    fill_section(section, measured, declared)
+    fill_section(section, measured, study)
     section.text(conditions)
     table = xr.concat([_tabulate(data) for data in measured.values()], "row", data_vars="all")
     table.to_dataframe().to_csv(out / "tradeoff.csv", index=False, float_format="%.6g")
@@ -48,26 +49,36 @@ def write_tradeoff(
     return write_page(out / "tradeoff.html", "Speed against accuracy against energy", LEAD, section)
 
 
-def fill_section(section: Section, measured: Mapping[str, xr.Dataset], declared: Declared) -> None:
+def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Each antenna's part of a study, and each reader's if there are several, by name."""
+    parts = {}
+    for antenna in found["antenna"].values:
+        for reader in found["reader"].values:
+            name = str(antenna) if found.sizes["reader"] == 1 else f"{antenna}, {reader}"
+            one = found.sel(antenna=antenna, reader=reader, drop=True)
+            parts[name] = one.assign_attrs(antenna=name)
+    return parts
+
+
+def fill_section(section: Section, measured: Mapping[str, xr.Dataset], study: Study) -> None:
     """The figure and its tables."""
-    levels = {kind: f"{kind} {size:g}" for kind, size in declared.headline.items()}
     section.figure(
         "tradeoff",
         "Accuracy of an ideal observer at each speed, against time and distance since contact"
         " (first antenna, one noise floor); the best speed for each deadline, bars: speeds that the"
         " sets do not tell from it; bits of whole touches and (dashed) at equal distance and equal"
         " number of samples; work on the antenna and peak force.",
-        lambda figure: plot_tradeoff(measured, levels, figure),
+        lambda figure: plot_tradeoff(measured, study.shown, figure),
         height=4.8,
     )
     for name, data in measured.items():
-        for kind, level in levels.items():
+        for kind, level in study.shown.items():
             section.table(
                 ["window", *(f"{v:g} m/s" for v in data["speed"].values), "best"],
-                list_rows(data, declared, level),
-                f"{name}, noise {level} {'rad' if kind == 'common' else 'of peak'}: bits, and accuracy in %. Best "
-                # fmt: skip
-                "speed by accuracy [m/s], in brackets the range that the sets do not tell from it.",
+                list_rows(data, study, level),
+                f"{name}, noise {level} {UNITS_OF_NOISE.get(kind, '')}: bits, and accuracy in %."
+                " Best speed by accuracy [m/s], in brackets the range that the sets do not tell"
+                " from it.",
             )
     costs = [
         [name, cost, *(float(x) for x in data[field].mean("set"))]
@@ -82,12 +93,12 @@ def fill_section(section: Section, measured: Mapping[str, xr.Dataset], declared:
     section.table(["antenna", "of a whole touch", *(f"{v:g} m/s" for v in speeds)], costs)
 
 
-def list_rows(data: xr.Dataset, declared: Declared, level: str) -> list[list[object]]:
+def list_rows(data: xr.Dataset, study: Study, level: str) -> list[list[object]]:
     """Matched rows: the same time, the same distance, the same distance and samples, and the whole
     touch.
     """
-    wanted = [f"{t:g} ms" for t in declared.windows["matched_times"]]
-    wanted.append(f"{declared.windows['matched_distance']:g} mm")
+    wanted = [f"{t:g} ms" for t in study.windows["matched_times"]]
+    wanted.append(f"{study.windows['matched_distance']:g} mm")
     wanted += [
         str(w)
         for w in data["window"].values[
@@ -116,10 +127,9 @@ def list_rows(data: xr.Dataset, declared: Declared, level: str) -> list[list[obj
 
 
 def _tabulate(data: xr.Dataset) -> xr.Dataset:
-    """A row per speed, level and window: means over the sets, and half the width of their interval."""
+    """A row per speed, level and window: means over the sets, and half their interval."""
     found = {
         f"{field}{ending}": average_sets(data[field])[part]
-        # fmt: skip
         for field in ("accuracy", "bits")
         for ending, part in (("", "mean"), ("_half", "half"))
     }

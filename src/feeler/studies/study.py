@@ -1,0 +1,310 @@
+"""The record of a study: which touches are told apart, by whom, in which noise, by when, how often."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+
+from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
+from feeler.decoding.reader import READERS, measure_reader
+from feeler.errors import InvalidInput
+from feeler.execute import ThreadExecutor, run_batch
+from feeler.execute.threads import hold_blas
+from feeler.experiment.touch import touch
+from feeler.information import compute_energies, compute_energy, measure_information
+from feeler.stimulus.trial import Trial
+from feeler.task import NOISES, Noise, Task
+from feeler.tensors.unit import in_unit
+
+WHOLE = "whole touch"
+MATCHED = "distance and samples"
+IDEAL = "ideal"
+"""The reader that knows every touch: its accuracy and bits are expectations, not shares of draws."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """What is asked, and how much of it is computed: a task, its readers and sets of touches.
+
+    Raises
+    ------
+    InvalidInput
+        No set of touches, or a reader or a noise that nobody knows.
+    """
+
+    task: Task
+    """Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``."""
+    levels: Mapping[str, Sequence[float]]
+    """Sizes of each kind of noise, by its name in :data:`feeler.task.NOISES`."""
+    headline: Mapping[str, float]
+    """The size of each kind that figures show."""
+    windows: Mapping[str, Any]
+    """``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
+    ``matched_samples``: what may be used since contact.
+    """
+    sets: int
+    """How often all touches are drawn anew."""
+    draws: int
+    """Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
+    noisy copies of each touch for the others."""
+    readers: tuple[str, ...] = (IDEAL,)
+    """By their names in :data:`feeler.decoding.READERS`."""
+    train: int = 4
+    """Touches of each class from which readers learn; the ideal observer knows those of its set."""
+    reach: float = 1.0
+    """How far the object moves on after first contact, as a share of the antenna's length."""
+    tail: float = 100.0
+    """Time recorded beyond that [ms]."""
+    sample_interval: float = 1.0
+    """[ms]"""
+
+    def __post_init__(self) -> None:
+        if self.sets < 1 or self.draws < 1 or self.train < 1 or not self.readers:
+            raise InvalidInput(
+                "a study needs at least one set, one draw, one touch to learn from and one reader,"
+                f" got {self.sets}, {self.draws}, {self.train} and {self.readers}."
+            )
+        for name in self.readers:
+            READERS[name]  # refuses what is no reader
+        for kind in self.levels:
+            NOISES[kind]  # refuses what is no noise
+
+    def replace(self, **changes: Any) -> Self:
+        """The same study with some fields changed, also those of its task: ``speeds=(0.3,)``."""
+        own = {name: value for name, value in changes.items() if name in self.__dataclass_fields__}
+        task = {name: value for name, value in changes.items() if name not in own}
+        return replace(self, **{"task": self.task.replace(**task)} | own if task else own)
+
+    @property
+    def seed(self) -> int:
+        """The seed of the touches that are told apart."""
+        return dict(self.task.seeds)["test"]
+
+    @property
+    def noises(self) -> dict[str, Noise]:
+        """Every level of noise by what it is called, such as ``"relative 0.3"``."""
+        return {
+            f"{kind} {size:g}": NOISES[kind](float(size))
+            for kind, sizes in self.levels.items()
+            for size in sizes
+        }
+
+    @property
+    def shown(self) -> dict[str, str]:
+        """What the level that figures show is called, by kind."""
+        return {kind: f"{kind} {size:g}" for kind, size in self.headline.items()}
+
+    def list_windows(self) -> list[tuple[str, float, str]]:
+        """Kind, value [ms or mm] and name of every window since contact, longest last of a kind."""
+        ask = self.windows
+        far = float(ask["matched_distance"])
+        times = sorted({float(t) for t in (*ask["deadlines"], *ask["matched_times"])})
+        distances = sorted({far, *(float(d) for d in ask["distances"])})
+        return [
+            *(("time", t, f"{t:g} ms") for t in times),
+            *(("distance", d, f"{d:g} mm") for d in distances),
+            (MATCHED, far, f"{far:g} mm, {ask['matched_samples']} samples"),
+            (WHOLE, np.nan, WHOLE),
+        ]
+
+    def touch(
+        self, antenna: Antenna, trials: Sequence[Trial], save: Sequence[str], **options: Any
+    ) -> xr.Dataset:
+        """Complete touches of one speed: recorded until the object has gone by, and beyond."""
+        first, step = trials[0], self.sample_interval
+        duration = first.lead + self.reach * antenna.length / first.speed + self.tail
+        return touch(
+            antenna,
+            trials,
+            duration=step * np.ceil(duration / step),
+            sample_interval=step,
+            save=tuple(save),
+            **options,
+        )
+
+    @checked
+    def run(
+        self,
+        antennas: Mapping[str, Antenna],
+        *,
+        workers: int | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        **options: Any,
+    ) -> xr.Dataset:
+        """What every reader tells, by when, in which noise; and what the touches cost.
+
+        Parameters
+        ----------
+        antennas
+            Antennas by name; all of them, and all speeds, meet the same touches.
+        workers
+            Threads, each with a set at a speed of its own; default one per core. The numbers do not
+            depend on it.
+        progress
+            Called with (sets and speeds done, in all).
+        options
+            What :func:`feeler.touch` takes beside: engine, timestep …
+
+        Returns
+        -------
+        xarray.Dataset
+            ``accuracy`` and ``bits`` (antenna, reader, set, speed, level, window); ``work`` of the
+            object on the antenna [µJ], peak ``force`` [mN] and time of last contact ``release``
+            [ms since contact] (antenna, set, speed), means over the touches of a set.
+        """
+        jobs = [*product(antennas, range(self.sets), self.task.speeds)]
+        found: dict[int, dict[str, Any]] = {}
+
+        def measure(job: tuple[str, int, float]) -> dict[str, Any]:
+            name, number, speed = job
+            return self._measure_set(antennas[name], number, speed, {"workers": 1} | options)
+
+        # Small matrices: waking other threads takes longer than the work.
+        with hold_blas(), ThreadExecutor(workers) as own:
+            for outcome in run_batch(measure, enumerate(jobs), executor=own, window=own.workers):
+                if outcome.error is not None:
+                    raise outcome.error
+                found[outcome.index] = outcome.value
+                if progress:
+                    progress(len(found), len(jobs))
+        return self._collect([*antennas], [found[index] for index in range(len(jobs))])
+
+    def _collect(self, antennas: list[str], rows: list[dict[str, Any]]) -> xr.Dataset:
+        shape = (len(antennas), self.sets, len(self.task.speeds))
+        fields: dict[str, Any] = {}
+        for name in rows[0]:
+            values = np.array([row[name] for row in rows])
+            values = values.reshape(*shape, *values.shape[1:])
+            dims = ("antenna", "set", "speed", "reader", "level", "window")[: values.ndim]
+            fields[name] = xr.DataArray(values, dims=dims)
+            if values.ndim > len(shape):
+                fields[name] = fields[name].transpose("antenna", "reader", ...)
+        kinds, values, names = zip(*self.list_windows(), strict=True)
+        return xr.Dataset(
+            fields,
+            {
+                "antenna": antennas,
+                "reader": list(self.readers),
+                "speed": list(self.task.speeds),
+                "level": list(self.noises),
+                "window": list(names),
+                "kind": ("window", list(kinds)),
+                "value": ("window", list(values)),
+            },
+            {"touches": self.task.n_classes},
+        )
+
+    def _measure_set(
+        self, antenna: Antenna, number: int, speed: float, options: dict[str, Any]
+    ) -> dict[str, Any]:
+        trials, labels = self.task.draw(antenna, "test", set=number, speed=speed)
+        tensors = self.touch(antenna, trials, ("angle", "force", "work"), **options)
+        angle = in_unit(tensors["angle"], "rad").values
+        if not np.abs(angle).reshape(len(angle), -1).max(axis=1).all():
+            raise InvalidInput(
+                f"an object does not bend the antenna {antenna.name!r} at all; choose others."
+            )
+        # The sample at the lead itself is the last without contact.
+        first = round(trials[0].lead / self.sample_interval) + 1
+        windows = self._list_samples(first, angle.shape[2], speed)
+        known: tuple[np.ndarray, np.ndarray] | None = None
+        told = []
+        for name in self.readers:
+            if name == IDEAL:
+                told.append(self._ask_ideal(angle, windows, first, number))
+                continue
+            if known is None:
+                lessons, taught = self.task.draw(
+                    antenna, "train", set=number, speed=speed, each=self.train
+                )
+                again = self.touch(antenna, lessons, ("angle",), **options)
+                known = in_unit(again["angle"], "rad").values, taught
+            told.append(self._ask(name, known, (angle, labels), windows, number))
+        values = np.array(told)  # (reader, level, window, field)
+        return {
+            "accuracy": values[..., 0],
+            "bits": values[..., 1],
+            **_measure_costs(tensors, first),
+        }
+
+    def _list_samples(self, first: int, count: int, speed: float) -> list[np.ndarray]:
+        """The samples of each window; one that outlasts the record, when all is at rest, ends."""
+        step, found = self.sample_interval, []
+        for kind, value, _ in self.list_windows():
+            if kind == MATCHED:
+                n = self.windows["matched_samples"]
+                at = np.round(value * np.arange(1, n + 1) / n / speed / step).astype(int)
+                found.append(np.minimum(first - 1 + at, count - 1))
+                continue
+            long = {"time": value, "distance": value / speed}.get(kind, np.inf)
+            end = int(min(first + np.floor(long / step + 1e-9), count))
+            found.append(np.arange(first, end))
+        return found
+
+    def _ask_ideal(
+        self, angle: np.ndarray, windows: list[np.ndarray], first: int, number: int
+    ) -> np.ndarray:
+        """Accuracy and bits (level, window, field) of who knows the touches and the noise."""
+        # Windows that end together share their numbers.
+        kinds = [kind for kind, _, _ in self.list_windows()]
+        names = [
+            MATCHED if kind == MATCHED else first + len(samples)
+            for kind, samples in zip(kinds, windows, strict=True)
+        ]
+        ends = sorted({name for name in names if name != MATCHED})
+        energies: dict[bytes, dict[Any, np.ndarray]] = {}
+        found = np.empty((len(self.noises), len(windows), 2))
+        for row, noise in zip(found, self.noises.values(), strict=True):
+            key = np.round(noise.find_level(angle) / noise.size, 12).tobytes()
+            if key not in energies:  # of noise whose level is in proportion to its size, only once
+                white = noise.whiten(angle)
+                picked = white[:, :, windows[kinds.index(MATCHED)]]
+                energies[key] = dict(
+                    zip(ends, compute_energies(white, ends, start=first), strict=True)
+                )
+                energies[key][MATCHED] = compute_energy(picked)
+            known = {
+                name: measure_information(
+                    energy, noise.size, n_draws=self.draws, random_state=number
+                )
+                for name, energy in energies[key].items()
+            }
+            row[:] = [(known[name].accuracy, known[name].bits) for name in names]
+        return found
+
+    def _ask(
+        self,
+        name: str,
+        known: tuple[np.ndarray, np.ndarray],
+        asked: tuple[np.ndarray, np.ndarray],
+        windows: list[np.ndarray],
+        number: int,
+    ) -> np.ndarray:
+        """Accuracy and bits (level, window, field) of a reader that learns noisy touches."""
+        found = np.empty((len(self.noises), len(windows), 2))
+        rng = np.random.default_rng([self.seed, number])
+        for row, noise in zip(found, self.noises.values(), strict=True):
+            lessons, met = (noise.add(tensors, rng, self.draws) for tensors, _ in (known, asked))
+            taught, true = (np.tile(labels, self.draws) for _, labels in (known, asked))
+            for k, samples in enumerate(windows):
+                reader = READERS[name]()
+                if "noise" in reader.get_params():
+                    reader = reader.set_params(noise=noise)
+                reader.fit(lessons[:, :, samples], taught)
+                row[k] = measure_reader(reader, met[:, :, samples], true)
+        return found
+
+
+def _measure_costs(tensors: xr.Dataset, first: int) -> dict[str, float]:
+    force = np.linalg.norm(in_unit(tensors["force"], "mN").values, axis=2)
+    time = in_unit(tensors["time"], "ms").values
+    last = [time[np.flatnonzero(one)[-1]] if one.any() else np.nan for one in force]
+    return {
+        "work": float(in_unit(tensors["work"], "uJ").values[:, -1, 1].mean()),
+        "force": float(force.max(axis=1).mean()),
+        "release": float(np.nanmean(last) - time[first - 1]),
+    }
