@@ -42,7 +42,7 @@ LAYERS = (
     {"calibration", "decoding", "information", "wall"},
     {"robot", "learn"},
     {"presets"},
-    {"scale"},
+    {"scale", "study"},
     {"plotting"},
     {"report"},
     {"active", "comparison", "contests", "design", "studio", "tradeoff"},

@@ -1,9 +1,9 @@
 """The record of a study: which touches are told apart, by whom, in which noise, by when, how often."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import fields
 from itertools import product
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,7 @@ from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
 from feeler.information import compute_energies, compute_energy, measure_information
+from feeler.record import Ge, Gt, OneOf, Record, Unit
 from feeler.stimulus.trial import Trial
 from feeler.task import NOISES, Noise, Task
 from feeler.tensors.unit import in_unit
@@ -26,58 +27,48 @@ IDEAL = "ideal"
 """The reader that knows every touch: its accuracy and bits are expectations, not shares of draws."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Study:
+class Study(Record):
     """What is asked, and how much of it is computed: a task, its readers and sets of touches.
 
-    Raises
-    ------
-    InvalidInput
-        No set of touches, or a reader or a noise that nobody knows.
+    A change of a field that is its task's is made there: ``study.replace(speeds=(0.3,))``.
     """
 
     task: Task
     """Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``."""
-    levels: Mapping[str, Sequence[float]]
+    levels: dict[Annotated[str, OneOf(NOISES)], tuple[float, ...]]
     """Sizes of each kind of noise, by its name in :data:`feeler.task.NOISES`."""
-    headline: Mapping[str, float]
+    headline: dict[str, float]
     """The size of each kind that figures show."""
-    windows: Mapping[str, Any]
+    windows: dict[str, Any]
     """``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
     ``matched_samples``: what may be used since contact.
     """
-    sets: int
+    sets: Annotated[int, Ge(1)]
     """How often all touches are drawn anew."""
-    draws: int
+    draws: Annotated[int, Ge(1)]
     """Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
     noisy copies of each touch for the others."""
-    readers: tuple[str, ...] = (IDEAL,)
+    readers: tuple[Annotated[str, OneOf(READERS)], ...] = (IDEAL,)
     """By their names in :data:`feeler.decoding.READERS`."""
-    train: int = 4
+    train: Annotated[int, Ge(1)] = 4
     """Touches of each class from which readers learn; the ideal observer knows those of its set."""
-    reach: float = 1.0
+    reach: Annotated[float, Ge(0)] = 1.0
     """How far the object moves on after first contact, as a share of the antenna's length."""
-    tail: float = 100.0
+    tail: Annotated[float, Ge(0), Unit("ms")] = 100.0
     """Time recorded beyond that [ms]."""
-    sample_interval: float = 1.0
+    sample_interval: Annotated[float, Gt(0), Unit("ms")] = 1.0
     """[ms]"""
 
-    def __post_init__(self) -> None:
-        if self.sets < 1 or self.draws < 1 or self.train < 1 or not self.readers:
-            raise InvalidInput(
-                "a study needs at least one set, one draw, one touch to learn from and one reader,"
-                f" got {self.sets}, {self.draws}, {self.train} and {self.readers}."
-            )
-        for name in self.readers:
-            READERS[name]  # refuses what is no reader
-        for kind in self.levels:
-            NOISES[kind]  # refuses what is no noise
+    def _check(self) -> None:
+        if not self.readers or not self.levels:
+            raise InvalidInput("a study needs at least one reader and one level of noise.")
 
     def replace(self, **changes: Any) -> Self:
-        """The same study with some fields changed, also those of its task: ``speeds=(0.3,)``."""
-        own = {name: value for name, value in changes.items() if name in self.__dataclass_fields__}
-        task = {name: value for name, value in changes.items() if name not in own}
-        return replace(self, **{"task": self.task.replace(**task)} | own if task else own)
+        """The same study with some fields changed, its own or its task's."""
+        names = {field.name for field in fields(self)}
+        own = {name: value for name, value in changes.items() if name in names}
+        task = {name: value for name, value in changes.items() if name not in names}
+        return super().replace(**({"task": self.task.replace(**task)} | own if task else own))
 
     @property
     def seed(self) -> int:

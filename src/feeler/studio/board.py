@@ -16,7 +16,7 @@ from feeler.robot import SensorCalibration
 from feeler.robot.link import Link
 from feeler.robot.samples import open_serial, split_sample, take_line
 from feeler.studio.listener import Listener
-from feeler.studio.study import Study
+from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import INTERVAL, describe_antenna, find_sensed
 
 WINDOW = 2000  # [C] samples that the page keeps
@@ -66,7 +66,7 @@ def listen(
     lines: Iterator[bytes],
     antenna: Antenna,
     calibration: SensorCalibration | None,
-    find: Callable[[Antenna], Study | None],
+    find: Callable[[Antenna], AntennaStudy | None],
     say: Say,
     stop: Event,
 ) -> None:

@@ -18,7 +18,7 @@ from feeler.presets import make_preset
 from feeler.robot import SensorCalibration, load_calibration, load_recording, repair
 from feeler.studio.catalogue import describe_original
 from feeler.studio.listener import Judge
-from feeler.studio.study import Study
+from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import describe_antenna, find_sensed
 from feeler.studio.wish import AntennaWish
 from feeler.tensors.posture import spread_angles
@@ -31,7 +31,7 @@ MAX_SHOWN = 8000  # [C] samples; of longer recordings every second, third … is
 def open_text(
     message: dict[str, Any],
     calibration: SensorCalibration | None,
-    find: Callable[[Antenna], Study | None],
+    find: Callable[[Antenna], AntennaStudy | None],
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What a dropped antenna or recording holds: header and arrays of the answer."""
     name, text = read_file(message)
@@ -77,7 +77,7 @@ def _open_recording(
     text: str,
     antenna: Antenna,
     calibration: SensorCalibration | None,
-    find: Callable[[Antenna], Study | None],
+    find: Callable[[Antenna], AntennaStudy | None],
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """A recording (time and hinge angles) as readings; angles between sensors are interpolated.
 

@@ -57,7 +57,7 @@ class Stopped(Exception):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Study:
+class AntennaStudy:
     """What one antenna's touches at one speed have taught."""
 
     antenna: Antenna
@@ -106,11 +106,11 @@ class Study:
         return np.array(posterior), noticed
 
 
-_kept: OrderedDict[tuple[Antenna, float, float], Study] = OrderedDict()
+_kept: OrderedDict[tuple[Antenna, float, float], AntennaStudy] = OrderedDict()
 _lock = Lock()
 
 
-def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Study | None:
+def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> AntennaStudy | None:
     """The study of an antenna at a speed, if it was made."""
     with _lock:
         return _kept.get((antenna, speed, unsure))
@@ -118,7 +118,7 @@ def find_study(antenna: Antenna, speed: float, unsure: float = UNSURE) -> Study 
 
 def make_study(
     antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float = UNSURE
-) -> Study:
+) -> AntennaStudy:
     """Make a study, or hand out the one that was made; ``tell`` hears what is done and how far it
     is.
 
@@ -141,7 +141,7 @@ def make_study(
     return found
 
 
-def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> Study:
+def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float) -> AntennaStudy:
     nominal = trials([speed])
     jittered = Nuisances.only(location=SHIFT, speed=unsure).jitter(
         nominal, np.random.default_rng(0)
@@ -168,7 +168,7 @@ def _make(antenna: Antenna, speed: float, tell: Tell, stop: Event, unsure: float
     _check(stop)
     decoder.temper(list(LOUDNESS / peak * others), labels)
     encoder = _learn(np.asarray(rectify(angle)), tell, stop)
-    return Study(
+    return AntennaStudy(
         antenna=antenna,
         speed=speed,
         labels=labels,

@@ -167,9 +167,9 @@ def test_a_reader_that_learns_tells_less_than_one_that_knows():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"sets": 0}, "at least one set"),
-        ({"readers": ("oracle",)}, "unknown reader 'oracle'; valid: lda"),
-        ({"levels": {"pink": (1.0,)}}, "unknown noise model 'pink'; valid: relative, common"),
+        ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
+        ({"readers": ("oracle",)}, "one of lda, svm, .* got \\('oracle'"),
+        ({"levels": {"pink": (1.0,)}}, "Study.levels must be one of relative, common, got 'pink'"),
         ({"objects": ()}, "a task needs an object"),
         ({"objects": [BALLS[0]] * 2}, "two objects are called"),
         ({"speeds": ()}, "speeds must be different numbers > 0, at least one"),

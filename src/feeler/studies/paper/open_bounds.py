@@ -3,6 +3,7 @@ figure of the paper).
 """
 
 from collections.abc import Mapping
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from feeler.antenna.antenna import Antenna
+from feeler.draw import LogRange
 from feeler.experiment.touch import touch
 from feeler.information import (
     compute_bounds,
@@ -31,6 +33,7 @@ from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_gradient import load_questions
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
+from feeler.task import Nuisances, Task
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
@@ -43,24 +46,45 @@ READERS = {
 }
 
 
+def _make_task(shape: str, asked: Mapping[str, Any], number: int) -> Task:
+    """One object anywhere in the ranges, at any speed of its range (uniform in its logarithm)."""
+    ranges = Nuisances.only(
+        location=tuple(asked["location"]),
+        size=tuple(asked["size"]),
+        speed=LogRange(*asked["speed"]),
+    )
+    seed = 10 * asked["seed"] + 2 * number
+    return Task(
+        objects=[make_feature(shape, asked["size"][0])],
+        locations=(float(np.mean(asked["location"])),),
+        speeds=(float(np.mean(asked["speed"])),),
+        nuisances=ranges,
+        seeds={"train": seed, "test": seed + 1},
+    )
+
+
 def _draw_trials(
-    shape: str, asked: Mapping[str, Any], count: int, held: bool, rng: np.random.Generator
+    task: Task, antenna: Antenna, asked: Mapping[str, Any], purpose: str
 ) -> list[Trial]:
-    """Touches drawn from the ranges: none in a held-out band for training, each in one for the
-    test.
-    """
+    """Touches to train on, none in a held-out band, or to test with, each in one."""
     trials: list[Trial] = []
-    while len(trials) < count:
-        location, size = rng.uniform(*asked["location"]), rng.uniform(*asked["size"])
-        speed = float(np.exp(rng.uniform(*np.log(asked["speed"]))))
-        inside = any(
-            low <= value <= high
-            for value, bands in ((location, asked["held_location"]), (size, asked["held_size"]))
-            for low, high in bands
+    for number in count():
+        drawn, _ = task.draw(antenna, purpose, set=number, each=asked[purpose])
+        trials += [trial for trial in drawn if _is_held(trial, asked) == (purpose == "test")]
+        if len(trials) >= asked[purpose]:
+            break
+    return trials[: asked[purpose]]
+
+
+def _is_held(trial: Trial, asked: Mapping[str, Any]) -> bool:
+    return any(
+        low <= value <= high
+        for value, bands in (
+            (trial.location, asked["held_location"]),
+            (trial.feature.size, asked["held_size"]),
         )
-        if inside == held:
-            trials.append(Trial(feature=make_feature(shape, size), location=location, speed=speed))
-    return trials
+        for low, high in bands
+    )
 
 
 def _list_targets(antenna: Antenna, trials: list[Trial]) -> np.ndarray:
@@ -80,10 +104,8 @@ def compute(antenna: Antenna, asked: Mapping[str, Any], **options: Any) -> dict[
     options = options | {"duration": asked["duration"]}
     for number, shape in enumerate(asked["shapes"]):
         rng = np.random.default_rng([asked["seed"], number])
-        sets = [
-            _draw_trials(shape, asked, asked["train"], False, rng),
-            _draw_trials(shape, asked, asked["test"], True, rng),
-        ]
+        task = _make_task(shape, asked, number)
+        sets = [_draw_trials(task, antenna, asked, purpose) for purpose in ("train", "test")]
         targets = [_list_targets(antenna, trials) for trials in sets]
         angles = [
             touch(antenna, trials, save=("angle",), **options)["angle"].values for trials in sets

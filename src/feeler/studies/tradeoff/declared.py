@@ -17,13 +17,13 @@ def load_declared(**changes: Any) -> Study:
         Fields of :class:`feeler.studies.study.Study` or of its task; ``seed`` of the touches.
     """
     text = files("feeler.studies.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8")
-    found = tomllib.loads(text) | changes
-    seed, speeds = found.pop("seed"), found.pop("speeds")
-    task = Task(
-        nuisances=found.pop("nuisances"),
-        speeds=tuple(sorted(speeds)),
-        seeds={"test": seed, "train": seed + 1_000_000},
-    )
-    own = {name: value for name, value in found.items() if name in Study.__dataclass_fields__}
-    rest = {name: value for name, value in found.items() if name not in own}
-    return Study(task=task.replace(**rest), **own)
+    found = tomllib.loads(text)
+    asked = {
+        name: tuple(sorted(value)) if name == "speeds" else value
+        for name, value in (found | changes).items()
+    }
+    seed = asked.pop("seed")
+    task = {name: asked.pop(name) for name in ("speeds", "nuisances")}
+    seeds = {"test": seed, "train": seed + 1_000_000}
+    study = Study(task=Task(**task, seeds=seeds), **{n: asked.pop(n) for n in found if n in asked})
+    return study.replace(**asked)
