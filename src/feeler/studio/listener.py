@@ -5,7 +5,7 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.robot import SensorCalibration
-from feeler.studio.study import Study
+from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import find_sensed
 from feeler.tensors.posture import spread_angles
 
@@ -20,7 +20,7 @@ class Judge:
     waits for the next.
     """
 
-    def __init__(self, study: Study, interval: float) -> None:
+    def __init__(self, study: AntennaStudy, interval: float) -> None:
         self.study, self._stream = study, study.decoder.start()
         self._order = [study.decoder.classes_.index(label) for label in study.labels]
         self._every = max(1, round(study.decoder.interval / interval))
@@ -74,7 +74,7 @@ class Listener:
         self._judge: Judge | None = None
         self.count, self.missing, self.contact = 0, 0, -1
 
-    def learn(self, study: Study | None) -> None:
+    def learn(self, study: AntennaStudy | None) -> None:
         """Judge by a study from now on."""
         if study is not None and (self._judge is None or self._judge.study is not study):
             self._judge = Judge(study, self._interval)

@@ -21,7 +21,7 @@ from feeler.studio.leaving import make_file
 from feeler.studio.messages import pack, read_message
 from feeler.studio.opening import open_calibration, open_text, read_file
 from feeler.studio.running import run_along_wall
-from feeler.studio.study import Study
+from feeler.studio.study import AntennaStudy
 from feeler.studio.touching import (
     count_samples,
     describe_mode,
@@ -257,7 +257,7 @@ class Session:
             lines, antenna, self._calibration, self._find(message), partial(self._tell, about), stop
         )
 
-    def _find(self, message: dict[str, Any]) -> Callable[[Antenna], Study | None]:
+    def _find(self, message: dict[str, Any]) -> Callable[[Antenna], AntennaStudy | None]:
         """The study of an antenna at the speed of a message, once it was made."""
         speed = read_number(message.get("speed", 0.06), "speed", 1e-3, 4.0)
         return lambda antenna: study.find_study(antenna, speed, self._unsure)

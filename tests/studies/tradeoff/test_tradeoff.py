@@ -168,7 +168,7 @@ def test_a_reader_that_learns_tells_less_than_one_that_knows():
     ("changes", "words"),
     [
         ({"sets": 0}, "Study.sets must be ≥ 1, got 0"),
-        ({"readers": ("oracle",)}, "one of lda, svm, .* got \\('oracle'"),
+        ({"readers": ("oracle",)}, "must be one of lda, svm, .*'oracle'"),
         ({"levels": {"pink": (1.0,)}}, "Study.levels must be one of relative, common, got 'pink'"),
         ({"objects": ()}, "a task needs an object"),
         ({"objects": [BALLS[0]] * 2}, "two objects are called"),
