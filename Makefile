@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check mutants bench peers docs clean
+.PHONY: help reproduce test test-slow check numba-oldest mutants bench peers docs clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -61,6 +61,16 @@ $(BIN)/.mutants: $(BIN)/.test
 	@$(PIP) -e '.[test,mutants]'
 	@touch $@
 
+OLDEST := $(VENV)-numba-oldest
+$(OLDEST)/.ready: pyproject.toml
+	@$(PYTHON) -m venv $(OLDEST)
+	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -e . hypothesis pytest pytest-xdist \
+	  "numba==$$(sed -n 's/.*"numba>=\([0-9.]*\).*/\1/p' pyproject.toml).*"
+	@touch $@
+
+numba-oldest: $(OLDEST)/.ready  ## the engines' parity with the oldest numba that is supported, in an environment of its own
+	@$(OLDEST)/bin/python -m pytest -q -n0 tests/physics/test_parity_chain.py tests/physics/test_plain.py
+
 mutants: $(BIN)/.mutants  ## small mistakes, planted one at a time: which go unnoticed? (ROOM=dispersion MINUTES=10; ROOM=planted; ROOM=cli PRINTED=1)
 	@$(BIN)/python benchmarks/mutants $(ROOM) --minutes $(MINUTES) --number $(NUMBER) --seed $(SEED) $(if $(PRINTED),--printed)
 
@@ -74,4 +84,4 @@ docs: $(BIN)/.docs  ## the documentation site in site/
 	@$(BIN)/python docs/build.py
 
 clean:  ## remove what the targets made, except stores
-	@rm -rf $(VENV) site build src/*.egg-info .pytest_cache
+	@rm -rf $(VENV) $(OLDEST) site build src/*.egg-info .pytest_cache

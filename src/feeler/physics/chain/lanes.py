@@ -11,7 +11,7 @@ one lane the type is a plain double, which goes with any number of lanes.
 import operator
 
 from llvmlite import ir
-from numba import types
+from numba import config, types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
@@ -266,3 +266,18 @@ def fma(typing, a, b, c):
         return _call_llvm(builder, "fma", values)
 
     return kind(a, b, c), emit
+
+
+if config.DISABLE_JIT:  # nothing is compiled: the same functions for Python's own numbers
+    from feeler.physics.chain.plain import (  # type: ignore[assignment]  # noqa: F811
+        beside,
+        choose,
+        everywhere,
+        floor,
+        fma,
+        get,
+        pick,
+        put,
+        smaller,
+        spread,
+    )

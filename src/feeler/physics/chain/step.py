@@ -5,7 +5,7 @@ chain goes then.
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
+from numba import config, types
 from numba.experimental.structref import StructRefProxy, define_proxy, register
 
 from feeler.compiled import compiled, inlined, lean
@@ -69,6 +69,14 @@ define_proxy(Handle, _HandleType, ["tables"])
 def make_handle(tables):
     """A handle on tables."""
     return Handle(tables)
+
+
+if config.DISABLE_JIT:  # numba's proxy would call itself for ever
+
+    class _PlainHandle(NamedTuple):
+        tables: Tables
+
+    make_handle = _PlainHandle
 
 
 @compiled

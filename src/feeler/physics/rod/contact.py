@@ -2,6 +2,8 @@
 sticking.
 """
 
+import math
+
 import numpy as np
 
 from feeler.compiled import compiled
@@ -60,7 +62,7 @@ def _touch(faces, part, point, reach):
     away = np.sqrt(ex * ex + ey * ey)
     if not 0.0 < away < reach:
         return -1.0, 0.0, 0.0, 0.0
-    turned = np.arctan2(ex * ny - ey * nx, ex * nx + ey * ny)
+    turned = math.atan2(ex * ny - ey * nx, ex * nx + ey * ny)
     return reach - away, ex / away, ey / away, start + corner + reach * turned
 
 

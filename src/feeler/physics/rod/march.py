@@ -1,5 +1,7 @@
 """Many implicit steps, with base and objects carried along, and the way to an equilibrium."""
 
+import math
+
 import numpy as np
 
 from feeler.compiled import compiled
@@ -68,8 +70,10 @@ def _find_side(model, lane, p):
     first, stop = int(model.parts[p, f.P_FIRST]), int(model.parts[p, f.P_STOP])
     if model.parts[p, f.P_RIM] == np.inf:
         return 0.0  # nothing jumps over a face without end
-    x, y = lane.faces[first:stop, f.F_X].mean(), lane.faces[first:stop, f.F_Y].mean()
-    nearest, side = np.inf, 0.0
+    x, y, nearest, side = 0.0, 0.0, np.inf, 0.0
+    for k in range(first, stop):
+        x += lane.faces[k, f.F_X] / (stop - first)
+        y += lane.faces[k, f.F_Y] / (stop - first)
     for i in range(model.table.shape[0]):
         ex = lane.points[i + 1, 0] - lane.points[i, 0]
         ey = lane.points[i + 1, 1] - lane.points[i, 1]
@@ -95,7 +99,7 @@ def _advance(model, lane, timestep, inertia, bold):
         item[f.O_Y] += timestep * item[f.O_VY]
         turned = timestep * item[f.O_TURN]
         if turned != 0.0:
-            c, s, x, y = np.cos(turned), np.sin(turned), item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
+            c, s, x, y = math.cos(turned), math.sin(turned), item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
             item[f.O_FORWARD_X], item[f.O_FORWARD_Y] = c * x + s * y, c * y - s * x
     place_faces(model, lane)
     done, _, _, _ = take(model, lane, before, timestep, inertia, bold, TOLERANCE)

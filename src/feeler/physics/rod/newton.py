@@ -14,6 +14,8 @@ condenses everything distal into a 3 × 3 response of the segment's near end, on
 Where a pivot is not positive the turning of the levers is left out, so that every step descends.
 """
 
+import math
+
 import numpy as np
 
 from feeler.compiled import compiled
@@ -29,8 +31,8 @@ def place_nodes(table, base, heading, points):
     """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
     points[0, 0], points[0, 1] = base[0], base[1]
     for i in range(table.shape[0]):
-        points[i + 1, 0] = points[i, 0] + table[i, f.R_LENGTH] * np.sin(heading[i])
-        points[i + 1, 1] = points[i, 1] + table[i, f.R_LENGTH] * np.cos(heading[i])
+        points[i + 1, 0] = points[i, 0] + table[i, f.R_LENGTH] * math.sin(heading[i])
+        points[i + 1, 1] = points[i, 1] + table[i, f.R_LENGTH] * math.cos(heading[i])
 
 
 @compiled
@@ -218,9 +220,10 @@ def take(model, lane, before, timestep, inertia, bold, tolerance):
         old_angle[0] + lane.rate[0] / rate - model.table[0, f.R_REST]
     )
     for axis in range(2):  # half the first segment's weight hangs on the base itself
-        lane.wrench[axis] = (
-            -force[:, axis].sum() - 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
-        )
+        lane.wrench[axis] = 0.0
+        for i in range(n):
+            lane.wrench[axis] -= force[i, axis]
+        lane.wrench[axis] -= 0.5 * model.table[0, f.R_MASS] * model.gravity[axis]
     lane.wrench[2] = -own - model.table[0, f.R_DAMPING] * lane.rate[0]
     static, _ = _balance(model.table, lane.base, now, place, old_angle, 0.0, force, residual)
     heading[:], points[:, :] = now, place
