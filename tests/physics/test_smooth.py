@@ -1,0 +1,38 @@
+"""Contact is smooth: difference quotients of a touch converge at second order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.physics.clock import Clock
+from feeler.physics.scene import make_scene
+from feeler.physics.simulate import expect_motions, simulate
+
+ANTENNA = feeler.presets.cockroach()
+CLOCK = Clock(duration=35.0, timestep=0.05)
+SHAPES = [
+    feeler.Ball(radius=1.5),
+    feeler.Box(half_width=1.5, half_height=1.5),
+    feeler.Triangle(half_width=1.5, half_height=1.5),
+]
+
+
+@pytest.mark.parametrize("field", ["stiffness", "damping"])
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.kind)
+def test_difference_quotients_converge_at_second_order(shape, field):
+    scene = make_scene(ANTENNA, feeler.Trial(feature=shape, location=0.7, speed=0.6))
+    direction = np.random.default_rng(1).standard_normal(140)
+
+    def differ(step: float) -> np.ndarray:
+        own = getattr(ANTENNA, field)
+        antennas = [ANTENNA.replace(**{field: own * np.exp(s * direction)}) for s in (step, -step)]
+        scenes = [replace(scene, antenna=antenna) for antenna in antennas]
+        up, down = expect_motions(simulate(scenes, CLOCK, workers=1))
+        return (up.angle - down.angle) / (2 * step)
+
+    coarse, middle, fine = (differ(step) for step in (2e-4, 1e-4, 5e-5))
+    assert np.abs(fine).max() > 0.01
+    assert np.abs(middle - fine).max() < 1e-7
+    assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(4, rel=0.1)
