@@ -269,7 +269,7 @@ def fma(typing, a, b, c):
 
 
 if config.DISABLE_JIT:  # nothing is compiled: the same functions for Python's own numbers
-    from feeler.physics.chain.plain import (  # type: ignore[assignment]  # noqa: F811
+    from feeler.physics.chain.plain import (  # type: ignore[assignment]  # noqa: F401
         beside,
         choose,
         everywhere,
