@@ -236,7 +236,7 @@ BUMPS = make_bumps()
     [
         (lambda: compute_sweep(BUMPS, ["a"] * 6), "only one class"),
         (lambda: compute_sweep(BUMPS, np.arange(5)), "6 trials but labels of shape"),
-        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "size must be finite and ≥ 0"),
+        (lambda: compute_sweep(BUMPS, np.arange(6), ratios=(-0.1,)), "Relative.size must be ≥ 0"),
         (
             lambda: compute_sweep(BUMPS, np.arange(6), n_copies=3),
             "18 training trials cannot give 30 .* at most 18",

@@ -253,7 +253,7 @@ def test_constraints_that_exclude_all_are_named():
         (lambda: DesignTask(noise="relative:0"), "noise of a design's task must be > 0"),
         (lambda: DesignTask(speeds=()), "speeds must be"),
         (lambda: DesignTask(train=1), "train must be ≥ 2"),
-        (lambda: DesignTask(nuisances={"colour": 1.0}), "unknown nuisance 'colour'"),
+        (lambda: DesignTask(nuisances={"colour": 1.0}), "Nuisances has no 'colour'"),
         (
             lambda: optimise(TASK, SPACE, method="lbfgs"),
             "unknown method of design 'lbfgs'; valid: cma",

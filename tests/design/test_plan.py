@@ -82,7 +82,7 @@ def test_the_template_is_a_plan(tmp_path):
         ('"feeler.design/1"', '"feeler.robot/1"', "schema must be"),
         ("[search]", "[serach]", "unknown key 'serach'"),
         ('noise = "relative', 'nois = "relative', r"\[task\] has no 'nois'"),
-        ("relative:0.5", "relative:-1", r"\[task\] Relative.size must be finite and ≥ 0"),
+        ("relative:0.5", "relative:-1", r"\[task\] Relative.size must be ≥ 0"),
         ("span = 10", 'span = "wide"', r"\[space\]"),
         ("optimiser = 1", "optimizer = 1", "seeds must name optimiser, test and final"),
         ("evaluations = 4", "evaluations = 4.5", r"\[search\] evaluations must be int"),

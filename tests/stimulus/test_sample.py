@@ -113,7 +113,7 @@ def test_what_does_not_fit_is_drawn_again():
         ({"sizes": (-1.0, 1.0)}, "sizes must be > 0"),
         ({"speeds": (0.0, -1.0)}, "speed must be a finite number, a range"),
         ({"speeds": (-1.0, 1.0)}, r"Trial\.speed must be > 0"),
-        ({"locations": (0.5, 1.5)}, r"Trial\.location must be a fraction"),
+        ({"locations": (0.5, 1.5)}, r"Trial\.location must be > 0 and ≤ 1 \(a fraction"),
         ({"features": ["wall"]}, "no size to be drawn"),
         ({"features": []}, "features must be a list"),
         ({"features": ["cone"]}, "unknown shape 'cone'"),

@@ -220,14 +220,14 @@ def test_a_line_of_text_names_a_drawing(tmp_path):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: Ball(radius="x"), "Ball.radius must be finite and > 0 mm, got 'x'"),
-        (lambda: Ball(radius=-1), "Ball.radius must be finite and > 0 mm, got -1"),
+        (lambda: Ball(radius="x"), "Ball.radius must be a number, got 'x'"),
+        (lambda: Ball(radius=-1), "Ball.radius must be > 0 mm, got -1"),
         (
             lambda: Box(half_width=1, half_height=1, rounding=-0.1),
-            "Box.rounding must be finite and ≥ 0",
+            "Box.rounding must be ≥ 0 mm",
         ),
-        (lambda: Triangle(half_width=None), "Triangle.half_height must be finite"),
-        (lambda: Ball(radius=1.0, name=3), "Ball.name must be a line"),
+        (lambda: Triangle(half_width=None), "Triangle.half_width must be a number"),
+        (lambda: Ball(radius=1.0, name=3), "Ball.name must be text of at most 200"),
         (lambda: make_feature("ball"), r"'ball' needs radius \[mm\]"),
         (lambda: make_feature("outline", 1.0), "needs its vertices; a size is not enough"),
         (

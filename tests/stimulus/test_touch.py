@@ -58,7 +58,7 @@ def test_right_side_is_the_mirror_image():
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"location": 0.0}, r"location must be a fraction of the length in \(0, 1\], got 0"),
+        ({"location": 0.0}, r"location must be > 0 and ≤ 1 \(a fraction of the length\), got 0"),
         ({"location": 1.1}, "location"),
         ({"speed": 0.0}, "speed must be > 0"),
         ({"speed": np.nan}, "speed"),
@@ -84,7 +84,7 @@ def test_feature_bigger_than_the_antenna_is_refused():
     [
         ([(0, 0), (1, 1), (1, 0), (0, 1)], "self-intersecting"),
         ([(0, 0), (1, 0)], "3 to 1000 points"),
-        ([(0, 0, 1), (1, 0, 1), (1, 1, 1)], r"3 to 1000 points \(corner, 2\), got shape \(3, 3\)"),
+        ([(0, 0, 1), (1, 0, 1), (1, 1, 1)], r"must be an array \(corner, 2\), got shape \(3, 3\)"),
         ([0, 0, 1, 0, 1, 1], r"got shape \(6,\)"),
         ([(0, 0), (1, 0), (2, 0)], "no area|self-intersecting"),
         ([(0, 0), (0, 0), (1, 1)], "repeats a corner"),

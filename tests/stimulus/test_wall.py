@@ -72,7 +72,7 @@ def test_a_repeated_profile_is_laid_end_to_end_and_centred():
         ({"profile": [(0, 0)]}, "2 to 1000 pairs"),
         ({"profile": [(0, 0, 0), (1, 1, 1), (2, 0, 0), (3, 1, 1)]}, "2 to 1000 pairs"),
         ({"profile": [0.0, 1.0, 2.0, 3.0]}, "2 to 1000 pairs"),
-        ({"profile": "rough"}, "pairs of numbers"),
+        ({"profile": "rough"}, "an array of numbers"),
         ({"profile": [(0, np.nan), (1, 0)]}, "finite"),
         ({"profile": [(0, 0), (1, 1)], "repeat": 2}, "end as high as it begins"),
         ({"profile": [(0, 0), (1, 0)], "repeat": 1000}, "repeated 1000 times"),

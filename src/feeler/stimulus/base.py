@@ -2,20 +2,18 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen, freeze
+from feeler.record import Record
 
 LATE = 1e-9  # ms; how far beyond its end a path may be asked for
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BaseMotion(Frozen):
+class BaseMotion(Record):
     """The base as a function of time.
 
     Either it moves with constant ``velocity`` and ``turn`` from its place at the origin, and the
@@ -34,42 +32,26 @@ class BaseMotion(Frozen):
     """[mm/ms]"""
     turn: float = 0.0
     """[rad/ms], positive from +y towards +x, as angles are."""
-    time: np.ndarray | None = None
+    time: Annotated[np.ndarray, "sample"] | None = None
     """(sample,) [ms], from 0."""
-    pose: np.ndarray | None = None
+    pose: Annotated[np.ndarray, "sample 3"] | None = None
     """x, y [mm] and heading [rad] of the base (sample, 3)."""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "velocity", check_vector(self.velocity, "BaseMotion.velocity"))
-        object.__setattr__(self, "turn", check_number(self.turn, "BaseMotion.turn"))
+    def _check(self) -> None:
         if self.time is None and self.pose is None:
             return
         if any(self.velocity) or self.turn:
             raise InvalidInput(
                 "a BaseMotion has either a velocity and a turn or a path (time and pose), not both."
             )
-        try:
-            time, pose = (
-                np.array([] if a is None else a, dtype=float) for a in (self.time, self.pose)
-            )
-        except (TypeError, ValueError) as error:
-            raise InvalidInput("BaseMotion.time and pose must be numbers.") from error
-        if time.ndim != 1 or len(time) < 4 or pose.shape != (len(time), 3):
+        count = [0 if part is None else len(part) for part in (self.time, self.pose)]
+        if count[0] != count[1] or count[0] < 4:
             raise InvalidInput(
                 "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at"
-                f" least four samples, got shapes {time.shape} and {pose.shape}."
+                f" least four samples, got {count[0]} and {count[1]}."
             )
-        if not (
-            np.isfinite(time).all()
-            and np.isfinite(pose).all()
-            and time[0] == 0
-            and np.all(np.diff(time) > 0)
-        ):
-            raise InvalidInput(
-                "BaseMotion.time must rise from 0 ms, and time and pose must be finite."
-            )
-        object.__setattr__(self, "time", freeze(time))
-        object.__setattr__(self, "pose", freeze(pose))
+        if self.time[0] != 0 or not np.all(np.diff(self.time) > 0):
+            raise InvalidInput("BaseMotion.time must rise from 0 ms.")
 
     def compute_pose(self, time: np.ndarray) -> np.ndarray:
         """x, y [mm] and heading [rad] (time, 3) at times [ms].
@@ -111,14 +93,10 @@ class BaseMotion(Frozen):
 
 def read_base(value: object) -> BaseMotion | None:
     """A base motion, also from its plain data; None where the base stays where it is."""
-    if isinstance(value, Mapping):
-        unknown = value.keys() - {field.name for field in fields(BaseMotion)}
-        if unknown:
-            raise InvalidInput(f"a base motion has no {min(map(str, unknown))!r}.")
-        value = BaseMotion(**value)
-    if value is not None and not isinstance(value, BaseMotion):
+    if value is not None and not isinstance(value, BaseMotion | Mapping):
         raise InvalidInput(f"base must be a BaseMotion or None, got {str(value)[:40]!r}.")
-    return None if value == BaseMotion() else value
+    base = None if value is None else BaseMotion.from_plain(value)
+    return None if base == BaseMotion() else base
 
 
 def check_number(value: Any, name: str) -> float:

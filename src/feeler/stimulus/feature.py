@@ -7,7 +7,6 @@ Engines, placement and drawing read only ``parts``, ``rounding`` and ``unbounded
 one class, registered under its name:
 
     @SHAPES.register("capsule")
-    @dataclass(frozen=True, kw_only=True, eq=False)
     class Capsule(Feature):
         half_length: float
         rounding: float
@@ -23,23 +22,21 @@ import inspect
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen, freeze
+from feeler.record import Len, Record, freeze
 from feeler.registry import Registry
+from feeler.rules import Wrong, show
 from feeler.stimulus.convex import is_convex, measure_area
 
-MAX_NAME = 200  # characters [C]
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Feature(Frozen, ABC):
+class Feature(Record, ABC):
     """Base of all shapes: convex parts, each grown by ``rounding``.
 
     Stated lengths are those of the core, and ``rounding`` comes on top: it makes the outer surface
@@ -52,7 +49,7 @@ class Feature(Frozen, ABC):
         A length that is not finite and > 0, a rounding < 0, or a name that is no short text.
     """
 
-    name: str = ""
+    name: Annotated[str, Len(0, 200)] = ""
     """The label that its touches carry; default: the shape's word."""
 
     if (
@@ -86,34 +83,27 @@ class Feature(Frozen, ABC):
         """Whether it may be larger than the antenna."""
         return False
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            if field.type in (float, "float"):
-                self._store_length(field.name)
-        if not (
-            isinstance(self.name, str) and len(self.name) <= MAX_NAME and self.name.isprintable()
-        ):
-            raise InvalidInput(
-                f"{type(self).__name__}.name must be a line of at most {MAX_NAME} characters, got"
-                f" {str(self.name)[:40]!r}."
-            )
+    def _check(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, float) and not (value > 0 or (name == "rounding" and value == 0)):
+                raise InvalidInput(
+                    f"{type(self).__name__}.{name} must be {'≥' if name == 'rounding' else '>'} 0 mm,"
+                    f" got {value}."
+                )
+        if not self.name.isprintable():
+            raise InvalidInput(f"{type(self).__name__}.name must be one line, got {self.name!r}.")
+        # replace() keeps a name that was made of old numbers
         given = "" if re.fullmatch(f"{self.kind} [0-9a-f]{{6}}", self.name) else self.name
-        object.__setattr__(
-            self, "name", given or self.make_name()
-        )  # dataclasses.replace keeps a name made of old numbers
+        vars(self)["name"] = given or self.make_name()
 
-    def _store_length(self, name: str) -> None:
-        value, zero = getattr(self, name), name == "rounding"
-        allowed = (
-            f"{type(self).__name__}.{name} must be finite and {'≥' if zero else '>'} 0 mm, got "
-        )
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InvalidInput(f"{allowed}{str(value)[:40]!r}.") from None
-        if not (np.isfinite(number) and (number > 0 or (zero and number == 0))):
-            raise InvalidInput(f"{allowed}{number}.")
-        object.__setattr__(self, name, number)
+    @classmethod
+    def from_plain(cls, value: Any) -> "Feature":
+        """A feature, also from its plain data."""
+        if isinstance(value, Mapping):
+            return make_feature(value)
+        if not isinstance(value, Feature):
+            raise Wrong(f"must be a {', '.join(SHAPES)}, got {show(value)}")
+        return value
 
     @abstractmethod
     def make_parts(self) -> Sequence[Any]:
@@ -173,14 +163,13 @@ class Feature(Frozen, ABC):
         scaled: dict[str, Any] = {
             name: factor * v for name, v in values.items() if isinstance(v, float | np.ndarray)
         }
-        return replace(self, **scaled)
+        return self.replace(**scaled)
 
     def to_plain(self) -> dict[str, Any]:
         """The feature as plain data: its kind and fields; :func:`make_feature` gives it back."""
         return {"kind": self.kind, **super().to_plain()}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Mirrored(Feature):
     """The mirror image of a feature that is not its own."""
 

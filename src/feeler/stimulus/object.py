@@ -3,25 +3,22 @@ name.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen
-from feeler.stimulus.base import check_number, check_vector
+from feeler.record import Ge, Record
 from feeler.stimulus.clearance import compute_clearance
-from feeler.stimulus.feature import Feature, make_feature
+from feeler.stimulus.feature import Feature
 from feeler.stimulus.placement import place
 from feeler.stimulus.trial import FRICTION, Trial
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Object(Frozen):
+class Object(Record):
     """A feature with a place and a motion; nothing that it touches can slow it.
 
     Plain data, as ``to_plain`` gives it, makes the same object: ``Object(**plain)``.
@@ -42,36 +39,18 @@ class Object(Frozen):
     """Velocity of its frame's origin [mm/ms]; it does not turn with the object."""
     turn: float = 0.0
     """Turn rate about the frame's origin [rad/ms], positive from +y towards +x, as angles are."""
-    friction: float = FRICTION
-    """Coefficient of sliding friction, ≥ 0."""
+    friction: Annotated[float, Ge(0)] = FRICTION
+    """Coefficient of sliding friction."""
     name: str = ""
     """What it is called among the objects of a scene; default: the feature's name."""
 
-    def __post_init__(self) -> None:
-        if isinstance(self.feature, Mapping):
-            object.__setattr__(self, "feature", make_feature(self.feature))
-        if not isinstance(self.feature, Feature):
-            raise InvalidInput(
-                f"Object.feature must be a feature such as Ball(radius=1.5), got {self.feature!r}."
-            )
-        for name in ("place", "forward", "velocity"):
-            object.__setattr__(self, name, check_vector(getattr(self, name), f"Object.{name}"))
-        for name in ("turn", "friction"):
-            object.__setattr__(self, name, check_number(getattr(self, name), f"Object.{name}"))
+    def _check(self) -> None:
         size = np.hypot(*self.forward)
         if abs(size - 1) > 1e-6:
             raise InvalidInput(
                 f"Object.forward must be a unit vector, got {self.forward} of length {size:g}."
             )
-        if self.friction < 0:
-            raise InvalidInput(f"Object.friction must be ≥ 0, got {self.friction}.")
-        if not isinstance(self.name, str):
-            raise InvalidInput(f"Object.name must be text, got {str(self.name)[:40]!r}.")
-        object.__setattr__(self, "name", self.name or self.feature.name)
-
-    def replace(self, **changes: Any) -> "Object":
-        """The same object with some fields changed, validated again."""
-        return replace(self, **changes)
+        vars(self)["name"] = self.name or self.feature.name
 
 
 @checked

@@ -1,20 +1,18 @@
 """Outlines: any simple polygon as a feature."""
 
 import os
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.frozen import freeze
+from feeler.record import freeze
 from feeler.stimulus.convex import measure_area, split_convex
 from feeler.stimulus.feature import Feature, digest_numbers
 
 MAX_CORNERS = 1000  # [C]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Outline(Feature):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
@@ -25,7 +23,7 @@ class Outline(Feature):
         one line, or in an order in which edges cross.
     """
 
-    vertices: np.ndarray
+    vertices: Annotated[np.ndarray, "corner 2"]
     """Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept
     counter-clockwise, foremost at 0.
     """
@@ -33,13 +31,18 @@ class Outline(Feature):
     """Distance [mm] by which the polygon is grown, ≥ 0."""
     kind: ClassVar[str] = "outline"
 
-    def __post_init__(self) -> None:
-        corners = _read_corners(self.vertices)
+    def _check(self) -> None:
+        if not 3 <= len(self.vertices) <= MAX_CORNERS:
+            raise InvalidInput(
+                f"Outline.vertices must be 3 to {MAX_CORNERS} points (corner, 2), got"
+                f" {len(self.vertices)}."
+            )
+        corners = self.vertices + 0.0  # no −0: equal outlines have equal names
         _check_simple(corners)
         if measure_area(corners) < 0:
             corners = corners[::-1]
-        object.__setattr__(self, "vertices", freeze(corners - [corners[:, 0].max(), 0.0]))
-        super().__post_init__()
+        vars(self)["vertices"] = freeze(corners - [corners[:, 0].max(), 0.0])
+        super()._check()
 
     @classmethod
     def from_file(
@@ -93,23 +96,6 @@ class Outline(Feature):
     def make_parts(self) -> list[np.ndarray]:
         """Convex polygons that together fill the outline."""
         return split_convex(self.vertices)
-
-
-def _read_corners(vertices: object) -> np.ndarray:
-    try:
-        corners = np.array(vertices, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            f"Outline.vertices must be pairs of numbers [mm], got {str(vertices)[:80]!r}."
-        ) from error
-    if corners.ndim != 2 or corners.shape[1] != 2 or not 3 <= corners.shape[0] <= MAX_CORNERS:
-        raise InvalidInput(
-            f"Outline.vertices must be 3 to {MAX_CORNERS} points (corner, 2), got shape"
-            f" {corners.shape}."
-        )
-    if not np.all(np.isfinite(corners)):
-        raise InvalidInput("Outline.vertices must be finite.")
-    return corners + 0.0  # no −0: equal outlines have equal names
 
 
 def _check_simple(corners: np.ndarray) -> None:

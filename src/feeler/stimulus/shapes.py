@@ -1,12 +1,10 @@
 """Ball, box and triangle."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from feeler.stimulus.feature import Feature
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Ball(Feature):
     """A ball (in the plane: a disc): a point grown by its radius."""
 
@@ -25,7 +23,6 @@ class Ball(Feature):
         return [[(0.0, 0.0)]]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Box(Feature):
     """A box whose face leads; its outer half-width is ``half_width + rounding``."""
 
@@ -44,7 +41,6 @@ class Box(Feature):
         return [[(0.0, -w), (0.0, w), (-h, w), (-h, -w)]]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Triangle(Feature):
     """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``."""
 
@@ -57,13 +53,12 @@ class Triangle(Feature):
     kind: ClassVar[str] = "triangle"
     symmetric: ClassVar[bool] = True
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if self.half_height is None:
-            object.__setattr__(self, "half_height", self.half_width)
-        self._store_length("half_height")
-        super().__post_init__()
+            vars(self)["half_height"] = self.half_width
+        super()._check()
 
     def make_parts(self) -> list:
         """The core's corners, the leading one first."""
-        w, h = self.half_width, 2.0 * (self.half_height or self.half_width)
+        w, h = self.half_width, 2.0 * self.half_height
         return [[(0.0, 0.0), (-h, w), (-h, -w)]]

@@ -1,26 +1,21 @@
 """A trial: one feature meets the antenna at one place, with one speed, from one side."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from feeler.checked import checked
-from feeler.errors import InvalidInput
-from feeler.frozen import Frozen
+from feeler.record import Ge, Gt, Le, Lt, Record, Unit
 from feeler.stimulus.base import BaseMotion, read_base
 from feeler.stimulus.convex import trace_rim
-from feeler.stimulus.feature import SHAPES, Feature, make_feature
+from feeler.stimulus.feature import Feature
 from feeler.svg import make_picture
 
-SIDES = ("left", "right")
 FRICTION = 1.0  # [D] fits the published video best
 LEAD = 5.0  # [C] ms before contact
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Trial(Frozen):
+class Trial(Record):
     """One touch, as data.
 
     The feature starts clear of the antenna, its foremost point meets the antenna's surface at
@@ -36,63 +31,30 @@ class Trial(Frozen):
 
     feature: Feature
     """What touches: Ball, Box, Triangle, Outline, Wall, or any shape that was registered."""
-    location: float
-    """Where, as a fraction of the antenna's length from the base, in (0, 1]."""
-    speed: float
-    """How fast the feature moves [m/s = mm/ms], > 0."""
-    lead: float = LEAD
-    """Time before contact [ms], > 0."""
-    approach: float = 90.0
-    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees],
-    in (0, 180).
+    location: Annotated[float, Gt(0), Le(1), "a fraction of the length"]
+    """Where, as a fraction of the antenna's length from the base."""
+    speed: Annotated[float, Gt(0), Unit("m/s")]
+    """How fast the feature moves [m/s = mm/ms]."""
+    lead: Annotated[float, Gt(0), Unit("ms")] = LEAD
+    """Time before contact [ms]."""
+    approach: Annotated[float, Gt(0), Lt(180), Unit("degrees"), "90 is perpendicular"] = 90.0
+    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees];
+    90 is perpendicular.
     """
-    side: str = "left"
+    side: Literal["left", "right"] = "left"
     """The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is
     its mirror image.
     """
-    friction: float = FRICTION
-    """Coefficient of sliding friction, ≥ 0."""
+    friction: Annotated[float, Ge(0)] = FRICTION
+    """Coefficient of sliding friction."""
     base: BaseMotion | None = None
     """How the antenna's base moves, given for the side ``left``; default: it is clamped."""
     name: str = ""
     """What the object is called; default: the feature's name."""
 
-    def __post_init__(self) -> None:
-        if isinstance(self.feature, Mapping):
-            object.__setattr__(self, "feature", make_feature(self.feature))
-        if not isinstance(self.feature, Feature):
-            raise InvalidInput(
-                f"Trial.feature must be a {', '.join(SHAPES)}, got {str(self.feature)[:80]!r}."
-            )
-        if not isinstance(self.side, str) or self.side not in SIDES:
-            raise InvalidInput(
-                f"Trial.side must be one of {', '.join(SIDES)}, got {str(self.side)[:40]!r}."
-            )
-        self._check("location", 0.0, 1.0, "a fraction of the length in (0, 1]", upper_open=False)
-        self._check("speed", 0.0, np.inf, "> 0 m/s")
-        self._check("lead", 0.0, np.inf, "> 0 ms")
-        self._check("approach", 0.0, 180.0, "within (0, 180) degrees, 90 is perpendicular")
-        self._check("friction", 0.0, np.inf, "≥ 0", lower_open=False)
-        object.__setattr__(self, "base", read_base(self.base))
-        if not isinstance(self.name, str):
-            raise InvalidInput(f"Trial.name must be text, got {str(self.name)[:40]!r}.")
-        object.__setattr__(self, "name", self.name or self.feature.name)
-
-    def _check(
-        self, name: str, low: float, high: float, allowed: str, *, lower_open=True, upper_open=True
-    ) -> None:
-        value = getattr(self, name)
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            raise InvalidInput(
-                f"Trial.{name} must be a number {allowed}, got {str(value)[:40]!r}."
-            ) from None
-        above = number > low if lower_open else number >= low
-        below = number < high if upper_open else number <= high
-        if not (np.isfinite(number) and above and below):
-            raise InvalidInput(f"Trial.{name} must be {allowed}, got {value}.")
-        object.__setattr__(self, name, number)
+    def _check(self) -> None:
+        vars(self)["base"] = read_base(self.base)
+        vars(self)["name"] = self.name or self.feature.name
 
     @property
     def shape(self) -> Feature:

@@ -1,12 +1,11 @@
 """The wall: a wide-field feature, plain or textured."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.frozen import freeze
+from feeler.record import Ge, freeze
 from feeler.stimulus.feature import Feature, digest_numbers
 
 REACH = 1e3  # mm; half extent of the box that stands for a face without end
@@ -16,7 +15,6 @@ DEPTH = (
 MAX_PLACES = 1000  # [C]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Wall(Feature):
     """A wide-field feature: a straight face without end, or a textured one of the heights in
     ``profile``.
@@ -32,11 +30,11 @@ class Wall(Feature):
         repeated.
     """
 
-    profile: tuple[tuple[float, float], ...] | None = None
+    profile: np.ndarray | None = None
     """Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three or
     more values: places and heights; default: flat and without end. Place 0 is where the wall's axis
     runs."""
-    repeat: int = 1
+    repeat: Annotated[int, Ge(1)] = 1
     """How many times the profile is laid end to end, centred; more than 1 needs equal heights at
     its ends.
     """
@@ -45,19 +43,10 @@ class Wall(Feature):
     kind: ClassVar[str] = "wall"
     wide: ClassVar[bool] = True
 
-    def __post_init__(self) -> None:
-        if (
-            isinstance(self.repeat, bool)
-            or not isinstance(self.repeat, int | np.integer)
-            or self.repeat < 1
-        ):
-            raise InvalidInput(
-                f"Wall.repeat must be a whole number ≥ 1, got {str(self.repeat)[:40]!r}."
-            )
-        object.__setattr__(self, "repeat", int(self.repeat))
+    def _check(self) -> None:
         if self.profile is not None:
-            object.__setattr__(self, "profile", freeze(_read_profile(self.profile, self.repeat)))
-        super().__post_init__()
+            vars(self)["profile"] = freeze(_read_profile(self.profile, self.repeat))
+        super()._check()
         if self.profile is None and (self.repeat > 1 or self.rounding > 0):
             raise InvalidInput(
                 "Wall.repeat and Wall.rounding need a profile; a flat face without end has neither."
@@ -105,14 +94,7 @@ class Wall(Feature):
         )
 
 
-def _read_profile(profile: object, repeat: int) -> np.ndarray:
-    try:
-        pairs = np.array(profile, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            "Wall.profile must be pairs of numbers (place, height) [mm], got"
-            f" {str(profile)[:80]!r}."
-        ) from error
+def _read_profile(pairs: np.ndarray, repeat: int) -> np.ndarray:
     if pairs.ndim == 2 and pairs.shape[0] == 2 and pairs.shape[1] > 2:
         pairs = pairs.T
     if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < 2 or len(pairs) * repeat > MAX_PLACES:
@@ -120,8 +102,6 @@ def _read_profile(profile: object, repeat: int) -> np.ndarray:
             f"Wall.profile must be 2 to {MAX_PLACES} pairs (place, height), repetitions counted, or"
             f" two such arrays; got shape {pairs.shape}, repeated {repeat} times."
         )
-    if not np.isfinite(pairs).all():
-        raise InvalidInput("Wall.profile must be finite.")
     if (falling := np.flatnonzero(np.diff(pairs[:, 0]) <= 0)).size:
         where = falling[0]
         raise InvalidInput(

@@ -8,20 +8,19 @@ A new model is one class with either ``sd`` or ``add``, registered under a name:
             return self.size * np.abs(tensors)
 """
 
-from dataclasses import dataclass, fields, replace
-from typing import Any, Self
+from dataclasses import fields
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.record import Ge, Record
 from feeler.registry import Registry
 
-PARTS = {"vector": 2, "tensor": (1, 2)}
 TRIED = 64  # [C] copies from which the sd of a model that only draws is estimated
 
 
-@dataclass(frozen=True)
-class Noise:
+class Noise(Record, kw_only=False):
     """A model of noise; a new one gives ``sd`` for Gaussian noise, or ``add`` for any other.
 
     Its text form is ``"name:size"``, such as ``"relative:0.1"``; see :func:`parse_noise`.
@@ -32,19 +31,17 @@ class Noise:
         A size that is not finite or below 0.
     """
 
-    size: float = 0.1
-    """How much, in the unit of the model, ≥ 0."""
+    size: Annotated[float, Ge(0)] = 0.1
+    """How much, in the unit of the model; 0.1 is 10 % where it is a share."""
 
-    def __post_init__(self) -> None:
-        try:
-            size = float(self.size)
-        except (TypeError, ValueError):
-            size = np.nan
-        if not 0 <= size < np.inf:
-            raise InvalidInput(
-                f"{type(self).__name__}.size must be finite and ≥ 0 (0.1 is 10 %), got {self.size!r}."
-            )
-        object.__setattr__(self, "size", size)
+    @classmethod
+    def from_plain(cls, value: Any) -> "Noise":
+        """A noise, also from its text."""
+        return parse_noise(value)
+
+    def to_plain(self) -> Any:
+        """Its text."""
+        return str(self)
 
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """Standard deviation of each entry, broadcastable to ``tensors`` (trial, sensor, time).
@@ -105,14 +102,10 @@ class Noise:
         """
         return tensors / (self.find_level(tensors) / self.size)
 
-    def replace(self, **changes: Any) -> Self:
-        """The same model with some fields changed, validated again."""
-        return replace(self, **changes)
-
     def suit(self, **options: Any) -> Self:
         """The same model with those of the ``options`` (each, reference) that it asks for."""
         asked = {field.name for field in fields(self)}
-        return replace(self, **{key: options[key] for key in options.keys() & asked})
+        return self.replace(**{key: options[key] for key in options.keys() & asked})
 
     def __str__(self) -> str:
         """Text from which :func:`parse_noise` makes the same noise."""
@@ -130,8 +123,7 @@ NOISES: Registry[type[Noise]] = Registry("noise model")
 
 
 @NOISES.register("relative")
-@dataclass(frozen=True)
-class Relative(Noise):
+class Relative(Noise, kw_only=False):
     """sd = size × the greatest magnitude of each tensor, or of each vector in it (the paper's).
 
     Notes
@@ -140,17 +132,8 @@ class Relative(Noise):
     vector's maximum.
     """
 
-    size: float = 0.1
-    """Share of the greatest magnitude; 0.1 is 10 %."""
-    each: str = "tensor"
+    each: Literal["vector", "tensor"] = "tensor"
     """What has a greatest magnitude of its own: each ``tensor``, or each ``vector`` h_i(t)."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.each not in PARTS:
-            raise InvalidInput(
-                f"noise is relative to each of {', '.join(PARTS)}, got {self.each!r}."
-            )
 
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """The share of each greatest magnitude."""
@@ -159,11 +142,10 @@ class Relative(Noise):
 
 
 @NOISES.register("common")
-@dataclass(frozen=True)
-class Common(Noise):
+class Common(Noise, kw_only=False):
     """sd = size × ``reference``: the same everywhere, as of a sensor with a fixed noise floor."""
 
-    size: float = 0.03
+    size: Annotated[float, Ge(0)] = 0.03
     """In the unit of the tensors [rad], or of the reference."""
     reference: float | None = 1.0
     """What a size of 1 is; None: the greatest magnitude of all tensors at hand."""

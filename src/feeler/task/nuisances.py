@@ -1,20 +1,18 @@
 """Nuisances: how much the touches of one class differ in what is not asked for."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from scipy.special import ndtri
 
-from feeler.checked import checked
 from feeler.draw import LogRange, Spread, describe_spread, spread_out
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen, freeze
+from feeler.record import Record, freeze
 from feeler.stimulus.trial import Trial
 
 NAMES = ("location", "size", "approach", "friction", "speed")
-KINDS = ("uniform", "normal")
 NEAREST = 0.05  # [C] of the length; nearer the base a normal spread does not go
 OBLIQUE = (30.0, 150.0)  # [C] degrees; an approach beyond them misses many antennas
 
@@ -41,9 +39,7 @@ class Normal:
         return np.clip(values, self.low, self.high)
 
 
-@checked
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Nuisances(Frozen):
+class Nuisances(Record):
     """How far place, size, speed, approach and friction of a touch may lie from what was asked for.
 
     A number is a half-width about the nominal value (``kind="uniform"``) or a standard deviation
@@ -62,32 +58,17 @@ class Nuisances(Frozen):
     """± share; otherwise the coefficient itself."""
     speed: Spread = 0.0
     """± share; otherwise the speed itself [m/s]."""
-    kind: str = "uniform"
+    kind: Literal["uniform", "normal"] = "uniform"
     """``uniform`` or ``normal``: what a number means."""
 
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise InvalidInput(
-                f"Nuisances.kind must be one of {', '.join(KINDS)}, got {self.kind!r}."
-            )
+    def _check(self) -> None:
         for name in NAMES:
             value = read_spread(getattr(self, name), f"Nuisances.{name}")
             if is_number(value) and not 0 <= value < np.inf:
                 raise InvalidInput(f"Nuisances.{name} must be finite and ≥ 0, got {value}.")
             if is_number(value) and self.kind == "uniform" and name != "approach" and value >= 1:
                 raise InvalidInput(f"Nuisances.{name} must be < 1, as it is a share, got {value}.")
-            object.__setattr__(self, name, value)
-
-    @classmethod
-    def read(cls, value: Any) -> "Nuisances":
-        """Nuisances, also from a mapping of their fields."""
-        if isinstance(value, Mapping):
-            if unknown := sorted(value.keys() - {*NAMES, "kind"}):
-                raise InvalidInput(f"unknown nuisance {unknown[0]!r}; valid: {', '.join(NAMES)}.")
-            value = cls(**value)
-        if not isinstance(value, cls):
-            raise InvalidInput(f"nuisances must be Nuisances(...), got {str(value)[:40]!r}.")
-        return value
+            vars(self)[name] = value
 
     @classmethod
     def only(cls, **asked: Any) -> "Nuisances":
@@ -145,7 +126,7 @@ class Nuisances(Frozen):
             name: float(spread_out(spread, name, shares[name])[0])
             for name, spread in spreads.items()
         }
-        return replace(trial, feature=feature, **drawn)
+        return trial.replace(feature=feature, **drawn)
 
 
 def read_spread(value: Any, name: str) -> Spread:

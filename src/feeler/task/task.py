@@ -1,30 +1,29 @@
 """Task: what is to be told apart, in which noise and by when; everything that touches draws from it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.draw import Spread, describe_spread
 from feeler.errors import InvalidInput
-from feeler.frozen import Frozen
+from feeler.record import Gt, Le, Len, Record, Unit
 from feeler.stimulus.feature import Feature, make_feature, parse_feature
 from feeler.stimulus.ninety import LOCATIONS, make_features
 from feeler.stimulus.sample import SampledTrials, sample_trials
 from feeler.stimulus.trial import LEAD, Trial
-from feeler.task.noise import parse_noise
+from feeler.task.noise import Noise, Relative
 from feeler.task.nuisances import Nuisances, is_number, read_spread
 
+PEAK = Relative(1.0)
 MAX_CLASSES = 1000  # [C]
 SETS = 1 << 64  # what a set's number is multiplied by in a seed
 
 
-@checked
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Task(Frozen):
+class Task(Record):
     """Classes (object × place) to be told apart at each speed, each touch drawn within nuisances.
 
     Raises
@@ -35,35 +34,29 @@ class Task(Frozen):
 
     objects: Any = field(default_factory=make_features)
     """What touches: bounded features, or text such as ``"ball:radius=2"``."""
-    locations: tuple[float, ...] = LOCATIONS
+    locations: Annotated[tuple[Annotated[float, Gt(0), Le(1)], ...], Len(1)] = LOCATIONS
     """Where, as shares of the antenna's length."""
-    speeds: tuple[float, ...] = (0.3,)
+    speeds: Annotated[tuple[Annotated[float, Gt(0)], ...], Len(1)] = (0.3,)
     """[m/s]; the speed of a touch is known to who is asked, so each is a task of its own."""
-    nuisances: Any = field(default_factory=Nuisances)
-    """How touches of one class differ: :class:`Nuisances`, or a mapping of its fields."""
-    noise: Any = "relative:1"
-    """On each sample of each sensor: a :class:`Noise`, or text such as ``"relative:0.1"``."""
-    deadline: float = 100.0
+    nuisances: Nuisances = field(default_factory=Nuisances)
+    """How touches of one class differ."""
+    noise: Noise = PEAK
+    """On each sample of each sensor; text such as ``"relative:0.1"`` is read."""
+    deadline: Annotated[float, Gt(0), Unit("ms")] = 100.0
     """Time since contact [ms] whose samples may be used."""
     lead: Spread = LEAD
     """Time before contact [ms]."""
     seeds: Any = (("train", 1), ("test", 2), ("final", 3))
     """A seed for each purpose for which touches are drawn; they differ."""
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         objects = (self.objects,) if isinstance(self.objects, str | Feature) else self.objects
-        if len(objects) < 1:
-            raise InvalidInput("a task needs an object: give objects=, such as ['ball:radius=2'].")
-        object.__setattr__(self, "objects", tuple(_read_object(item) for item in objects))
-        object.__setattr__(self, "nuisances", Nuisances.read(self.nuisances))
-        object.__setattr__(self, "lead", read_spread(self.lead, "lead"))
-        object.__setattr__(self, "noise", parse_noise(self.noise))
-        object.__setattr__(self, "seeds", tuple(dict(self.seeds).items()))
-        self._check_numbers()
-        labels = self.labels
-        if len({*labels}) < len(labels):
-            twice = next(label for label in labels if labels.count(label) > 1)
-            raise InvalidInput(f"two objects are called {twice!r}; give each its own name=.")
+        vars(self).update(
+            objects=tuple(_read_object(item) for item in objects),
+            lead=read_spread(self.lead, "lead"),
+            seeds=tuple((str(name), int(seed)) for name, seed in dict(self.seeds).items()),
+        )
+        self._check_classes()
         self._check_nuisances()
         numbers = [number for _, number in self.seeds]
         if not numbers or len({*numbers}) < len(numbers):
@@ -72,31 +65,27 @@ class Task(Frozen):
                 " test."
             )
 
-    def _check_numbers(self) -> None:
-        if not 0 < self.deadline < np.inf:
-            raise InvalidInput(f"deadline must be finite and > 0 ms, got {self.deadline}.")
-        for name in ("locations", "speeds"):
-            values = getattr(self, name)
-            values = tuple(np.atleast_1d(values).tolist())
-            object.__setattr__(self, name, values)
-            if not values or min(values) <= 0 or len({*values}) < len(values):
-                raise InvalidInput(
-                    f"{name} must be different numbers > 0, at least one, got {values}."
-                )
+    def _check_classes(self) -> None:
+        if not self.objects:
+            raise InvalidInput("a task needs an object: give objects=, such as ['ball:radius=2'].")
         if self.n_classes > MAX_CLASSES:
             raise InvalidInput(
                 f"a task has at most {MAX_CLASSES} classes (objects × locations), got"
                 f" {self.n_classes}."
             )
+        for name, values in (("locations", self.locations), ("speeds", self.speeds)):
+            if len({*values}) < len(values):
+                raise InvalidInput(f"{name} must be different numbers, got {values}.")
+        if twice := [label for label, count in Counter(self.labels).items() if count > 1]:
+            raise InvalidInput(f"two objects are called {twice[0]!r}; give each its own name=.")
 
     def _check_nuisances(self) -> None:
         for place in self.locations:
             trial = Trial(feature=self.objects[0], location=place, speed=self.speeds[0])
             for name, spread in self.nuisances.spread(trial).items():
-                if name != "size" and isinstance(spread, tuple):
+                for end in spread if name != "size" and isinstance(spread, tuple) else ():
                     try:
-                        for end in spread:
-                            replace(trial, **{name: end})
+                        trial.replace(**{name: end})
                     except InvalidInput as error:
                         raise InvalidInput(
                             f"the nuisance {name} cannot be placed at {place:g}: {error}"
@@ -122,16 +111,9 @@ class Task(Frozen):
         lead = self.lead if isinstance(self.lead, int | float) else max(self.lead)
         return lead + float(np.ceil(self.deadline))
 
-    def replace(self, **changes: Any) -> Self:
-        """The same task with some fields changed, validated again."""
-        return replace(self, **changes)
-
     def to_plain(self) -> dict[str, Any]:
         """The task as plain data; ``type(task)(**plain)`` is equal."""
         return super().to_plain() | {
-            "objects": [item.to_plain() for item in self.objects],
-            "nuisances": self.nuisances.to_plain(),
-            "noise": str(self.noise),
             "lead": describe_spread(self.lead),
             "seeds": dict(self.seeds),
         }
@@ -203,10 +185,33 @@ class Task(Frozen):
             )
         nominal = Trial(feature=self.objects[0], location=self.locations[0], speed=self.speeds[0])
         spreads = by.spread(nominal)
+        if is_number(by.size):
+            spreads["size"] = None
+        return self._sample(n, self.objects, spreads, antenna, seed)
+
+    def _draw_class(
+        self, antenna: Antenna | None, number: int, seed: int, speed: float, each: int
+    ) -> list[Trial]:
+        place, which = divmod(number, len(self.objects))
+        nominal = Trial(feature=self.objects[which], location=self.locations[place], speed=speed)
+        spreads = self.nuisances.spread(nominal)
+        try:
+            return [*self._sample(each, [nominal.feature], spreads, antenna, seed)]
+        except InvalidInput as error:
+            raise InvalidInput(f"{self.labels[number]} cannot be drawn: {error}") from error
+
+    def _sample(
+        self,
+        n: int,
+        objects: Sequence[Feature],
+        spreads: dict[str, Spread],
+        antenna: Antenna | None,
+        seed: int,
+    ) -> SampledTrials:
         return sample_trials(
             n,
-            features=self.objects,
-            sizes=None if is_number(by.size) else spreads["size"],
+            features=objects,
+            sizes=spreads["size"],
             locations=spreads["location"],
             speeds=spreads["speed"],
             approach=spreads["approach"],
@@ -216,31 +221,6 @@ class Task(Frozen):
             antenna=antenna,
             seed=seed,
         )
-
-    def _draw_class(
-        self, antenna: Antenna | None, number: int, seed: int, speed: float, each: int
-    ) -> list[Trial]:
-        place, which = divmod(number, len(self.objects))
-        nominal = Trial(feature=self.objects[which], location=self.locations[place], speed=speed)
-        spreads = self.nuisances.spread(nominal)
-        try:
-            return [
-                *sample_trials(
-                    each,
-                    features=[nominal.feature],
-                    sizes=spreads["size"],
-                    locations=spreads["location"],
-                    speeds=spreads["speed"],
-                    approach=spreads["approach"],
-                    friction=spreads["friction"],
-                    lead=self.lead,
-                    sides=("left",),
-                    antenna=antenna,
-                    seed=seed,
-                )
-            ]
-        except InvalidInput as error:
-            raise InvalidInput(f"{self.labels[number]} cannot be drawn: {error}") from error
 
 
 def _read_object(item: Any) -> Feature:
