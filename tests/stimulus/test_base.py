@@ -72,5 +72,5 @@ def test_what_is_no_motion_is_refused(fields, match):
 
 @pytest.mark.parametrize("base", [3, {"speed": 1}, "walk"])
 def test_a_trial_refuses_what_is_no_base_motion(base):
-    with pytest.raises(InvalidInput, match="[Bb]ase"):
+    with pytest.raises(InvalidInput, match=r"[Bb]ase"):
         Trial(feature=Ball(radius=1), location=0.5, speed=0.3, base=base)
