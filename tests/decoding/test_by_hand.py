@@ -10,8 +10,7 @@ from scipy.special import log_softmax
 
 from feeler.decoding.components import PrincipalComponents, compute_kept_variance
 from feeler.decoding.decoder import StreamDecoder
-from feeler.decoding.onset import OnsetFinder
-from feeler.decoding.stream import measure_early_accuracy
+from feeler.decoding.stream import OnsetFinder, measure_early_accuracy
 from feeler.decoding.sweep import Sweep
 from feeler.decoding.transfer import TEMPERATURES, TransferClassifier, align, score_transfer
 from feeler.decoding.verdict import compute_explained, judge_order

@@ -11,7 +11,6 @@ from feeler.information import (
     compute_energies,
     compute_energy,
     compute_information,
-    compute_separation,
     find_noise,
     measure_information,
     scale_peaks,
@@ -126,11 +125,6 @@ def test_a_noise_has_the_unit_of_the_tensors(unit):
         find_noise(factor * make_pair(2.0), 0.75, n_draws=200)[0] for factor in (1.0, unit)
     )
     assert other == pytest.approx(unit * one, rel=1e-3)
-
-
-def test_separation_is_that_of_the_nearest():
-    places = np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])
-    assert compute_separation(places, 0.5) == pytest.approx([10.0, 2.0, 2.0])
 
 
 def test_windows_are_what_each_window_gives():

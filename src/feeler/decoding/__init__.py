@@ -1,10 +1,10 @@
 """Decoding: classifiers, noise, honest splits. Arrays in, numbers out; no simulator needed."""
 
-from feeler.decoding.baseline import PeakEncoder
 from feeler.decoding.classifiers import make_lda, make_svm
 from feeler.decoding.codes import CODES, encode_with, make_codes, make_null
 from feeler.decoding.components import PrincipalComponents
 from feeler.decoding.confusion import Confused, explain_confusion
+from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import group_tensors, list_groups
 from feeler.decoding.ideal import IdealReader

@@ -2,18 +2,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from feeler.decoding.baseline import PeakEncoder
+from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, encode_with, make_null
 from feeler.decoding.null import JointFit, fit_null
-from feeler.decoding.plan import Plan
 from feeler.decoding.reader import READERS, Reader
-from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.decoding.sweep import Plan, Sweep, compute_sweep
+from feeler.dispersion.blocks import check_tensors
 from feeler.task.noise import NOISES, Common
+from feeler.tensors.labels import label_like
 from feeler.tensors.scaling import rectify
 
 
@@ -223,6 +224,34 @@ def _repeat_code(group: Group, kind: str) -> np.ndarray:
     """One code of the fixed bases, as often as there are trials."""
     null = make_null(group.tensors)
     return np.repeat(encode_with(null[:1], group.encoder, kind), len(null), axis=0)
+
+
+class PeakEncoder:
+    """Position and time of a tensor's greatest entry, each as a fraction in [0, 1].
+
+    A peak is known to its sample only, so a uniform dither of one sample is added: without it the
+    copies of a trial would be identical and the classifier's within-class spread 0.
+
+    Parameters
+    ----------
+    random_state
+        Seed of the dither.
+    """
+
+    @checked
+    def __init__(self, random_state: Annotated[int, "≥ 0"] = 0):
+        self._rng = np.random.default_rng(random_state)
+
+    def __call__(self, tensors: Any) -> Any:
+        """(trial, 2, 1): position along the antenna, time."""
+        array = check_tensors(tensors, least=1)
+        _, n_sensors, n_samples = array.shape
+        peak = np.unravel_index(
+            array.reshape(len(array), -1).argmax(axis=1), (n_sensors, n_samples)
+        )
+        dither = self._rng.uniform(-0.5, 0.5, (len(array), 2))
+        found = ((np.stack(peak, axis=1) + 0.5 + dither) / (n_sensors, n_samples))[:, :, None]
+        return label_like(found, tensors, ("trial", "component", "time"), "peak")
 
 
 def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 0) -> Sweep:

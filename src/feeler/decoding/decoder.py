@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.special import logsumexp
 
-from feeler.decoding.onset import OnsetFinder
 from feeler.decoding.reader import Reader
-from feeler.decoding.stream import Stream, StreamState
+from feeler.decoding.stream import OnsetFinder, Stream, StreamState
 from feeler.errors import FeelerError, InvalidInput
 from feeler.limits import find_limits
 from feeler.tensors.models import Model, load_model, save_model

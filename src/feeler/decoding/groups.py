@@ -11,7 +11,7 @@ from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
 from feeler.decoding.null import JointFit, fit_null
-from feeler.decoding.plan import Plan
+from feeler.decoding.sweep import Plan
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
 

@@ -10,8 +10,7 @@ from sklearn.base import clone
 
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.codes import make_null
-from feeler.decoding.plan import Plan
-from feeler.decoding.sweep import Sweep, compute_sweep
+from feeler.decoding.sweep import Plan, Sweep, compute_sweep
 from feeler.task.noise import Relative
 
 
@@ -50,7 +49,7 @@ class Twins:
         )
 
 
-def fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
+def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Codes of one joint fit of up to ``n_iter`` iterations, where the encoder has such a limit."""
     known = encoder.get_params()
     fitted = (
@@ -64,7 +63,7 @@ def fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
 
 def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
     """Joint codes of one of the tensors, repeated as if it were different touches (``make_null``)."""
-    return fit_jointly(make_null(tensors), encoder, n_iter)
+    return _fit_jointly(make_null(tensors), encoder, n_iter)
 
 
 def compare_twins(
@@ -75,7 +74,7 @@ def compare_twins(
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
     """
-    fitted = fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
+    fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
     first, second = np.split(fitted.codes, 2)
     options: dict[str, Any] = {
         "ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "noise": Relative(each="vector"),

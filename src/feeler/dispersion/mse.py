@@ -36,10 +36,10 @@ def compute_mse(tensors: Any, *, block: int = BLOCK) -> Any:
     Paper, "Dataset dispersion evaluation".
     """
     array = check_tensors(tensors)
-    return label_pairs(fill_matrix(len(array), make_mse(array), block), tensors, "mse")
+    return label_pairs(fill_matrix(len(array), _make_mse(array), block), tensors, "mse")
 
 
-def make_mse(array: np.ndarray) -> Block:
+def _make_mse(array: np.ndarray) -> Block:
     """Mean squared error of two slices of a set: one matrix product, near-identical pairs again by
     subtraction.
     """
@@ -57,4 +57,4 @@ def make_mse(array: np.ndarray) -> Block:
     return compute
 
 
-MSE = Index(label="MSE", make=make_mse, is_similarity=False)
+MSE = Index(label="MSE", make=_make_mse, is_similarity=False)

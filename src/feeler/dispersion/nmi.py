@@ -68,11 +68,11 @@ def compute_nmi(
     The paper names NMI without defining it; this definition is a choice [C].
     """
     array = check_tensors(tensors)
-    make = make_nmi(array, n_bins=n_bins, data_range=data_range, common_zeros=common_zeros)
+    make = _make_nmi(array, n_bins=n_bins, data_range=data_range, common_zeros=common_zeros)
     return label_pairs(fill_matrix(len(array), make, block), tensors, "nmi")
 
 
-def make_nmi(
+def _make_nmi(
     array: np.ndarray,
     *,
     n_bins: int = N_BINS,
@@ -107,7 +107,7 @@ def make_nmi(
     return compute
 
 
-NMI = Index(label="NMI", make=make_nmi, needs_range=True)
+NMI = Index(label="NMI", make=_make_nmi, needs_range=True)
 
 
 def digitise(values: np.ndarray, n_bins: int, low: float, high: float) -> np.ndarray:

@@ -38,10 +38,10 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK) -> Any:
     Paper, "Dataset dispersion evaluation".
     """
     array = check_tensors(tensors)
-    return label_pairs(fill_matrix(len(array), make_pearson(array), block), tensors, "pearson")
+    return label_pairs(fill_matrix(len(array), _make_pearson(array), block), tensors, "pearson")
 
 
-def make_pearson(array: np.ndarray) -> Block:
+def _make_pearson(array: np.ndarray) -> Block:
     """Pearson r of two slices of a set; checks once that it is defined for all of them."""
     spread = np.array([np.ptp(tensor) for tensor in array])
     if (constant := np.flatnonzero(spread == 0)).size:
@@ -70,4 +70,4 @@ def make_pearson(array: np.ndarray) -> Block:
     return compute
 
 
-PEARSON = Index(label="Pearson r", make=make_pearson)
+PEARSON = Index(label="Pearson r", make=_make_pearson)

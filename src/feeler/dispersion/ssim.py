@@ -78,13 +78,13 @@ def compute_ssim(
             stacklevel=2,
         )
     return label_pairs(
-        fill_matrix(len(array), make_ssim(array, data_range=data_range, border=border), block),
+        fill_matrix(len(array), _make_ssim(array, data_range=data_range, border=border), block),
         tensors,
         "ssim",
     )
 
 
-def make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate") -> Block:
+def _make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate") -> Block:
     """SSIM of two slices of a set."""
     _check(array, data_range, border)
     taps = _make_taps()
@@ -104,7 +104,7 @@ def make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "repl
     return compute
 
 
-SSIM = Index(label="SSIM", make=make_ssim)
+SSIM = Index(label="SSIM", make=_make_ssim)
 
 
 def _check(array: np.ndarray, data_range: float, border: str) -> None:

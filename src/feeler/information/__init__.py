@@ -16,7 +16,6 @@ from feeler.information.sensitivity import (
     differentiate_touches,
     scale_derivatives,
 )
-from feeler.information.separation import compute_separation
 
 __all__ = [
     "PARAMETERS",
@@ -27,7 +26,6 @@ __all__ = [
     "compute_energy",
     "compute_fisher",
     "compute_information",
-    "compute_separation",
     "differentiate_touches",
     "find_noise",
     "measure_information",
