@@ -14,10 +14,9 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
-from feeler.physics.scene import Scene
 from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap
-from feeler.wall.following import FOLLOWING, SUBSTEP, Controller, _Runner, follow
+from feeler.wall.following import FOLLOWING, SUBSTEP, Controller, _Runner, follow, make_course_scene
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import approach
 
@@ -135,12 +134,7 @@ def measure_wall_response(
     found = []
     for hertz in np.asarray(frequencies, dtype=float):
         omega, course = 2e-3 * np.pi * hertz, Course(lengths=(1e4,), turns=())
-        wall, base = course.make_object(posture.friction), (-distance, 0.0, posture.base_angle)
-        label = f"{antenna.name} at {hertz:g} Hz"
-        scene = Scene(
-            antenna=rest.antenna, objects=(wall,), base=base, angle=rest.angle[0], label=label
-        )
-        runner = _Runner(scene, speed, engine, timestep)
+        runner = _Runner(make_course_scene(rest, 0, course), speed, engine, timestep)
         heading, steps = omega * amplitude / speed, round(cycles * 1000 / hertz / runner.period)
         rows = []
         for k in range(steps):

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 SOURCE = Path(__file__).parent
-DATA = (".toml", ".csv", ".npz")  # files of the package that hold numbers
+DATA = (".toml", ".csv", ".npz", ".safetensors")  # files of the package that hold numbers
 HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
 
 Wanted = tuple[str, str | None]

@@ -230,15 +230,15 @@ def test_a_straight_antenna_is_laid_in_a_j_a_millimetre_nearer_than_its_reach():
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("inter_antennal_angle", 0.0, r"in \(0, 90\] degrees"),
-        ("inter_antennal_angle", 91.0, r"in \(0, 90\] degrees"),
-        ("inter_antennal_angle", np.nan, r"in \(0, 90\] degrees"),
+        ("inter_antennal_angle", 0.0, "> 0 and ≤ 90 degrees"),
+        ("inter_antennal_angle", 91.0, "> 0 and ≤ 90 degrees"),
+        ("inter_antennal_angle", np.nan, "must be finite"),
         ("reading", "both", "midline, total"),
         ("prebend", "curled", "rest, placed, rotation, none"),
         ("side", "up", "left, right"),
         ("friction", -0.1, "≥ 0"),
-        ("hook_share", 0.0, "fraction of the length"),
-        ("tip_heading", 90.0, r"in \(90, 180\]"),
+        ("hook_share", 0.0, "> 0 and ≤ 1"),
+        ("tip_heading", 90.0, "> 90 and ≤ 180 degrees"),
         ("fold_radius", 0.0, "> 0 mm"),
     ],
 )

@@ -8,10 +8,9 @@ import numpy as np
 
 from feeler.active.task import ActiveTask, Start
 from feeler.errors import InvalidInput
-from feeler.physics.scene import Scene
 from feeler.record import Gt, Unit
 from feeler.wall.course import Course
-from feeler.wall.following import BODY_LOST, FOLLOWING, SUBSTEP
+from feeler.wall.following import BODY_LOST, FOLLOWING, SUBSTEP, make_course_scene
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import Approach, approach
 
@@ -68,14 +67,8 @@ class FollowTask(ActiveTask):
 
     def make_start(self, course: Course, row: int) -> Start:
         """The beginning beside a wall, at distance number ``row``, the farthest first."""
-        distance = float(self.rests.distance[row])
-        scene = Scene(
-            antenna=self.rests.antenna,
-            objects=(course.make_object(self.posture.friction),),
-            base=(-distance, 0.0, self.posture.base_angle),
-            angle=self.rests.angle[row],
-            label=f"{self.first_antenna.name} along a wall",
-        )
+        scene = make_course_scene(self.rests, row, course)
+        distance = self.rests.distance[row]
         return Start(scene=scene, direction=(0.0, 1.0), target=distance, course=course)
 
     def measure(self, start: Start, base: np.ndarray) -> float:

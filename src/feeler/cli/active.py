@@ -33,6 +33,9 @@ def active(
     antenna: Annotated[str, typer.Option(help="preset or antenna file (TOML)")] = "exponential",
     sets: Annotated[int, typer.Option(min=1, help="how often the touches are drawn anew")] = 2,
     copies: Annotated[int, typer.Option(min=1, help="how often each touch is felt")] = 4,
+    noise: Annotated[
+        str, typer.Option(help="model:size, such as relative:0.1; common is in rad")
+    ] = "common:0.03",
     movie: Annotated[
         bool, typer.Option(help="write a movie of the first and the last policy")
     ] = True,
@@ -44,16 +47,16 @@ def active(
     """Policies against each other: accuracy of an ideal observer by deadline, work, and what
     steering gains.
     """
-    from feeler.active import Observer, film_policy, parse_policy
+    from feeler.active import film_policy, parse_policy
     from feeler.active.show import write_film
     from feeler.cli.choose import choose_antenna
     from feeler.cli.progress import ProgressBar, say_what_stays
     from feeler.errors import MissingExtra
     from feeler.provenance import describe_versions
-    from feeler.studies.contests import compare_policies, load_contest, write_active
+    from feeler.studies.contests import load_contest, write_active
 
-    comparison = load_contest(sets=sets, copies=copies)
-    names = policy or [*comparison.fixed, *comparison.steered]
+    contest = load_contest(sets=sets, copies=copies, noise=noise)
+    names = policy or [*contest.fixed, *contest.steered]
     chosen = choose_antenna(antenna)
     out.mkdir(parents=True, exist_ok=True)
     journal = out / "policies.jsonl"
@@ -61,10 +64,10 @@ def active(
         ProgressBar("policies and sets", log_json=log_json) as progress,
         say_what_stays(f"finished sets are in {journal}"),
     ):
-        measured = compare_policies(chosen, comparison, names, journal=journal, progress=progress)
+        measured = contest.run(chosen, names, journal=journal, progress=progress)
     films: list[Path] = []
     if movie:
-        observer = Observer(comparison.make_task(chosen, 0), period=comparison.period)
+        observer = contest.make_observer(chosen, 0)
         for number, name in enumerate(dict.fromkeys((names[0], names[-1]))):
             try:
                 films.append(
@@ -76,10 +79,10 @@ def active(
                 typer.echo(f"no movie: {missing}", err=True)
                 break
     conditions = (
-        f"{sets} sets of {comparison.known} touches, each felt {copies} times, noise"
-        f" {comparison.noise:g} rad. {describe_versions()}"
+        f"{sets} sets of {contest.known} touches, each felt {copies} times, noise"
+        f" {noise}. {describe_versions()}"
     )
-    page = write_active(measured, comparison, out, tuple(films), conditions)
+    page = write_active(measured, contest, out, tuple(films), conditions)
     if as_json:
         say_json({**measured.to_dict(), "page": page})
     else:

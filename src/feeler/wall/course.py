@@ -3,22 +3,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.frozen import freeze
+from feeler.record import Gt, Lt, Record, Unit
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
 RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
 MARGIN = 100.0  # mm; the first and the last face go on by this
 THICK = 10.0  # mm; from a face to the back of its block
-OVERLAP = (
-    5.0  # mm; a block goes on by this behind the next face where the wall turns towards the body
-)
+# mm; a block goes on by this behind the next face where the wall turns towards the body
+OVERLAP = 5.0
 ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
 
 
@@ -60,15 +60,11 @@ class Faces(Feature):
 def _measure_turns(along: np.ndarray) -> np.ndarray:
     """Turns between unit vectors (face, 2) [degrees], positive to the left."""
     before, after = along[:-1], along[1:]
-    return np.degrees(
-        np.arctan2(
-            before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)
-        )
-    )
+    sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.degrees(np.arctan2(sine, (before * after).sum(axis=1)))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Course:
+class Course(Record):
     """A wall that starts along +y and turns; the free side is on the left of its direction.
 
     Raises
@@ -77,31 +73,26 @@ class Course:
         No face, a face that is too short for a corner, or a turn of 80 degrees and more.
     """
 
-    lengths: tuple[float, ...] = (RUN_UP, RUN_UP)
+    lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (RUN_UP, RUN_UP)
     """Length of each face [mm], > 10."""
-    turns: tuple[float, ...] = (30.0,)
+    turns: tuple[Annotated[float, Gt(-80), Lt(80), Unit("degrees")], ...] = (30.0,)
     """Turn after each face but the last [degrees]: positive turns towards the body, negative away
     from it.
     """
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         if len(self.lengths) < 1 or len(self.turns) != len(self.lengths) - 1:
             raise InvalidInput(
                 f"a Course needs one turn fewer than it has faces, got {len(self.lengths)} lengths"
                 f" and {len(self.turns)} turns."
             )
-        if not all(np.isfinite(length) and length > 10 for length in self.lengths):
-            raise InvalidInput(f"Course.lengths must be finite and > 10 mm, got {self.lengths}.")
-        if not all(np.isfinite(turn) and abs(turn) < 80 for turn in self.turns):
-            raise InvalidInput(f"Course.turns must lie within ±80 degrees, got {self.turns}.")
 
     @property
     def corners(self) -> np.ndarray:
         """Points (face + 1, 2) [mm] from the start of the wall to its end."""
         heading = -np.radians(np.concatenate(([0.0], np.cumsum(self.turns))))
-        steps = np.array(self.lengths)[:, None] * np.stack(
-            [np.sin(heading), np.cos(heading)], axis=1
-        )
+        along = np.stack([np.sin(heading), np.cos(heading)], axis=1)
+        steps = np.array(self.lengths)[:, None] * along
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
     @cached_property

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -12,12 +13,13 @@ from feeler.errors import InvalidInput
 from feeler.physics.engine import choose_timestep
 from feeler.physics.lanes import Simulations
 from feeler.physics.scene import Scene
+from feeler.record import Ge, Gt, Record, Unit
 from feeler.stimulus.base import BaseMotion
 from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap, fit_distance
 from feeler.wall.peak import make_kernel, place_top
 from feeler.wall.posture import Posture
-from feeler.wall.sweep import approach, make_wall_scene
+from feeler.wall.sweep import Approach, approach, make_wall_scene
 
 ENGINE = "rod-inertia"
 PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
@@ -36,8 +38,7 @@ SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and whi
 FOLLOWING = Posture(prebend="none", friction=0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Controller:
+class Controller(Record):
     """Proportional and derivative steering on the estimated distance, as turn rate = K_p e + K_d
     de/dt.
 
@@ -46,30 +47,18 @@ class Controller:
     209:1617, but with a delay).
     """
 
-    target: float = 12.0
+    target: Annotated[float, Gt(0), Unit("mm")] = 12.0
     """Distance to keep, from the antenna's base [mm], > 0 [C]."""
-    frequency: float = 0.02
+    frequency: Annotated[float, Gt(0), Unit("rad/ms")] = 0.02
     """Natural angular frequency [rad/ms], > 0 [C]."""
-    damping_ratio: float = 1.0
+    damping_ratio: Annotated[float, Ge(0)] = 1.0
     """[1], ≥ 0 [C]."""
-    delay: float = 10.0
+    delay: Annotated[float, Ge(0), Unit("ms")] = 10.0
     """From touch to turn [ms], ≥ 0 [C]."""
-    max_turn: float = 0.03
+    max_turn: Annotated[float, Gt(0), Unit("rad/ms")] = 0.03
     """Greatest turn rate [rad/ms], > 0; 0.03 is 1700 °/s [C]."""
-    smoothing: float = 5.0
+    smoothing: Annotated[float, Gt(0), Unit("ms")] = 5.0
     """Time constant of the low-pass on the estimate [ms], > 0 [C]."""
-
-    def __post_init__(self) -> None:
-        for name in ("target", "frequency", "max_turn", "smoothing"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise InvalidInput(
-                    f"Controller.{name} must be finite and > 0, got {getattr(self, name)}."
-                )
-        for name in ("damping_ratio", "delay"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise InvalidInput(
-                    f"Controller.{name} must be finite and ≥ 0, got {getattr(self, name)}."
-                )
 
     def begin(
         self, speed: float, period: float, first: float | None = None
@@ -79,10 +68,8 @@ class Controller:
         begins at ``first`` [mm], by default the target.
         """
         gain, damp = self.frequency**2 / speed, 2 * self.damping_ratio * self.frequency / speed
-        waiting, share = (
-            deque([0.0] * round(self.delay / period)),
-            period / (self.smoothing + period),
-        )
+        waiting = deque([0.0] * round(self.delay / period))
+        share = period / (self.smoothing + period)
         filtered = self.target if first is None else first
 
         def steer(seen: float) -> float:
@@ -179,8 +166,8 @@ def follow(
     *,
     posture: Posture | None = None,
     controller: Controller | None = None,
-    speed: float = 0.45,
-    start: float | None = None,
+    speed: Annotated[float, "> 0"] = 0.45,
+    start: Annotated[float, "> 0"] | None = None,
     distance_map: DistanceMap | None = None,
     oracle: bool = False,
     engine: str = ENGINE,
@@ -223,12 +210,6 @@ def follow(
     posture = (posture or FOLLOWING).replace(side="right")
     controller, course = controller or Controller(), course or Course()
     start = controller.target if start is None else start
-    for name, value in (("speed", speed), ("start", start)):
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(
-                f"{name} must be finite and > 0 {'mm/ms' if name == 'speed' else 'mm'}, got"
-                f" {value}."
-            )
     if not oracle:
         distance_map = distance_map or calibrate(
             antenna, posture, speed=speed, engine=engine, timestep=timestep
@@ -239,27 +220,30 @@ def follow(
                 " Use another antenna or posture, or oracle=True."
             )
     sweep = approach(antenna, posture, [start], substep=SUBSTEP)
-    scene = Scene(
+    runner = _Runner(make_course_scene(sweep, 0, course), speed, engine, timestep, watch)
+    return _run(runner, course, controller, None if oracle else distance_map)
+
+
+def make_course_scene(sweep: Approach, row: int, course: Course) -> Scene:
+    """An antenna at rest beside the first face of a course, as far away as in a row of a sweep."""
+    posture = sweep.posture
+    return Scene(
         antenna=sweep.antenna,
         objects=(course.make_object(posture.friction),),
-        base=(-start, 0.0, posture.base_angle),
-        angle=sweep.angle[0],
-        label=f"{antenna.name} along a wall",
+        base=(-sweep.distance[row], 0.0, posture.base_angle),
+        angle=sweep.angle[row],
+        label=f"{sweep.antenna.name} along a wall",
     )
-    runner = _Runner(scene, speed, engine, timestep, watch)
-    return _run(runner, course, controller, None if oracle else distance_map)
 
 
 def _run(
     runner: "_Runner", course: Course, controller: Controller, known: DistanceMap | None
 ) -> Run:
     steer, turn = controller.begin(runner.speed, runner.period, -runner.body[0]), 0.0
-    near, far = (
-        (0.0, 0.0)
-        if known is None
-        else (known.distance[known.used].min(), known.distance[known.used].max())
-    )
-    body, distance, estimate = [runner.body], [course.measure(runner.body[None, :2])[0]], [np.nan]
+    used = np.zeros(1) if known is None else known.distance[known.used]
+    near, far = used.min(), used.max()
+    body, estimate = [runner.body], [np.nan]
+    distance = [course.measure(runner.body[None, :2])[0]]
     n_periods = max(1, round((sum(course.lengths) - 20.0) / runner.speed / runner.period))
     while len(body) <= n_periods and (len(body) == 1 or distance[-1] > BODY_LOST):
         runner.go(turn)

@@ -2,7 +2,6 @@
 beforehand in declared.toml.
 """
 
-from feeler.studies.contests.compare import compare_policies
 from feeler.studies.contests.contest import Contest, load_contest, load_stored
 from feeler.studies.contests.judge import (
     confirm_steering,
@@ -14,7 +13,6 @@ from feeler.studies.contests.page import write_active
 
 __all__ = [
     "Contest",
-    "compare_policies",
     "confirm_steering",
     "judge_energy",
     "judge_learned",

@@ -1,39 +1,49 @@
-"""What is compared, as declared.toml says."""
+"""The contest of policies: what an ideal observer knows by each deadline, and what the way there
+costs.
+"""
 
 import json
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
 from importlib.resources import files
-from typing import Any
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any
 
+import numpy as np
 import xarray as xr
 
+from feeler.active.observer import Episodes, Observer
+from feeler.active.policies import POLICIES, parse_policy
 from feeler.active.task import TouchTask
 from feeler.antenna.antenna import Antenna
+from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.journal import Journal
+from feeler.provenance import compute_digest, describe_code, make_key
+from feeler.record import Ge, Gt, Len, Record, Unit
+
+FOLDER = files("feeler.studies.contests")
+FIELDS = ("accuracy", "hits", "work")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Contest:
-    """Every choice of the comparison of policies; :func:`load_contest` reads those written down
-    beforehand.
-    """
+class Contest(Record):
+    """What is compared, and how much of it; :func:`load_contest` reads what was declared."""
 
-    sets: int
+    sets: Annotated[int, Ge(1)]
     """How often all touches are drawn anew."""
-    known: int
+    known: Annotated[int, Ge(2)]
     """Touches of a set."""
-    copies: int
+    copies: Annotated[int, Ge(1)]
     """How often each is felt."""
     seed: int
-    noise: float
-    """[rad]"""
-    duration: float
-    """[ms]"""
-    period: float
+    noise: str
+    """As text, such as ``"common:0.03"``; see :func:`feeler.task.parse_noise`."""
+    duration: Annotated[float, Gt(0), Unit("ms")]
+    """Of an episode [ms]."""
+    period: Annotated[float, Gt(0), Unit("ms")]
     """Between two decisions [ms]."""
-    deadlines: tuple[float, ...]
+    deadlines: Annotated[tuple[float, ...], Len(1)]
     """[ms]"""
     budgets: tuple[float, ...]
     """[µJ]"""
@@ -42,26 +52,20 @@ class Contest:
     steered: tuple[str, ...]
     ahead: tuple[str, ...]
     """Policies that look ahead, on ``ahead_sets`` sets with ``ahead_copies`` copies."""
-    ahead_sets: int
-    ahead_copies: int
+    ahead_sets: Annotated[int, Ge(1)]
+    ahead_copies: Annotated[int, Ge(1)]
     gain: float
     """Points that steering must gain to count."""
-    confirm: Mapping[str, Any]
+    confirm: dict[str, Any]
     """Fresh sets for the policies that were chosen."""
-    places: Mapping[str, Any]
+    places: dict[str, Any]
     """Where to touch next."""
-    learning: Mapping[str, Any]
+    learning: dict[str, Any]
     """The learned policy."""
-    wall: Mapping[str, Any]
+    wall: dict[str, Any]
     """Wall following."""
 
-    def __post_init__(self) -> None:
-        for name in ("deadlines", "budgets", "fixed", "steered", "ahead"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-        if self.sets < 1 or self.known < 2 or self.copies < 1 or not self.deadlines:
-            raise InvalidInput(
-                "a comparison needs at least one set, two touches, one copy and one deadline."
-            )
+    def _check(self) -> None:
         if max(self.deadlines) > self.duration or any(d % self.period for d in self.deadlines):
             raise InvalidInput(
                 f"deadlines must be multiples of {self.period:g} ms up to {self.duration:g} ms."
@@ -71,45 +75,140 @@ class Contest:
         """Set ``number`` of touches; the same for all policies, and in place and size for all
         antennas.
         """
-        seed = self.seed * 1000 + number
         return TouchTask(
-            antenna, noise=self.noise, duration=self.duration, pool=self.known, seed=seed
+            antenna,
+            noise=self.noise,
+            duration=self.duration,
+            pool=self.known,
+            seed=self.seed * 1000 + number,
         )
 
-    def replace(self, **changes: Any) -> "Contest":
-        """The same with some fields changed."""
-        return replace(self, **changes)
+    def make_observer(self, antenna: Antenna, number: int) -> Observer:
+        """Who knows set ``number`` of touches."""
+        task = self.make_task(antenna, number)
+        return Observer(task, period=self.period, random_state=number)
+
+    @checked
+    def run(
+        self,
+        antenna: Antenna,
+        policies: Sequence[str] | None = None,
+        *,
+        journal: Path | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> xr.Dataset:
+        """What an ideal observer knows that moves by each policy, and the work on its antenna.
+
+        Parameters
+        ----------
+        policies
+            As :func:`feeler.active.parse_policy` takes them; default: all that are declared.
+        journal
+            File to which each policy and set is written as it finishes, and from which they are
+            taken where they are there.
+        progress
+            Called with (policies and sets done, in all).
+
+        Returns
+        -------
+        xarray.Dataset
+            ``accuracy`` (the observer's own expectation, which is unbiased), ``hits`` (share named
+            right) and ``work`` [µJ] by (policy, set, deadline); NaN where a policy that looks ahead
+            was not run on a set.
+
+        Raises
+        ------
+        InvalidInput
+            No policy, or the journal of another contest.
+        """
+        listed = (*self.fixed, *self.steered, *self.ahead)
+        names = [*dict.fromkeys(listed if policies is None else policies)]
+        if not names:
+            raise InvalidInput("there is no policy to compare; name at least one.")
+        for name in names:
+            parse_policy(name)  # refuses what is no policy before anything is run
+        found = np.full((len(FIELDS), len(names), self.sets, len(self.deadlines)), np.nan)
+        jobs = [
+            (number, k)
+            for number, k in product(range(self.sets), range(len(names)))
+            if names[k] not in self.ahead or number < self.ahead_sets
+        ]
+        with Journal(journal, self._make_key(antenna), of="contest") as kept:
+            observers: dict[int, Observer] = {}
+            for done, (number, k) in enumerate(jobs, start=1):
+                name, copies = names[k], self._count_copies(names[k])
+                row = kept.find(name, number, copies, _describe_own(name))
+                if row is None:
+                    if number not in observers:
+                        observers = {number: self.make_observer(antenna, number)}
+                    episodes = observers[number].run(parse_policy(name), copies)
+                    row = self._summarise(episodes)
+                    kept.add(row, name, number, copies, _describe_own(name))
+                found[:, k, number] = row
+                if progress:
+                    progress(done, len(jobs))
+        return xr.Dataset(
+            {
+                field: (("policy", "set", "deadline"), values)
+                for field, values in zip(FIELDS, found, strict=True)
+            },
+            {"policy": names, "deadline": list(self.deadlines)},
+            {"antenna": antenna.name},
+        )
+
+    def _make_key(self, antenna: Antenna) -> str:
+        """What all results of a journal follow from; names of results say the rest."""
+        task = self.make_task(antenna, 0)
+        shared = ("known", "seed", "duration", "period", "deadlines")
+        made_with = {name: getattr(self, name) for name in shared}
+        made_with |= {"antenna": antenna, "noise": str(task.noise)}
+        return make_key(made_with, __name__, type(task.noise).__module__)
+
+    def _count_copies(self, name: str) -> int:
+        return self.ahead_copies if name in self.ahead else self.copies
+
+    def _summarise(self, episodes: Episodes) -> list[list[float]]:
+        """Accuracy, hits and work [µJ] at each deadline."""
+        rows = [round(deadline / self.period) for deadline in self.deadlines]
+        columns = (episodes.accuracy, episodes.hits, episodes.work.mean(axis=1))
+        return [column[rows].tolist() for column in columns]
+
+
+def _describe_own(policy: str) -> str:
+    """What the code of a policy from outside says now: another text, another result."""
+    name = policy.partition(":")[0]
+    if name.endswith(".py"):
+        return compute_digest(Path(name).read_text(encoding="utf-8"))[:16]
+    module = POLICIES[name].__module__
+    return "" if module.startswith("feeler.") else compute_digest(describe_code(module))[:16]
 
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = tomllib.loads(
-        files("feeler.studies.contests").joinpath("declared.toml").read_text(encoding="utf-8")
-    )
+    found = tomllib.loads(FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
     return Contest(**found | changes)
 
 
-def load_stored(comparison: Contest) -> dict[str, Any]:
-    """The stored results: ``measured`` and ``learned`` as Datasets, and what else there is, as
-    plain data.
+def load_stored(contest: Contest) -> dict[str, Any]:
+    """What benchmarks/active.py measured, kept because it takes too long for every report.
+
+    Returns
+    -------
+    dict
+        ``measured`` and ``learned`` as Datasets, and what else there is, as plain data.
 
     Raises
     ------
     InvalidInput
         They were made with other choices than are declared now.
     """
-    found = json.loads(
-        files("feeler.studies.contests").joinpath("measured.json").read_text(encoding="utf-8")
-    )
+    found = json.loads(FOLDER.joinpath("measured.json").read_text(encoding="utf-8"))
     for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
-        if found["declared"][name] != getattr(comparison, name):
+        if found["declared"][name] != getattr(contest, name):
             raise InvalidInput(
                 f"the stored results were made with {name} {found['declared'][name]}, declared is"
-                f" {getattr(comparison, name)}. Run: python benchmarks/active.py compare write"
+                f" {getattr(contest, name)}. Run: python benchmarks/active.py compare write"
             )
-    datasets = {
-        name: xr.Dataset.from_dict(found[name]) for name in ("measured", "learned") if name in found
-    }
-    return found | {
-        name: one.map(lambda values: values.astype(float)) for name, one in datasets.items()
-    }  # null is NaN
+    for name in {"measured", "learned"} & {*found}:
+        found[name] = xr.Dataset.from_dict(found[name]).map(lambda v: v.astype(float))  # null is NaN
+    return found

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from feeler.active import Observer, parse_policy
+from feeler.active import parse_policy
 from feeler.antenna.cockroach import cockroach
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
@@ -24,30 +24,28 @@ def show(context: Context, section: Section) -> None:
     """The verdict, its figure, and what else was measured."""
     if not context.is_cockroach:
         return  # stored for the published antenna
-    comparison = load_contest()
-    stored = load_stored(comparison)
+    contest = load_contest()
+    stored = load_stored(contest)
     section.heading("How to move in order to know")
     section.text(LEAD)
-    observer = Observer(
-        comparison.make_task(cockroach(), 0), period=comparison.period, random_state=0
-    )
-    seen = observer.run(parse_policy(AGAIN), comparison.copies, comparison.deadlines[0])
+    observer = contest.make_observer(cockroach(), 0)
+    seen = observer.run(parse_policy(AGAIN), contest.copies, contest.deadlines[0])
     kept = float(stored["measured"]["accuracy"].sel(policy=AGAIN).isel(set=0, deadline=0))
     section.text(
         "These numbers are stored: they take minutes (benchmarks/active.py), for the published"
         " antenna and the engine's own choices, whatever this report was asked for. One was made"
-        f" anew: {AGAIN}, first set, {comparison.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
+        f" anew: {AGAIN}, first set, {contest.deadlines[0]:g} ms: {100 * seen.accuracy[-1]:.3f}"
         f" % now, {100 * kept:.3f} % stored. `feeler active` makes the same for any antenna and for"
         " policies of your own."
     )
-    fill_comparison(section, stored["measured"], comparison, stored.get("learned"))
+    fill_comparison(section, stored["measured"], contest, stored.get("learned"))
     drawn = {name: stored["measured"][name] for name in ("policy", "deadline", "accuracy", "work")}
     section.numbers("active", **drawn)
-    verdict = judge_steering(stored["measured"], comparison)
+    verdict = judge_steering(stored["measured"], contest)
     paying = int(verdict["pays"].sum())
-    surely = int((verdict["gain"] - verdict["half"] >= comparison.gain).sum())
+    surely = int((verdict["gain"] - verdict["half"] >= contest.gain).sum())
     section.text(
-        f"Steering gains at least {comparison.gain:g} points over the best fixed speed at {paying}"
+        f"Steering gains at least {contest.gain:g} points over the best fixed speed at {paying}"
         f" of {verdict.sizes['deadline']} deadlines; at {surely} of them the interval excludes a"
         " smaller gain. What was changed after first results were seen stands in"
         " contests/declared.toml."
