@@ -23,12 +23,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from feeler.active import Observer, make_learned
+from feeler.active import make_learned
 from feeler.presets import cockroach
 from feeler.report.section import to_json
 from feeler.studies.contests import (
     Contest,
-    compare_policies,
     confirm_steering,
     judge_energy,
     judge_learned,
@@ -58,9 +57,8 @@ def compare() -> None:
     comparison = load_contest()
     for names in ((*comparison.fixed, *comparison.steered), comparison.ahead):
         began = time.process_time()
-        compare_policies(
+        comparison.run(
             cockroach(),
-            comparison,
             names,
             journal=JOURNAL,
             progress=lambda *done: print(*done, flush=True),
@@ -71,13 +69,13 @@ def compare() -> None:
 def write() -> None:
     """What the journal holds, judged."""
     comparison = load_contest()
-    measured = compare_policies(cockroach(), comparison, journal=JOURNAL)
+    measured = comparison.run(cockroach(), journal=JOURNAL)
     verdict, energy = judge_steering(measured, comparison), judge_energy(measured, comparison)
     keep(
         steering=verdict.to_dict(),
         energy=energy,
         measured=measured.to_dict(),
-        declared=vars(comparison),
+        declared=comparison.to_plain(),
     )
     print(verdict.to_dataframe().to_string())
     store()
@@ -93,7 +91,7 @@ def meet_again() -> tuple[Contest, xr.Dataset, xr.Dataset]:
     ]
     JOURNAL.parent.mkdir(exist_ok=True)
     tell = {"journal": JOURNAL, "progress": lambda *done: print(*done, flush=True)}
-    return more, verdict, compare_policies(cockroach(), more, names, **tell)
+    return more, verdict, more.run(cockroach(), names, **tell)
 
 
 def confirm() -> None:
@@ -129,9 +127,7 @@ def confirm_learned() -> None:
 
 def run_learned(comparison: Contest, number: int) -> list[list[float]]:
     """Right answers [%] on one set, (deadline, seed)."""
-    observer = Observer(
-        comparison.make_task(cockroach(), number), period=comparison.period, random_state=number
-    )
+    observer = comparison.make_observer(cockroach(), number)
     print("set", number, flush=True)
     return [
         [
@@ -329,7 +325,7 @@ def judge() -> None:
         ):
             continue
         task = comparison.make_task(antenna, number)
-        observer = Observer(task, period=comparison.period, random_state=number)
+        observer = comparison.make_observer(antenna, number)
         if f"practice {number}" not in found:
             practice = Practice(task)
             names = [*comparison.fixed, *comparison.steered]

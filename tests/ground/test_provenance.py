@@ -258,7 +258,9 @@ def test_code_that_changed_while_it_ran_is_refused(copied, monkeypatch):
 def test_notes_of_what_was_read_are_only_a_memory(copied):
     fresh = describe_code(TRACKING)
     sources._write_notes(copied / "notes.json", sources._open_notes(copied))
-    notes = copied / "__pycache__" / f"sources-{sources.sys.implementation.cache_tag}.json"
+    reader = sources.compute_hash(Path(sources.__file__).read_bytes())[:8]
+    tag = sources.sys.implementation.cache_tag
+    notes = copied / "__pycache__" / f"sources-{tag}-{reader}.json"
     notes.parent.mkdir(exist_ok=True)
     (copied / "notes.json").replace(notes)
     sources._open_notes.cache_clear()

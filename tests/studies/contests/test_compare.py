@@ -17,8 +17,9 @@ from feeler.errors import InvalidInput
 from feeler.plotting.movie import say_clock
 from feeler.presets import cockroach
 from feeler.report import Section
+from feeler.sources import find_data, find_modules
 from feeler.studies.contests import (
-    compare_policies,
+    Contest,
     confirm_steering,
     judge_energy,
     judge_learned,
@@ -39,18 +40,86 @@ def comparison():
 
 def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
     journal = tmp_path / "journal.jsonl"
-    whole = compare_policies(cockroach(), comparison, NAMES)
-    compare_policies(cockroach(), comparison, NAMES[:1], journal=journal)
+    whole = comparison.run(cockroach(), NAMES)
+    comparison.run(cockroach(), NAMES[:1], journal=journal)
     with journal.open("a") as file:
-        file.write('{"key": "cut off')
-    taken = compare_policies(cockroach(), comparison, NAMES, journal=journal)
+        file.write('{"name": "cut off')
+    taken = comparison.run(cockroach(), NAMES, journal=journal)
     xr.testing.assert_identical(taken, whole)
-    assert (
-        len([json.loads(line) for line in journal.read_text().splitlines()])
-        == len(NAMES) * comparison.sets
-    )
+    lines = [json.loads(line) for line in journal.read_text().splitlines()]
+    assert len(lines) == 1 + len(NAMES) * comparison.sets
     assert np.all((whole["accuracy"] >= 0) & (whole["accuracy"] <= 1))
     assert float(whole["work"].min()) >= 0
+
+
+def test_every_set_is_what_a_fresh_observer_makes_of_it(comparison):
+    """Asked after other sets and other policies; no set is another set again."""
+    found = comparison.run(cockroach(), NAMES)
+    for number in range(comparison.sets):
+        task = comparison.make_task(cockroach(), number)
+        assert task.seed == 1000 * comparison.seed + number
+        for name in NAMES:
+            fresh = Observer(task, period=comparison.period, random_state=number)
+            seen = fresh.run(parse_policy(name), comparison.copies)
+            one = found.sel(policy=name).isel(set=number)
+            rows = [round(d / comparison.period) for d in comparison.deadlines]
+            np.testing.assert_array_equal(one["accuracy"], seen.accuracy[rows])
+            np.testing.assert_array_equal(one["hits"], seen.hits[rows])
+            np.testing.assert_array_equal(one["work"], seen.work[rows].mean(axis=1))
+    assert np.all(found["accuracy"].isel(set=0) != found["accuracy"].isel(set=1))
+
+
+def test_a_journal_gives_no_other_contest_s_answer(comparison, tmp_path):
+    """More copies are run anew; other touches, noise, decisions or antennas are refused."""
+    journal, name = tmp_path / "journal.jsonl", NAMES[:1]
+    comparison.run(cockroach(), name, journal=journal)
+    more = comparison.replace(copies=3, sets=1)
+    xr.testing.assert_identical(
+        more.run(cockroach(), name, journal=journal), more.run(cockroach(), name)
+    )
+    before = journal.read_bytes()
+    others = (
+        {"known": 9},
+        {"seed": 1},
+        {"noise": "common:0.02"},
+        {"noise": "relative:0.03"},
+        {"duration": 25.0},
+        {"period": 10.0},
+        {"deadlines": (10.0,)},
+    )
+    for changes in others:
+        with pytest.raises(InvalidInput, match="belongs to another contest"):
+            comparison.replace(**changes).run(cockroach(), name, journal=journal)
+    with pytest.raises(InvalidInput, match="belongs to another contest"):
+        comparison.run(cockroach("linear"), name, journal=journal)
+    assert journal.read_bytes() == before
+
+
+def test_a_policy_that_looks_ahead_is_not_taken_for_one_that_does_not(comparison, tmp_path):
+    journal, names = tmp_path / "journal.jsonl", ["fixed:0.6"]
+    small = comparison.replace(copies=3, ahead_copies=1, ahead_sets=1)
+    small.run(cockroach(), names, journal=journal)
+    ahead = small.replace(fixed=(), ahead=("fixed:0.6",))
+    found = ahead.run(cockroach(), names, journal=journal)
+    xr.testing.assert_identical(found, ahead.run(cockroach(), names))
+    assert np.isnan(found["accuracy"].isel(set=1)).all()
+
+
+def test_a_policy_of_one_s_own_that_changed_is_run_again(comparison, tmp_path):
+    journal, mine = tmp_path / "journal.jsonl", tmp_path / "mine.py"
+    found = []
+    for speed in (0.3, 1.2):
+        mine.write_text(f"def policy(known):\n    return {speed}\n")
+        found.append(comparison.run(cockroach(), [f"{mine}:policy"], journal=journal))
+    assert np.all(found[0]["work"] < found[1]["work"])
+
+
+def test_a_contest_s_key_knows_the_code_and_the_learned_weights():
+    modules = find_modules(Contest.__module__)
+    assert {"feeler.active.observer", "feeler.active.arena", "feeler.active.learned"} <= {*modules}
+    assert "feeler.studies.contests.page" not in modules
+    weights = {path.name for path in find_data(modules) if path.suffix == ".safetensors"}
+    assert weights == {f"learned{seed}.safetensors" for seed in load_contest().learning["seeds"]}
 
 
 @pytest.mark.parametrize(
@@ -58,8 +127,8 @@ def test_a_journal_is_taken_up_and_changes_nothing(comparison, tmp_path):
 )
 def test_a_file_that_is_no_journal_is_left_as_it_is(comparison, tmp_path, words):
     (tmp_path / "notes").write_text(words)
-    with pytest.raises(InvalidInput, match="notes is no journal of policies"):
-        compare_policies(cockroach(), comparison, NAMES, journal=tmp_path / "notes")
+    with pytest.raises(InvalidInput, match="notes is no journal of a contest"):
+        comparison.run(cockroach(), NAMES, journal=tmp_path / "notes")
     assert (tmp_path / "notes").read_text() == words
 
 
@@ -206,7 +275,7 @@ def test_a_film_is_in_millimetres_metres_per_second_and_milliseconds(monkeypatch
     monkeypatch.setattr(
         show, "write_movie", lambda path, figure, draw, n, **__: made.append((figure, draw, n))
     )
-    observer = Observer(comparison.make_task(cockroach(), 0), period=comparison.period)
+    observer = comparison.make_observer(cockroach(), 0)
     film = film_policy(observer, parse_policy("fixed:0.6"), duration=20.0)
     assert film.labels == tuple(f"{f.name} {f.size:g} mm" for f in observer.task.trials.features)
     write_film(film, "film.mp4", slower=20.0)
@@ -262,7 +331,7 @@ def test_the_command_makes_its_page(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"sets": 0}, "at least one set"),
+        ({"sets": 0}, "sets must be ≥ 1"),
         ({"deadlines": (500.0,)}, "multiples of 5 ms up to"),
         ({"deadlines": (12.0,)}, "multiples of 5 ms"),
     ],

@@ -31,5 +31,5 @@ def test_another_antenna_is_not_shown_what_is_stored_for_the_published_one(tmp_p
 
 
 def test_results_of_other_choices_are_refused():
-    with pytest.raises(InvalidInput, match=r"made with noise 0\.03, declared is 0\.05"):
-        load_stored(load_contest(noise=0.05))
+    with pytest.raises(InvalidInput, match=r"made with noise common:0.03, declared is common:0.05"):
+        load_stored(load_contest(noise="common:0.05"))

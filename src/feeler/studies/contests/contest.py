@@ -5,6 +5,7 @@ costs.
 import json
 import tomllib
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.resources import files
 from itertools import product
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from feeler.active.observer import Episodes, Observer
+from feeler.active.observer import Observer
 from feeler.active.policies import POLICIES, parse_policy
 from feeler.active.task import TouchTask
 from feeler.antenna.antenna import Antenna
@@ -134,17 +135,12 @@ class Contest(Record):
             if names[k] not in self.ahead or number < self.ahead_sets
         ]
         with Journal(journal, self._make_key(antenna), of="contest") as kept:
-            observers: dict[int, Observer] = {}
             for done, (number, k) in enumerate(jobs, start=1):
                 name, copies = names[k], self._count_copies(names[k])
-                row = kept.find(name, number, copies, _describe_own(name))
-                if row is None:
-                    if number not in observers:
-                        observers = {number: self.make_observer(antenna, number)}
-                    episodes = observers[number].run(parse_policy(name), copies)
-                    row = self._summarise(episodes)
-                    kept.add(row, name, number, copies, _describe_own(name))
-                found[:, k, number] = row
+                measure = partial(self._measure, antenna, name, number)
+                found[:, k, number] = kept.get_or(
+                    measure, name, number, copies, _describe_own(name)
+                )
                 if progress:
                     progress(done, len(jobs))
         return xr.Dataset(
@@ -167,11 +163,13 @@ class Contest(Record):
     def _count_copies(self, name: str) -> int:
         return self.ahead_copies if name in self.ahead else self.copies
 
-    def _summarise(self, episodes: Episodes) -> list[list[float]]:
-        """Accuracy, hits and work [µJ] at each deadline."""
+    def _measure(self, antenna: Antenna, name: str, number: int) -> list[np.ndarray]:
+        """Accuracy, hits and work [µJ] at each deadline, of one policy on one set."""
+        observer = self.make_observer(antenna, number)
+        episodes = observer.run(parse_policy(name), self._count_copies(name))
         rows = [round(deadline / self.period) for deadline in self.deadlines]
         columns = (episodes.accuracy, episodes.hits, episodes.work.mean(axis=1))
-        return [column[rows].tolist() for column in columns]
+        return [column[rows] for column in columns]
 
 
 def _describe_own(policy: str) -> str:
@@ -210,5 +208,7 @@ def load_stored(contest: Contest) -> dict[str, Any]:
                 f" {getattr(contest, name)}. Run: python benchmarks/active.py compare write"
             )
     for name in {"measured", "learned"} & {*found}:
-        found[name] = xr.Dataset.from_dict(found[name]).map(lambda v: v.astype(float))  # null is NaN
+        found[name] = xr.Dataset.from_dict(found[name]).map(
+            lambda v: v.astype(float)
+        )  # null is NaN
     return found
