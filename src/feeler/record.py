@@ -182,25 +182,29 @@ def _explain_arguments(init: Callable[..., None]) -> Callable[..., None]:
         try:
             init(self, *args, **kwargs)
         except TypeError:
-            known = [f for f in dataclasses.fields(self) if f.init]
-            by_place = [f.name for f in known if not f.kw_only]
-            names, kind = [f.name for f in known], type(self).__qualname__
-            for name in kwargs:
-                if name not in names:
-                    raise InvalidInput(
-                        f"{kind} has no {name!r}; valid: {', '.join(names)}."
-                    ) from None
-            if len(args) > len(by_place):
-                raise InvalidInput(
-                    f"{kind} takes its fields by name: {', '.join(names)}."
-                ) from None
-            given = {*kwargs, *by_place[: len(args)]}
-            missing = [f.name for f in known if f.name not in given and _is_needed(f)]
-            if missing:
-                raise InvalidInput(f"{kind} needs {', '.join(missing)}.") from None
+            words = _find_argument(type(self), args, kwargs)
+            if words:
+                found = InvalidInput(f"{type(self).__qualname__} {words}.")
+                found.subject = type(self).__qualname__
+                raise found from None
             raise
 
     return __init__
+
+
+def _find_argument(cls: type, args: tuple, kwargs: dict[str, Any]) -> str:
+    """What is wrong with the arguments of a record; "" where they are its fields."""
+    known = [f for f in dataclasses.fields(cls) if f.init]
+    names = [f.name for f in known]
+    by_place = [f.name for f in known if not f.kw_only]
+    unknown = [name for name in kwargs if name not in names]
+    given = {*kwargs, *by_place[: len(args)]}
+    missing = [f.name for f in known if f.name not in given and _is_needed(f)]
+    if unknown:
+        return f"has no {unknown[0]!r}; valid: {', '.join(names)}"
+    if len(args) > len(by_place):
+        return f"takes its fields by name: {', '.join(names)}"
+    return f"needs {', '.join(missing)}" if missing else ""
 
 
 def _is_needed(field: dataclasses.Field) -> bool:

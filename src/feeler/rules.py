@@ -175,18 +175,27 @@ class Rules:
         try:
             return self._validate(plain)
         except ValidationError as error:
-            raise InvalidInput(self._explain(error.errors(), plain)) from None
+            raise self._explain(error.errors(), plain) from None
 
-    def _explain(self, errors: list[Any], given: dict[str, Any]) -> str:
-        """One sentence about the first value that is wrong."""
+    def _explain(self, errors: list[Any], given: dict[str, Any]) -> InvalidInput:
+        """What is wrong with the first value that is."""
+        for error in errors:
+            inner = error.get("ctx", {}).get("error")
+            if isinstance(inner, InvalidInput) and not isinstance(inner, Wrong):
+                places = (part for part in error["loc"] if isinstance(part, int))
+                inner.tables = (error["loc"][0], *(k + 1 for k in places), *inner.tables)
+                return inner
+        found = InvalidInput(self._say_wrong(errors, given))
+        found.subject = self.name
+        return found
+
+    def _say_wrong(self, errors: list[Any], given: dict[str, Any]) -> str:
         field = errors[0]["loc"][0]
         errors = [error for error in errors if error["loc"][0] == field]
         subject = f"{self.name}.{field}"
-        for said in (error.get("ctx", {}).get("error") for error in errors):
-            if said is not None and not isinstance(said, Wrong):
-                return str(said) if isinstance(said, InvalidInput) else f"{subject}: {said}."
-        if len(errors) == 1 and "ctx" in errors[0] and "error" in errors[0]["ctx"]:
-            return f"{subject} {errors[0]['ctx']['error']}."
+        said = errors[0].get("ctx", {}).get("error")
+        if said is not None and (len(errors) == 1 or not isinstance(said, Wrong)):
+            return f"{subject} {said}." if isinstance(said, Wrong) else f"{subject}: {said}."
         hint, value = _drop_none(self.hints[field]), given[field]
         base, bounds = _split(hint)
         if base in (int, float) and errors[0]["type"].startswith(_OUTSIDE):

@@ -1,32 +1,167 @@
-"""TOML texts of unknown origin: short ones are parsed here, long ones by the guard."""
+"""The one door for TOML, in and out: what a file holds becomes a dictionary or a record.
 
+::
+
+    plan = read_toml("plan.toml", Plan, schema="feeler.plan/1")
+    save_toml(plan.to_plain(), "plan.toml")
+
+``[task]`` fills the field ``task`` of the plan, which is a record itself. What does not fit is
+named: ``plan.toml: [task] speed must be > 0 m/s, got -1.``
+"""
+
+import json
+import os
 import tempfile
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, overload
 
+from feeler.errors import InvalidInput
+from feeler.files import read_bytes
+from feeler.record import Record
+
+MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
 SMALL = 16_000
+IN_A_ROW = 5  # numbers of a long list in a line
+R = TypeVar("R", bound=Record)
 
 
-def parse_toml(text: str) -> dict[str, Any]:
-    """The content of a TOML text.
+@overload
+def read_toml(
+    path: str | os.PathLike, kind: None = None, *, schema: str = ""
+) -> dict[str, Any]: ...
+@overload
+def read_toml(path: str | os.PathLike, kind: type[R], *, schema: str = "", **others: Any) -> R: ...
+def read_toml(
+    path: str | os.PathLike, kind: type[R] | None = None, *, schema: str = "", **others: Any
+) -> R | dict[str, Any]:
+    """What a TOML file holds, as a record of this kind or as it is.
+
+    Parameters
+    ----------
+    schema
+        What the file's first key ``schema`` must say; it is left out of what is returned.
+    others
+        Fields of the record that the file does not give, or gives otherwise.
 
     Raises
     ------
-    tomllib.TOMLDecodeError, ValueError, RecursionError
-        From a short text; from a long one it is an InvalidInput with the same words.
+    InvalidInput
+        No small file, not TOML, another schema, unknown or missing keys, or values that do not fit;
+        the message names file and table.
     """
-    if len(text) <= SMALL:
-        return tomllib.loads(text)
-    from feeler.guard import open_guarded
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "TOML"
-        path.write_text(text, encoding="utf-8")
-        return open_guarded("feeler.toml:read_toml", path)[0]
+    name = Path(path).name
+    content = parse_toml(read_toml_text(path), name)
+    if schema and (found := content.pop("schema", None)) != schema:
+        raise InvalidInput(f"{name}: schema must be {schema!r}, got {str(found)[:40]!r}.")
+    return content if kind is None else make_record(kind, content | others, name)
 
 
-def read_toml(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def make_record(kind: type[R], content: Mapping[str, Any], source: str) -> R:
+    """A record from the content of a file called ``source``, which is named in errors."""
+    try:
+        return kind.from_plain(content)
+    except InvalidInput as error:
+        words = str(error).removeprefix(error.subject).removeprefix(".").strip()
+        where = f": [{'.'.join(map(str, error.tables))}]" if error.tables else ""
+        about_a_field = not words.startswith(("has no ", "needs "))
+        colon = ":" if about_a_field and not where else ""
+        raise InvalidInput(f"{source}{where}{colon} {words}") from error
+
+
+def read_toml_text(path: str | os.PathLike) -> str:
+    """The text of a small UTF-8 file; refuses what is no regular file or too large."""
+    raw = read_bytes(path, MAX_BYTES)
+    try:
+        return raw.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        words = f"{os.fspath(path)} is not UTF-8 text (byte {error.start}). Save it as UTF-8."
+        raise InvalidInput(words) from error
+
+
+def parse_toml(text: str, source: str = "text") -> dict[str, Any]:
+    """The content of a TOML text of unknown origin; a long one is parsed by the guard.
+
+    Raises
+    ------
+    InvalidInput
+        Not TOML; ``source`` is named.
+    """
+    try:
+        if len(text) <= SMALL:
+            return tomllib.loads(text)
+        from feeler.guard import open_guarded
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "TOML"
+            path.write_text(text, encoding="utf-8")
+            return open_guarded("feeler.toml:_parse_file", path)[0]
+    except (ValueError, RecursionError) as error:
+        words = str(error)[:300].rstrip(".")
+        raise InvalidInput(f"{source} is not valid TOML: {words}.") from error
+
+
+def _parse_file(path: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the guard's process does for :func:`parse_toml`."""
     return tomllib.loads(Path(path).read_text(encoding="utf-8")), {}
+
+
+def save_toml(content: Mapping[str, Any], path: str | os.PathLike) -> None:
+    """Write plain data as TOML; the file is whole or stays as it was.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be written.
+    """
+    path, text = Path(path), write_toml(content)
+    temporary = path.with_name(f".{path.name}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise InvalidInput(f"cannot write {path}: {error.strerror}. Check the folder.") from error
+
+
+def write_toml(content: Mapping[str, Any]) -> str:
+    """Plain data as a TOML text: values first, then a table for each dictionary; None is left out."""
+    return "\n".join(_write_table(content, "")) + "\n"
+
+
+def _write_table(content: Mapping[str, Any], name: str) -> list[str]:
+    given = {key: value for key, value in content.items() if value is not None}
+    tables = {key: value for key, value in given.items() if isinstance(value, Mapping)}
+    lines = [f"{key} = {_write_value(given[key])}" for key in given if key not in tables]
+    for key, table in tables.items():
+        inner = f"{name}.{key}".removeprefix(".")
+        rows = _write_table(table, inner)
+        has_values = not rows or not all(isinstance(value, Mapping) for value in table.values())
+        lines += ["", f"[{inner}]", *rows] if has_values else rows
+    return lines
+
+
+def _write_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _quote(value)
+    if isinstance(value, list | tuple):
+        texts = [_write_value(item) for item in value]
+        if len(texts) <= IN_A_ROW or all(isinstance(item, int) for item in value):
+            return f"[{', '.join(texts)}]"
+        starts = range(0, len(texts), IN_A_ROW)
+        rows = [f"  {', '.join(texts[start : start + IN_A_ROW])}," for start in starts]
+        return "\n".join(["[", *rows, "]"])
+    return repr(value)
+
+
+def _quote(text: str) -> str:
+    """A TOML basic string; JSON's escapes are a part of TOML's."""
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise InvalidInput(f"{text[:40]!r} is no valid Unicode text.") from error
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -179,8 +179,8 @@ def test_every_unit_means_what_it_says(name, units):
         ("hinges = [1, 3]", "hinges = 1", r"line 29, sensors.hinges: must be a list"),
         ("[sensors]\n", "sensors = 3\n", r"unknown key|must be a table"),
         ("value = 0.2", "value = ", r"not valid TOML: .*line 15"),
-        ("value = 0.2", "value = " + "[" * 100_000, r"not usable TOML|not valid TOML"),
-        ("n_segments = 3", "n_segments = " + "9" * 5000, r"not usable TOML"),
+        ("value = 0.2", "value = " + "[" * 100_000, "not valid TOML"),
+        ("n_segments = 3", "n_segments = " + "9" * 5000, r"not valid TOML"),
     ],
 )
 def test_faults_are_named_with_line_and_key(old, new, words):
@@ -196,7 +196,7 @@ def test_what_is_no_regular_file_is_refused(tmp_path):
     cases = {
         "pipe": "regular",
         "latin": "UTF-8",
-        "big": "at most",
+        "big": "over the limit",
         "absent": "cannot read",
         "": "regular",
         "a\0b": "cannot",

@@ -65,7 +65,7 @@ def test_a_cost_is_never_silently_nan(simulated, target, match):
     ("text", "match"),
     [
         ("name = 'x'", "is no set of targets"),
-        ("name = [", "is no set of targets"),
+        ("name = [", "is not valid TOML"),
         (
             "name='x'\nstatus='measured'\n[targets.colour]\nvalue=1\nspread=0\nunit='1'\ntag='C'",
             "unknown target 'colour'",

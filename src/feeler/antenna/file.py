@@ -19,10 +19,9 @@ its middle (0 base, 1 tip). An antenna by its making has, in the place of these,
 with ``unit`` and ``value`` or a ``formula`` of the place x; see :meth:`feeler.Antenna.from_beam`.
 """
 
-import json
 import os
-import stat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -41,8 +40,7 @@ from feeler.antenna.parse import (
 from feeler.antenna.profile import sample_quantity
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-
-MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
+from feeler.toml import read_toml_text, save_toml, write_toml
 
 
 @checked
@@ -76,53 +74,45 @@ def save_antenna(
     InvalidInput
         ``sources`` names no quantity, or the file cannot be written.
     """
-    text = write_antenna(antenna, sources)
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise InvalidInput(f"cannot write {path}: {error.strerror}. Check the folder.") from error
+    save_toml(_describe(antenna, sources or {}), path)
 
 
 def write_antenna(antenna: Antenna, sources: dict[str, Source] | None = None) -> str:
     """The TOML text of an antenna."""
-    sources = sources or {}
+    return write_toml(_describe(antenna, sources or {}))
+
+
+def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
+    """What the file of an antenna holds."""
     unknown = sources.keys() - UNITS.keys() - {"sensors", *(f"beam.{key}" for key in BEAM_UNITS)}
     if unknown:
         raise InvalidInput(
             f"no quantity {min(unknown)!r}; sources may name {', '.join(UNITS)}, sensors."
         )
-    lines = [
-        f"schema = {_quote(SCHEMA)}",
-        f"name = {_quote(antenna.name)}",
-        f"n_segments = {antenna.n_segments}",
-    ]
     beam = _find_beam(antenna, sources)
-    tables = {name: BEAM_UNITS[name.removeprefix("beam.")] for name in beam}
-    tables |= {name: units for name, units in UNITS.items() if not (beam and name in OF_BEAM)}
-    for name, units in tables.items():
-        lines += [
-            "",
-            f"[{name}]",
-            f"unit = {_quote(next(iter(units)))}",
-            *_write_source(sources.get(name)),
-        ]
-        formula = (
-            beam[name].formula if name in beam else _find_formula(antenna, name, sources.get(name))
-        )
-        lines += (
-            [f"formula = {_quote(formula)}"] if formula else _write_values(getattr(antenna, name))
-        )
-    lines += [
-        "",
-        "[sensors]",
-        *_write_source(sources.get("sensors")),
-        f"hinges = {antenna.sensors.tolist()}",
-    ]
-    return "\n".join(lines) + "\n"
+    content: dict[str, Any] = {
+        "schema": SCHEMA,
+        "name": antenna.name,
+        "n_segments": antenna.n_segments,
+    }
+    if beam:
+        content["beam"] = {
+            name.removeprefix("beam."): {
+                "unit": next(iter(BEAM_UNITS[name.removeprefix("beam.")])),
+                **_describe_source(source),
+                "formula": source.formula,
+            }
+            for name, source in beam.items()
+        }
+    for name, units in UNITS.items():
+        if beam and name in OF_BEAM:
+            continue
+        formula = _find_formula(antenna, name, sources.get(name))
+        values = {"formula": formula} if formula else _describe_values(getattr(antenna, name))
+        unit = {"unit": next(iter(units))}
+        content[name] = unit | _describe_source(sources.get(name)) | values
+    hinges = {"hinges": antenna.sensors.tolist()}
+    return content | {"sensors": _describe_source(sources.get("sensors")) | hinges}
 
 
 def _find_beam(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Source]:
@@ -145,49 +135,15 @@ def _find_formula(antenna: Antenna, name: str, source: Source | None) -> str:
     return source.formula if np.array_equal(found, getattr(antenna, name)) else ""
 
 
-def _write_source(source: Source | None) -> list[str]:
-    values = {} if source is None else {key: getattr(source, key) for key in SOURCE_KEYS}
-    return [f"{key} = {_quote(value)}" for key, value in values.items() if value]
+def _describe_source(source: Source | None) -> dict[str, str]:
+    texts = {} if source is None else {key: getattr(source, key) for key in SOURCE_KEYS}
+    return {key: text for key, text in texts.items() if text}
 
 
-def _write_values(values: np.ndarray) -> list[str]:
-    texts = [repr(float(value)) for value in values]
-    if len(set(texts)) == 1:
-        return [f"value = {texts[0]}"]
+def _describe_values(values: np.ndarray) -> dict[str, Any]:
+    numbers = [float(value) for value in values]
+    if len(set(map(repr, numbers))) == 1:
+        return {"value": numbers[0]}
     if np.array_equal(values, np.linspace(values[0], values[-1], values.size)):
-        return ['profile = "linear"', f"base = {texts[0]}", f"tip = {texts[-1]}"]
-    rows = [", ".join(texts[start : start + 5]) for start in range(0, len(texts), 5)]
-    return ["values = [", *(f"  {row}," for row in rows), "]"]
-
-
-def _quote(text: str) -> str:
-    """A TOML basic string; JSON's escapes are a part of TOML's."""
-    try:
-        text.encode("utf-8")
-    except UnicodeEncodeError as error:
-        raise InvalidInput(f"{text[:40]!r} is no valid Unicode text.") from error
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def read_toml_text(path: str | os.PathLike) -> str:
-    """The text of a small UTF-8 file; refuses what is no regular file or too large."""
-    try:
-        descriptor = os.open(
-            path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC
-        )  # a pipe must not make us wait
-    except (OSError, ValueError) as error:
-        raise InvalidInput(
-            f"cannot read {path!s}: {getattr(error, 'strerror', None) or error}. Check the path."
-        ) from error
-    info = os.fstat(descriptor)
-    if not stat.S_ISREG(info.st_mode) or info.st_size > MAX_BYTES:
-        os.close(descriptor)
-        raise InvalidInput(f"{path} must be a regular file of at most {MAX_BYTES:,} bytes.")
-    with os.fdopen(descriptor, "rb") as file:
-        raw = file.read(MAX_BYTES)
-    try:
-        return raw.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        raise InvalidInput(
-            f"{path} is not UTF-8 text (byte {error.start}). Save it as UTF-8."
-        ) from error
+        return {"profile": "linear", "base": numbers[0], "tip": numbers[-1]}
+    return {"values": numbers}

@@ -3,7 +3,6 @@
 import itertools
 import math
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import field, fields
 from typing import Any, Literal
@@ -106,15 +105,7 @@ def parse_antenna(text: str, source: str = "text") -> AntennaFile:
     InvalidInput
         Not TOML of this schema; the message names the line and the key.
     """
-    try:
-        content = parse_toml(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InvalidInput(f"{source} is not valid TOML: {str(error)[:200]}.") from error
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, InvalidInput):  # the guard's, about a long text
-            raise InvalidInput(f"{source} is not valid TOML: {str(error)[:300]}") from error
-        raise InvalidInput(f"{source} is not usable TOML: {str(error)[:200]}.") from error
-    return _Reader(text, source).read(content)
+    return _Reader(text, source).read(parse_toml(text, source))
 
 
 class _Reader:

@@ -128,7 +128,7 @@ def load_targets(source: str | Path = "cockroach") -> Targets:
             )
         text = read_bytes(path, MAX_BYTES).decode("utf-8", errors="replace")
     try:
-        table = parse_toml(text)
+        table = parse_toml(text, str(source))
         targets = tuple(Target(name=name, **entry) for name, entry in table["targets"].items())
         return Targets(
             name=table["name"],

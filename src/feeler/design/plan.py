@@ -3,13 +3,12 @@ keep, and how to search.
 """
 
 import os
-import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.file import load_antenna, read_toml_text
+from feeler.antenna.file import load_antenna
 from feeler.checked import checked
 from feeler.design.constraints import Constraints
 from feeler.design.search import METHODS
@@ -17,7 +16,7 @@ from feeler.design.space import Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
-from feeler.toml import parse_toml
+from feeler.toml import read_toml
 
 SCHEMA = "feeler.design/1"
 TEMPLATE = """\
@@ -91,17 +90,9 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
         the table.
     """
     path = Path(path)
-    text = read_toml_text(path)
-    try:
-        content = parse_toml(text)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InvalidInput(f"{path.name}: {str(error)[:300]}") from error
-    if content.get("schema") != SCHEMA:
-        raise InvalidInput(
-            f"{path.name}: schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}."
-        )
+    content = read_toml(path, schema=SCHEMA)
     tables = {"task": DesignTask, "space": Space, "constraints": Constraints, "search": None}
-    if unknown := sorted(content.keys() - tables.keys() - {"schema", "antenna"}):
+    if unknown := sorted(content.keys() - tables.keys() - {"antenna"}):
         raise InvalidInput(
             f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}."
         )

@@ -3,7 +3,6 @@ where its calibration is.
 """
 
 import os
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,12 +10,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from feeler.antenna import Antenna
-from feeler.antenna.file import read_toml_text
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
-from feeler.toml import parse_toml
+from feeler.toml import read_toml
 
 SCHEMA = "feeler.robot/1"
 KEYS = {
@@ -114,9 +112,8 @@ def load_robot(path: str | os.PathLike) -> RobotFile:
     """
     path = Path(path)
     try:
-        content = parse_toml(read_toml_text(path))
-        return _build(content, path)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        return _build(read_toml(path), path)
+    except ValueError as error:
         words = str(error)[:300]
         raise InvalidInput(words if path.name in words else f"{path.name}: {words}") from error
 

@@ -14,15 +14,13 @@ width = 8.0
 
 import inspect
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
-from feeler.antenna.file import read_toml_text
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.stimulus.feature import SHAPES, Feature, make_feature
-from feeler.toml import parse_toml
+from feeler.toml import read_toml
 
 MAX_OBJECTS = 1000  # [C]
 
@@ -37,10 +35,7 @@ def load_objects(path: str | os.PathLike) -> list[Feature]:
         No such file, not TOML, no object, an unknown shape or field, or two objects of one name.
     """
     source = Path(path)
-    try:
-        content = parse_toml(read_toml_text(path))
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InvalidInput(f"{source.name} is not valid TOML: {str(error)[:200]}") from error
+    content = read_toml(path)
     entries = content.get("object")
     if (
         set(content) != {"object"}
