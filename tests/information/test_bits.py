@@ -183,7 +183,7 @@ def test_many_draws_are_taken_piece_by_piece(monkeypatch):
     """
     tensors = np.random.default_rng(7).standard_normal((6, 9))
     whole = compute_information(tensors, 2.0, n_draws=30)
-    monkeypatch.setattr("feeler.information.bits.ROOM", 2 * 36 * 7)
+    monkeypatch.setattr("feeler.information.bits._ROOM", 2 * 36 * 7)
     parts = compute_information(tensors, 2.0, n_draws=30)
     assert (parts.bits, parts.bits_error) == pytest.approx((whole.bits, whole.bits_error), rel=1e-5)
     assert parts.accuracy == pytest.approx(whole.accuracy, rel=1e-5)

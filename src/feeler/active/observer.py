@@ -18,7 +18,7 @@ from scipy.special import softmax
 
 from feeler.active.arena import Arena
 from feeler.active.task import SAMPLE, TouchTask
-from feeler.decoding.ideal import weigh_touches
+from feeler.decoding.told import weigh_touches
 from feeler.errors import InvalidInput
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms

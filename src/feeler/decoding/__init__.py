@@ -7,7 +7,6 @@ from feeler.decoding.confusion import Confused, explain_confusion
 from feeler.decoding.curves import PeakEncoder
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.groups import group_tensors, list_groups
-from feeler.decoding.ideal import IdealReader
 from feeler.decoding.labels import make_labels
 from feeler.decoding.reader import READERS, Reader, measure_reader
 from feeler.decoding.splits import (
@@ -16,7 +15,7 @@ from feeler.decoding.splits import (
     iterate_left_out,
 )
 from feeler.decoding.sweep import Sweep, compute_sweep
-from feeler.decoding.templates import TemplateReader
+from feeler.decoding.told import IdealReader, TemplateReader
 from feeler.task.noise import NOISES, Common, Noise, Relative
 
 __all__ = [

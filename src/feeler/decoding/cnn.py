@@ -13,10 +13,10 @@ from feeler.decoding.reader import Reader
 from feeler.errors import InvalidInput, MissingExtra
 from feeler.tensors.models import Model, load_model, save_model
 
-MODEL_KIND, MODEL_VERSION = "TouchNetwork", 1
-INSTALL = "pip install 'feeler[cnn]'"
+_MODEL_KIND, _MODEL_VERSION = "TouchNetwork", 1
+_INSTALL = "pip install 'feeler[cnn]'"
 # [P] supplement, CNN layers
-KERNEL, CHANNELS, PADDING, POOL, HIDDEN, DROPOUT = 15, 32, 2, 2, 50, 0.25
+_KERNEL, _CHANNELS, _PADDING, _POOL, _HIDDEN, _DROPOUT = 15, 32, 2, 2, 50, 0.25
 
 
 class TouchNetwork(Reader):
@@ -124,7 +124,7 @@ class TouchNetwork(Reader):
         }
         arrays["input_mean"] = np.asarray(self.mean_)
         save_model(
-            Model(kind=MODEL_KIND, version=MODEL_VERSION, arrays=arrays, settings=settings), path
+            Model(kind=_MODEL_KIND, version=_MODEL_VERSION, arrays=arrays, settings=settings), path
         )
 
     @classmethod
@@ -136,7 +136,7 @@ class TouchNetwork(Reader):
         InvalidInput
             No such file, damaged, or of another kind or version.
         """
-        torch, file = import_torch(), load_model(path, kind=MODEL_KIND, version=MODEL_VERSION)
+        torch, file = import_torch(), load_model(path, kind=_MODEL_KIND, version=_MODEL_VERSION)
         try:
             return cls._rebuild(torch, file, device)
         except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
@@ -189,7 +189,7 @@ class TouchNetwork(Reader):
             )
         if np.unique(y).size < 2:
             raise InvalidInput("only one class: nothing to tell apart. Give at least two classes.")
-        least = KERNEL - 2 * PADDING + POOL - 1
+        least = _KERNEL - 2 * _PADDING + _POOL - 1
         if min(self.shape_) < least:
             raise InvalidInput(
                 f"the layers need at least {least} × {least} entries, got {self.shape_}; use"
@@ -246,16 +246,18 @@ class TouchNetwork(Reader):
 
 def _make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
     """The layers, softmax left to the loss."""
-    height, width = ((n + 2 * PADDING - KERNEL + 1) // POOL for n in shape)
+    height, width = ((n + 2 * _PADDING - _KERNEL + 1) // _POOL for n in shape)
     layers = torch.nn.Sequential(
-        torch.nn.Conv2d(1, CHANNELS, KERNEL, stride=1, padding=PADDING),
-        torch.nn.BatchNorm2d(CHANNELS),
-        torch.nn.MaxPool2d(POOL),  # ReLU after it gives the same values on a quarter of the entries
+        torch.nn.Conv2d(1, _CHANNELS, _KERNEL, stride=1, padding=_PADDING),
+        torch.nn.BatchNorm2d(_CHANNELS),
+        torch.nn.MaxPool2d(
+            _POOL
+        ),  # ReLU after it gives the same values on a quarter of the entries
         torch.nn.ReLU(),
         torch.nn.Flatten(),
-        torch.nn.Linear(CHANNELS * height * width, HIDDEN),
-        torch.nn.Dropout(DROPOUT),
-        torch.nn.Linear(HIDDEN, n_classes),
+        torch.nn.Linear(_CHANNELS * height * width, _HIDDEN),
+        torch.nn.Dropout(_DROPOUT),
+        torch.nn.Linear(_HIDDEN, n_classes),
     )
     return layers.to(memory_format=torch.channels_last)  # pooling is ten times as fast
 
@@ -266,7 +268,7 @@ def import_torch() -> Any:
         import torch
     except ImportError:
         raise MissingExtra(
-            f"the network needs PyTorch, which is not installed. Install it with: {INSTALL}"
+            f"the network needs PyTorch, which is not installed. Install it with: {_INSTALL}"
         ) from None
     return torch
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
-from feeler.decoding.codes import CODES, encode_with, make_null
-from feeler.decoding.null import JointFit, fit_null
+from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
 from feeler.decoding.reader import READERS, Reader
 from feeler.decoding.sweep import Plan, Sweep, compute_sweep
 from feeler.dispersion.blocks import check_tensors

@@ -21,26 +21,26 @@ from feeler.errors import FeelerError, InvalidInput
 from feeler.limits import find_limits
 from feeler.tensors.models import Model, load_model, save_model
 
-FLOOR = 0.004  # [C] rad; least sd of a reading
-KIND, VERSION = "StreamDecoder", 1
-WHOLE = ("window", "confirm", "max_lag", "lag_step")  # numbers of samples
-LEARNED = ("expected", "weight", "constant")
-MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
-SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
+_FLOOR = 0.004  # [C] rad; least sd of a reading
+_KIND, _VERSION = "StreamDecoder", 1
+_WHOLE = ("window", "confirm", "max_lag", "lag_step")  # numbers of samples
+_LEARNED = ("expected", "weight", "constant")
+_MOMENTS = (20, 50, 100, 200, 400, 800, 1500)
+_SHARPNESS = (0.01, 10.0)  # range of 1/τ that temper searches, relative to the given τ
 
-AT_LEAST_1, ABOVE_0 = ("≥ 1", lambda value: value >= 1), ("> 0", lambda value: value > 0)
-AT_LEAST_0 = ("≥ 0", lambda value: value >= 0)
-MOST = 2**31  # [C] of any setting: NumPy has no indices for what a damaged file may say
-RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "window": AT_LEAST_1,
+_AT_LEAST_1, _ABOVE_0 = ("≥ 1", lambda value: value >= 1), ("> 0", lambda value: value > 0)
+_AT_LEAST_0 = ("≥ 0", lambda value: value >= 0)
+_MOST = 2**31  # [C] of any setting: NumPy has no indices for what a damaged file may say
+_RULES: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "window": _AT_LEAST_1,
     "threshold": ("in (0, 1]", lambda value: 0 < value <= 1),
-    "onset": ABOVE_0,
-    "confirm": AT_LEAST_1,
-    "noise": AT_LEAST_0,
-    "correlation": AT_LEAST_1,
-    "max_lag": AT_LEAST_0,
-    "lag_step": AT_LEAST_1,
-    "interval": ABOVE_0,
+    "onset": _ABOVE_0,
+    "confirm": _AT_LEAST_1,
+    "noise": _AT_LEAST_0,
+    "correlation": _AT_LEAST_1,
+    "max_lag": _AT_LEAST_0,
+    "lag_step": _AT_LEAST_1,
+    "interval": _ABOVE_0,
 }
 
 
@@ -155,7 +155,7 @@ class StreamDecoder(Reader):
         self.expected_ = np.stack([group.mean(axis=0) for group in groups])
         spread = np.stack([group.var(axis=0) for group in groups])
         scale = self.noise * np.abs(self.expected_).max(axis=(1, 2), keepdims=True)
-        variance = spread + scale**2 + FLOOR**2
+        variance = spread + scale**2 + _FLOOR**2
         self.weight_ = 1 / (2 * variance * self.correlation)
         self.constant_ = -0.5 * np.log(variance).sum(axis=1) / self.correlation
         self.n_sensors_ = self.expected_.shape[1]
@@ -164,7 +164,7 @@ class StreamDecoder(Reader):
         return self
 
     def temper(
-        self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = MOMENTS
+        self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = _MOMENTS
     ) -> "StreamDecoder":
         """Set τ so that the posterior is as sure as it is right on other touches, which the fit has
         not seen.
@@ -186,7 +186,7 @@ class StreamDecoder(Reader):
                 "temper needs touches with contact and with labels that the decoder knows; got"
                 " none."
             )
-        sharpness = np.geomspace(SHARPNESS[0], SHARPNESS[1], 61)
+        sharpness = np.geomspace(_SHARPNESS[0], _SHARPNESS[1], 61)
         scores = [
             _score_log(np.stack(evidence) * s, np.array(true), len(self.classes_))
             for s in sharpness
@@ -214,8 +214,8 @@ class StreamDecoder(Reader):
             "classes": self.classes_,
             "correlation": self.correlation_,
         }
-        arrays = {name: getattr(self, f"{name}_") for name in LEARNED}
-        save_model(Model(kind=KIND, version=VERSION, arrays=arrays, settings=settings), path)
+        arrays = {name: getattr(self, f"{name}_") for name in _LEARNED}
+        save_model(Model(kind=_KIND, version=_VERSION, arrays=arrays, settings=settings), path)
 
     @classmethod
     def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
@@ -228,11 +228,11 @@ class StreamDecoder(Reader):
             No such file, damaged, of another kind or version, or with parts that do not fit
             together.
         """
-        file = load_model(path, kind=KIND, version=VERSION, trusted=trusted)
+        file = load_model(path, kind=_KIND, version=_VERSION, trusted=trusted)
         try:
             given: dict[str, Any] = file.settings["parameters"]
             options: dict[str, Any] = {
-                name: int(x) if name in WHOLE else float(x) for name, x in given.items()
+                name: int(x) if name in _WHOLE else float(x) for name, x in given.items()
             }
             decoder = cls(**options)
             decoder._check()
@@ -256,7 +256,7 @@ class StreamDecoder(Reader):
             tuple(label) if isinstance(label, list) else label for label in file.settings["classes"]
         ]
         expected, weight, constant = (
-            np.asarray(file.arrays[name], dtype=float) for name in LEARNED
+            np.asarray(file.arrays[name], dtype=float) for name in _LEARNED
         )
         n_classes, n_sensors, n_samples = expected.shape
         whole = weight.shape == expected.shape and constant.shape == (n_classes, n_samples)
@@ -301,11 +301,11 @@ class StreamDecoder(Reader):
         self.constant_at_ = self.constant_[:, at].transpose(1, 0, 2).reshape(shape[:2])
 
     def _check(self) -> None:
-        for name, (rule, holds) in RULES.items():
+        for name, (rule, holds) in _RULES.items():
             if not holds(value := getattr(self, name)) or value == np.inf:
                 raise InvalidInput(f"StreamDecoder needs {name} {rule}, got {value}.")
-            if value >= MOST:
-                raise InvalidInput(f"StreamDecoder needs {name} below {MOST:,}, got {value}.")
+            if value >= _MOST:
+                raise InvalidInput(f"StreamDecoder needs {name} below {_MOST:,}, got {value}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
         """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None

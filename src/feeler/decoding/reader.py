@@ -25,9 +25,9 @@ READERS: Registry[Any] = Registry(
         "lda": "feeler.decoding.classifiers:make_lda",
         "svm": "feeler.decoding.classifiers:make_svm",
         "cnn": "feeler.decoding.cnn:TouchNetwork",
-        "templates": "feeler.decoding.templates:TemplateReader",
+        "templates": "feeler.decoding.told:TemplateReader",
         "stream": "feeler.decoding.decoder:StreamDecoder",
-        "ideal": "feeler.decoding.ideal:IdealReader",
+        "ideal": "feeler.decoding.told:IdealReader",
     },
 )
 """What makes each known reader, by name; ``READERS.register(name, make)`` adds one."""

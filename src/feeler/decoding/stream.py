@@ -9,12 +9,12 @@ import xarray as xr
 
 from feeler.errors import InvalidInput
 
-MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
-SURPLUS = 50  # samples too many before a faster sender is refused
+_MAX_READING = 1e6  # [C] rad; the squares of absurd readings overflow
+_SURPLUS = 50  # samples too many before a faster sender is refused
 
 
 # [C] samples over which the resting level is followed while nothing touches
-BASELINE = 300.0
+_BASELINE = 300.0
 
 
 class OnsetFinder:
@@ -35,7 +35,7 @@ class OnsetFinder:
         self.running = self.running + 1 if beyond else 0
         if not beyond:
             self.seen += 1
-            self.level[known] += away[known] / min(self.seen, BASELINE)
+            self.level[known] += away[known] / min(self.seen, _BASELINE)
         return self.running >= self.confirm
 
 
@@ -96,9 +96,9 @@ class Stream:
             faster than the model.
         """
         sample = np.asarray(sample, dtype=float)
-        if sample.shape != (self.decoder.n_sensors_,) or (np.abs(sample) > MAX_READING).any():
+        if sample.shape != (self.decoder.n_sensors_,) or (np.abs(sample) > _MAX_READING).any():
             raise InvalidInput(
-                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {MAX_READING:g},"
+                f"a sample is {self.decoder.n_sensors_} finite numbers of at most {_MAX_READING:g},"
                 f" got shape {sample.shape}: {np.array2string(sample.ravel()[:10], precision=3)}."
             )
         if not self._take_slot(time):
@@ -129,7 +129,7 @@ class Stream:
             )
         if slot <= self.slot:
             self.surplus += 1
-            if self.surplus > SURPLUS and self.surplus > 0.25 * (self.slot + 1):
+            if self.surplus > _SURPLUS and self.surplus > 0.25 * (self.slot + 1):
                 raise InvalidInput(
                     f"samples come faster than every {self.decoder.interval:g} ms, which the"
                     " decoder was trained for. Thin them out, or train with another interval."

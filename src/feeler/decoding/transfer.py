@@ -23,16 +23,16 @@ from feeler.errors import InvalidInput
 # [C] samples kept before and after the peak; a slow touch of the tip lasts about 1400 ms
 BEFORE, AFTER = 1500, 400
 # [C] share of the trace's maximum that a peak must rise; ripples while sliding are smaller
-PROMINENCE = 0.2
-MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
-N_COPIES = 10  # [P]
-NOISE = 0.2  # [P] sd as a share of each tensor's maximum
+_PROMINENCE = 0.2
+_MIN_DEFLECTION = 1.0  # [C] mm; below it the tip has not been moved by a touch
+_N_COPIES = 10  # [P]
+_NOISE = 0.2  # [P] sd as a share of each tensor's maximum
 TEMPERATURES = np.geomspace(0.01, 10.0, 121)
-PARTS = ("feature", "location", "speed")
+LABEL_PARTS = ("feature", "location", "speed")
 
 
 def _find_first_peak(
-    tip: np.ndarray, *, prominence: float = PROMINENCE, min_deflection: float = MIN_DEFLECTION
+    tip: np.ndarray, *, prominence: float = _PROMINENCE, min_deflection: float = _MIN_DEFLECTION
 ) -> int:
     """Sample of the first positive peak of a tip trace (time,) [mm] from rest; −1 for none."""
     top = np.max(tip, initial=-np.inf, where=np.isfinite(tip))
@@ -48,8 +48,8 @@ def align(
     *,
     before: int = BEFORE,
     after: int = AFTER,
-    prominence: float = PROMINENCE,
-    min_deflection: float = MIN_DEFLECTION,
+    prominence: float = _PROMINENCE,
+    min_deflection: float = _MIN_DEFLECTION,
 ) -> np.ndarray:
     """Cut touches of any durations to one window around their tips' first peaks.
 
@@ -138,7 +138,11 @@ class TransferClassifier(Reader):
     """
 
     def __init__(
-        self, n_copies: int = N_COPIES, noise: float = NOISE, C: float = 1.0, random_state: int = 0
+        self,
+        n_copies: int = _N_COPIES,
+        noise: float = _NOISE,
+        C: float = 1.0,
+        random_state: int = 0,
     ) -> None:
         self.n_copies = n_copies
         self.noise = noise
@@ -272,6 +276,6 @@ def score_transfer(
     predicted = [best[0] for best in ranked]
     pairs = list(zip(true, predicted, strict=True))
     correct = {"all": sum(t == p for t, p in pairs)}
-    correct |= {part: sum(t[i] == p[i] for t, p in pairs) for i, part in enumerate(PARTS)}
+    correct |= {part: sum(t[i] == p[i] for t, p in pairs) for i, part in enumerate(LABEL_PARTS)}
     correct["top2"] = sum(t in best for t, best in zip(true, ranked, strict=True))
     return TransferScore(correct=correct, total=len(true), predicted=predicted, true=list(true))

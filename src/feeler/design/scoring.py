@@ -29,7 +29,7 @@ from feeler.antenna.antenna import Antenna
 from feeler.checked import checked
 from feeler.decoding import READERS, Reader
 from feeler.decoding.sweep import N_COPIES
-from feeler.decoding.templates import fit_class
+from feeler.decoding.told import fit_class
 from feeler.design.task import DesignTask
 from feeler.execute import Executor
 from feeler.execute.threads import hold_blas

@@ -9,7 +9,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 
-BLOCK = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
+BLOCK_SIZE = 256  # tensors per side of a block: 256 of 56 × 380 are 44 MB
 
 Block = Callable[[slice, slice], np.ndarray]
 """Similarities of the tensors in one slice with those in another, (row, column)."""
@@ -51,7 +51,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
     return array
 
 
-def iterate_blocks(n: int, block: int = BLOCK) -> Iterator[tuple[slice, slice]]:
+def iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
     """Slices (rows, columns) that cover the upper triangle of an n × n matrix, diagonal blocks
     included.
     """
@@ -63,7 +63,7 @@ def iterate_blocks(n: int, block: int = BLOCK) -> Iterator[tuple[slice, slice]]:
             yield rows, columns
 
 
-def fill_matrix(n: int, compute: Block, block: int = BLOCK) -> np.ndarray:
+def fill_matrix(n: int, compute: Block, block: int = BLOCK_SIZE) -> np.ndarray:
     """The full symmetric matrix (n, n) of an index, from its blocks."""
     matrix = np.empty((n, n))
     for rows, columns in iterate_blocks(n, block):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK, check_tensors, iterate_blocks
+from feeler.dispersion.blocks import BLOCK_SIZE, check_tensors, iterate_blocks
 from feeler.dispersion.index import INDICES
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_like
@@ -48,7 +48,7 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
 
 @checked
 def search_closest(
-    tensors: Any, index: str = "pearson", *, block: int = BLOCK, **options: Any
+    tensors: Any, index: str = "pearson", *, block: int = BLOCK_SIZE, **options: Any
 ) -> Closest:
     """Each tensor's closest match by one index, in memory that grows with the block and not with
     the pairs.

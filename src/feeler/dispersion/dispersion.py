@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK, check_tensors
+from feeler.dispersion.blocks import BLOCK_SIZE, check_tensors
 from feeler.dispersion.closest import Closest, search_closest
 from feeler.dispersion.index import INDICES
 from feeler.dispersion.interval import Interval, bootstrap_mean
@@ -46,7 +46,7 @@ def compute_dispersion(
     options: dict[str, dict[str, Any]] | None = None,
     scale: bool = True,
     random_state: int = 0,
-    block: int = BLOCK,
+    block: int = BLOCK_SIZE,
 ) -> Dispersion:
     """How alike each tensor is to its closest match within its group, averaged over the group.
 

@@ -7,8 +7,8 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-N_RESAMPLES = 2000
-LEVEL = 0.95
+_N_RESAMPLES = 2000
+_LEVEL = 0.95
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +32,8 @@ def bootstrap_mean(
     values: np.ndarray,
     rng: np.random.Generator,
     *,
-    n_resamples: int = N_RESAMPLES,
-    level: float = LEVEL,
+    n_resamples: int = _N_RESAMPLES,
+    level: float = _LEVEL,
 ) -> Interval:
     """Mean of ``values`` (n,) with its percentile interval, resampling the values.
 
@@ -53,8 +53,8 @@ def bootstrap_difference(
     b: np.ndarray,
     rng: np.random.Generator,
     *,
-    n_resamples: int = N_RESAMPLES,
-    level: float = LEVEL,
+    n_resamples: int = _N_RESAMPLES,
+    level: float = _LEVEL,
 ) -> Interval:
     """Mean of a − b over paired values, e.g. the same 30 stimuli at two speeds, with interval and
     effect size.

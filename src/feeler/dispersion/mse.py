@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix
+from feeler.dispersion.blocks import BLOCK_SIZE, Block, check_tensors, fill_matrix
 from feeler.dispersion.index import Index
 from feeler.tensors.labels import label_pairs
 
@@ -14,7 +14,7 @@ CANCELLATION = 1e-4
 
 
 @checked
-def compute_mse(tensors: Any, *, block: int = BLOCK) -> Any:
+def compute_mse(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     """Mean squared error between all pairs of tensors: mean over sensors and samples of (a − b)².
 
     The only index of the four that grows with dispersion, and the only one with a unit: that of the

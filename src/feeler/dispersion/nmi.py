@@ -8,7 +8,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.blocks import (
-    BLOCK,
+    BLOCK_SIZE,
     Block,
     check_tensors,
     fill_matrix,
@@ -20,8 +20,8 @@ from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_pairs
 
 N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
-ZEROS = ("keep", "drop")
-CHUNKS = 64  # pieces of the pair list that threads take
+_ZEROS = ("keep", "drop")
+_CHUNKS = 64  # pieces of the pair list that threads take
 
 
 @checked
@@ -31,7 +31,7 @@ def compute_nmi(
     n_bins: int = N_BINS,
     data_range: tuple[float, float] | None = None,
     common_zeros: str = "keep",
-    block: int = BLOCK,
+    block: int = BLOCK_SIZE,
 ) -> Any:
     """Normalised mutual information between all pairs of tensors, entry against entry.
 
@@ -123,8 +123,10 @@ def _check(n_bins: int, low: float, high: float, common_zeros: str) -> None:
         raise InvalidInput(f"n_bins must be between 2 and 256, got {n_bins}.")
     if not low <= high:
         raise InvalidInput(f"data_range must run from low to high, got ({low}, {high}).")
-    if common_zeros not in ZEROS:
-        raise InvalidInput(f"common_zeros must be one of {', '.join(ZEROS)}, got {common_zeros!r}.")
+    if common_zeros not in _ZEROS:
+        raise InvalidInput(
+            f"common_zeros must be one of {', '.join(_ZEROS)}, got {common_zeros!r}."
+        )
 
 
 @compiled(parallel=True)
@@ -133,7 +135,7 @@ def _compare_pairs(a, histogram_a, b, histogram_b, pairs, self_information, gain
     values = np.empty(len(pairs))
     n_bins = histogram_a.shape[1]
     size = a.shape[1]
-    n_chunks = min(CHUNKS, len(pairs))
+    n_chunks = min(_CHUNKS, len(pairs))
     for chunk in nb.prange(n_chunks):
         joint = np.zeros((n_bins, n_bins), dtype=np.int32)
         for p in range(chunk, len(pairs), n_chunks):

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK, Block, check_tensors, fill_matrix, name_trials
+from feeler.dispersion.blocks import BLOCK_SIZE, Block, check_tensors, fill_matrix, name_trials
 from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_pairs
 
 
 @checked
-def compute_pearson(tensors: Any, *, block: int = BLOCK) -> Any:
+def compute_pearson(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     """Pearson r between all pairs of tensors, over all sensors and samples.
 
     r_ab = Σ (a − ā)(b − b̄) / √(Σ (a − ā)² · Σ (b − b̄)²)

@@ -9,7 +9,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.compiled import compiled
 from feeler.dispersion.blocks import (
-    BLOCK,
+    BLOCK_SIZE,
     Block,
     check_tensors,
     fill_matrix,
@@ -20,16 +20,16 @@ from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_pairs
 
-SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
-RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
-K1, K2 = 0.01, 0.03  # [B] both libraries
-BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
-CHUNKS = 64  # pieces of the pair list that threads take
+_SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
+_RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
+_K1, _K2 = 0.01, 0.03  # [B] both libraries
+_BORDERS = {"replicate": "edge", "reflect": "symmetric", "interior": None}
+_CHUNKS = 64  # pieces of the pair list that threads take
 
 
 @checked
 def compute_ssim(
-    tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK
+    tensors: Any, *, data_range: float = 1.0, border: str = "replicate", block: int = BLOCK_SIZE
 ) -> Any:
     """Mean SSIM between all pairs of tensors read as grey images (sensor × time).
 
@@ -88,7 +88,7 @@ def _make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "rep
     """SSIM of two slices of a set."""
     _check(array, data_range, border)
     taps = _make_taps()
-    c1, c2 = (K1 * data_range) ** 2, (K2 * data_range) ** 2
+    c1, c2 = (_K1 * data_range) ** 2, (_K2 * data_range) ** 2
 
     def prepare(part: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         images = _pad(array[part], border)
@@ -108,11 +108,11 @@ SSIM = Index(label="SSIM", make=_make_ssim)
 
 
 def _check(array: np.ndarray, data_range: float, border: str) -> None:
-    if border not in BORDERS:
-        raise InvalidInput(f"border must be one of {', '.join(BORDERS)}, got {border!r}.")
+    if border not in _BORDERS:
+        raise InvalidInput(f"border must be one of {', '.join(_BORDERS)}, got {border!r}.")
     if not data_range > 0:
         raise InvalidInput(f"data_range must be > 0, got {data_range}.")
-    window = 2 * RADIUS + 1
+    window = 2 * _RADIUS + 1
     if border == "interior" and min(array.shape[1:]) < window:
         raise InvalidInput(
             f"images of {array.shape[1]} × {array.shape[2]} are smaller than the {window} ×"
@@ -121,16 +121,16 @@ def _check(array: np.ndarray, data_range: float, border: str) -> None:
 
 
 def _make_taps() -> np.ndarray:
-    offset = np.arange(-RADIUS, RADIUS + 1)
-    taps = np.exp(-0.5 * (offset / SIGMA) ** 2)
+    offset = np.arange(-_RADIUS, _RADIUS + 1)
+    taps = np.exp(-0.5 * (offset / _SIGMA) ** 2)
     return taps / taps.sum()
 
 
 def _pad(images: np.ndarray, border: str) -> np.ndarray:
-    mode: Any = BORDERS[border]  # one of the words of numpy.pad
+    mode: Any = _BORDERS[border]  # one of the words of numpy.pad
     if mode is None:
         return np.ascontiguousarray(images)
-    return np.pad(images, ((0, 0), (RADIUS, RADIUS), (RADIUS, RADIUS)), mode=mode)
+    return np.pad(images, ((0, 0), (_RADIUS, _RADIUS), (_RADIUS, _RADIUS)), mode=mode)
 
 
 @compiled(inline="always")
@@ -179,7 +179,7 @@ def _compare_pairs(a, mean_a, variance_a, b, mean_b, variance_b, pairs, taps, c1
     """Mean SSIM of each pair (row of a, row of b)."""
     values = np.empty(len(pairs))
     height, width = a.shape[1:]
-    n_chunks = min(CHUNKS, len(pairs))
+    n_chunks = min(_CHUNKS, len(pairs))
     for chunk in nb.prange(n_chunks):
         column = np.empty(width)
         product = np.empty((height, width))

@@ -22,10 +22,10 @@ from feeler.encoding.convolution import (
 from feeler.encoding.sparseness import l1_of_unit_vector, project_row
 
 # trials per task [C]: fixed, so that sums over trials do not depend on the number of threads
-BLOCK = 8
-APPROACH = 150  # steps towards the ridge code [C]: then exact pivoting ends after two or three
+TRIALS_PER_TASK = 8
+_APPROACH = 150  # steps towards the ridge code [C]: then exact pivoting ends after two or three
 # steps of the code without a ridge [C]: the residual then moves by less than 1e-4 of itself
-POLISH = 300
+_POLISH = 300
 
 
 @checked
@@ -91,9 +91,9 @@ def encode(
         seen = np.concatenate(
             [_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]]
         )
-        polish_nonnegative(seen, *ridged, rows, APPROACH)
+        polish_nonnegative(seen, *ridged, rows, _APPROACH)
         if code == "nonnegative":
-            polish_nonnegative(seen, kernel, edge, rows, POLISH)
+            polish_nonnegative(seen, kernel, edge, rows, _POLISH)
             return True
         if code == "ridge":
             return solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
@@ -106,7 +106,9 @@ def encode(
             < max_sweeps
         )
 
-    blocks = [slice(start, start + BLOCK) for start in range(0, n_trials, BLOCK)]
+    blocks = [
+        slice(start, start + TRIALS_PER_TASK) for start in range(0, n_trials, TRIALS_PER_TASK)
+    ]
     return activations, all(list(run(encode_block, blocks)))
 
 

@@ -9,12 +9,12 @@ from feeler.errors import InvalidInput
 
 _SCALES = ("max", "none")
 # [D]: only 256 grey levels give numbers of the size that the paper reports (1.9 to 2.8 bits)
-LEVELS = 256
+_LEVELS = 256
 
 
 @checked
 def compute_histogram_entropy(
-    values: np.ndarray, *, levels: Annotated[int, "> 0"] = LEVELS, scale: str = "max"
+    values: np.ndarray, *, levels: Annotated[int, "> 0"] = _LEVELS, scale: str = "max"
 ) -> float:
     """Entropy [bit] of the grey levels of an array taken as a picture.
 

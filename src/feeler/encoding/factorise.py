@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.encoding.activations import apply_gram, descend_activations, multiply_activations
 from feeler.encoding.bases import multiply_bases
-from feeler.encoding.code import BLOCK, encode
+from feeler.encoding.code import TRIALS_PER_TASK, encode
 from feeler.encoding.convolution import (
     compute_activation_gram,
     compute_basis_gram,
@@ -115,7 +115,9 @@ def factorise(
     """
     components, activations = components.copy(), activations.copy()
     activations[data.silent] = 0  # a start from random numbers would leave traces there
-    blocks = [slice(start, start + BLOCK) for start in range(0, data.n_trials, BLOCK)]
+    blocks = [
+        slice(start, start + TRIALS_PER_TASK) for start in range(0, data.n_trials, TRIALS_PER_TASK)
+    ]
     groups = 1 if settings.joint else data.n_trials
     steps = np.ones((groups, settings.n_components))
     if settings.sparseness is not None:
@@ -285,7 +287,9 @@ def learn_batch(
         tensors, components, code, sparseness=settings.sparseness, max_sweeps=20, tol=1e-3, run=run
     )
     data = Data(tensors, settings.n_lags)
-    blocks = [slice(start, start + BLOCK) for start in range(0, data.n_trials, BLOCK)]
+    blocks = [
+        slice(start, start + TRIALS_PER_TASK) for start in range(0, data.n_trials, TRIALS_PER_TASK)
+    ]
     spectra = sum(run(lambda block: data.gather(activations, block), blocks))
     seen = forget * sums[0] + invert_spectra(spectra, data.length, settings.n_lags)
     gram = forget * sums[1] + compute_activation_gram(activations, settings.n_lags)

@@ -27,9 +27,9 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.information.energy import compute_energy
 
-N_DRAWS = 100
-ROOM = 2_000_000  # [C] likelihood ratios at a time: 16 MB
-SPAN = (1e-6, 1e6)  # of the greatest distance between tensors: where the noise is sought
+_N_DRAWS = 100
+_ROOM = 2_000_000  # [C] likelihood ratios at a time: 16 MB
+_SPAN = (1e-6, 1e6)  # of the greatest distance between tensors: where the noise is sought
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ def compute_information(
     tensors: Annotated[np.ndarray, "trial ..."],
     sd: float | np.ndarray,
     *,
-    n_draws: Annotated[int, "> 0"] = N_DRAWS,
+    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> Information:
     """Mutual information between an equally likely touch and its tensor in white Gaussian noise, by
@@ -89,7 +89,7 @@ def measure_information(
     sd: float | np.ndarray,
     *,
     entries: int = 0,
-    n_draws: Annotated[int, "> 0"] = N_DRAWS,
+    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> Information:
     """The same from inner products (:func:`compute_energy`); ``entries`` is D, asked for where
@@ -110,7 +110,7 @@ def _measure(
     free = (
         entries - rank if np.ptp(sd) else 0
     )  # directions without tensors, where noise still tells levels apart
-    size = max(1, ROOM // (2 * count * count))
+    size = max(1, _ROOM // (2 * count * count))
     doubts, rights = [], []
     for first in range(0, n_draws, size):
         z = rng.standard_normal((min(size, n_draws - first), rank))
@@ -189,7 +189,7 @@ def find_noise(
     tensors: Annotated[np.ndarray, "trial ..."],
     accuracy: float = 0.75,
     *,
-    n_draws: Annotated[int, "> 0"] = N_DRAWS,
+    n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> tuple[float, float]:
     """Noise at which an ideal decoder names this share of the touches right, and its standard
@@ -213,7 +213,7 @@ def find_noise(
     def measure(log_sd: float) -> Information:
         return _measure(coordinates, np.full(count, np.exp(log_sd)), 0, n_draws, random_state)
 
-    low, high = np.log(np.array(SPAN) * max(scale, 1e-300))
+    low, high = np.log(np.array(_SPAN) * max(scale, 1e-300))
     if not scale or measure(low).accuracy <= accuracy:
         return float("nan"), float("nan")
     found = brentq(lambda x: measure(x).accuracy - accuracy, low, high, xtol=1e-4)

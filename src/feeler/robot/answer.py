@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from feeler.decoding.reader import NO_CONTACT
-from feeler.decoding.transfer import PARTS, TransferClassifier
+from feeler.decoding.transfer import LABEL_PARTS, TransferClassifier
 from feeler.robot.touches import Label
 
 
@@ -31,7 +31,8 @@ class Answer:
     def right(self) -> dict[str, bool]:
         """Part → whether it agrees with the notes."""
         return {
-            part: _agree(self.label[PARTS.index(part)], value) for part, value in self.truth.items()
+            part: _agree(self.label[LABEL_PARTS.index(part)], value)
+            for part, value in self.truth.items()
         }
 
     def __str__(self) -> str:
@@ -71,9 +72,9 @@ def judge_touch(
         for label in ranked
         if label != NO_CONTACT
     ]
-    truth = {part: notes[part] for part in PARTS if part in notes}
+    truth = {part: notes[part] for part in LABEL_PARTS if part in notes}
     known = any(
-        all(_agree(label[PARTS.index(p)], v) for p, v in truth.items())
+        all(_agree(label[LABEL_PARTS.index(p)], v) for p, v in truth.items())
         for label in classifier.classes_
     )
     return Answer(
@@ -88,7 +89,7 @@ def judge_touch(
 
 def name_notes(labels: Mapping[str, str | float]) -> str:
     """What a recording's notes say of its touch, in words; empty where they say nothing."""
-    known = [(part, labels[part]) for part in PARTS if part in labels]
+    known = [(part, labels[part]) for part in LABEL_PARTS if part in labels]
     noted = [
         f"{part} {value}" if isinstance(value, str) else f"{part} {value:g}"
         for part, value in known

@@ -68,7 +68,7 @@ def read_outline(
         raise InvalidInput("give width or scale, not both.")
     path = _check_file(path)
     try:
-        drawing = READERS[path.suffix.lower()](path)
+        drawing = _READERS[path.suffix.lower()](path)
         curve = _choose(path.name, drawing.curves, which)
         unit = _find_unit(path.name, curve, drawing.unit, width, scale)
         corners = unit * _tidy(curve.flatten(tolerance / unit))
@@ -94,9 +94,9 @@ def _check_file(path: str | os.PathLike) -> Path:
         usable = path.is_file() and path.stat().st_size <= MAX_BYTES
     except (TypeError, ValueError, OSError) as error:
         raise InvalidInput(f"path must name a file, got {str(path)[:80]!r}.") from error
-    if path.suffix.lower() not in READERS:
+    if path.suffix.lower() not in _READERS:
         raise InvalidInput(
-            f"{path.name!r} is none of {', '.join(READERS)}; save the drawing as one of these."
+            f"{path.name!r} is none of {', '.join(_READERS)}; save the drawing as one of these."
         )
     if not usable:
         raise InvalidInput(f"{path} must be a file of at most {MAX_BYTES:,} bytes. Check the path.")
@@ -273,7 +273,7 @@ def _make_dxf_flatten(outline: Any) -> Callable[[float], np.ndarray]:
     return flatten
 
 
-READERS: dict[str, Callable[[Path], Drawing]] = {
+_READERS: dict[str, Callable[[Path], Drawing]] = {
     ".svg": _read_svg,
     ".dxf": _read_dxf,
     ".csv": _read_csv,

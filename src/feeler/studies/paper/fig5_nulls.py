@@ -5,9 +5,9 @@ over to a twin.
 from collections.abc import Mapping
 from typing import Any
 
+from feeler.decoding.codes import JointFit, Twins, compare_twins
 from feeler.decoding.curves import Group
 from feeler.decoding.groups import configure
-from feeler.decoding.null import JointFit, Twins, compare_twins
 from feeler.decoding.sweep import Plan
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.report import Section, make_spread

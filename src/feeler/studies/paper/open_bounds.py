@@ -37,7 +37,7 @@ from feeler.task import Nuisances, Task
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
 TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
-READERS = {
+_READERS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
     "kernel ridge": lambda: GridSearchCV(
         KernelRidge(kernel="rbf"), {"alpha": [1e-3, 1e-2, 0.1], "gamma": [3e-3, 1e-2, 3e-2]}, cv=3
@@ -153,7 +153,7 @@ def _read(
     scale = StandardScaler().fit(truth[0])
     found = {}
     for name in asked["readers"]:
-        reader = make_pipeline(StandardScaler(), READERS[name]()).fit(
+        reader = make_pipeline(StandardScaler(), _READERS[name]()).fit(
             known, scale.transform(truth[0])
         )
         found[name] = np.sqrt(
