@@ -40,6 +40,9 @@ def tradeoff(
             " minutes a set"
         ),
     ] = None,
+    journal: Annotated[
+        Path | None, typer.Option(help="file that keeps each set; an interrupted study goes on")
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="threads; default one per core")
     ] = None,
@@ -65,7 +68,9 @@ def tradeoff(
     chosen = {Path(name).stem: choose_antenna(name) for name in antenna or ["exponential"]}
     out.mkdir(parents=True, exist_ok=True)
     with ProgressBar(f"touching with {', '.join(chosen)}") as progress:
-        measured = split_measured(study.run(chosen, workers=workers, progress=progress))
+        measured = split_measured(
+            study.run(chosen, journal=journal, workers=workers, progress=progress)
+        )
     conditions = (
         f"Engine {DEFAULT_ENGINE}, timestep {get_engine(DEFAULT_ENGINE).timestep:g} ms,"
         f" {study.sets} sets, seed {study.seed}. {describe_versions()}"

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from itertools import product
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -16,6 +17,8 @@ from feeler.execute import ThreadExecutor, run_batch
 from feeler.execute.threads import hold_blas
 from feeler.experiment.touch import touch
 from feeler.information import compute_energies, compute_energy, measure_information
+from feeler.journal import Journal
+from feeler.provenance import compute_digest, make_key
 from feeler.record import Ge, Gt, OneOf, Record, Unit
 from feeler.stimulus.trial import Trial
 from feeler.task import NOISES, Noise, Task
@@ -122,6 +125,7 @@ class Study(Record):
         self,
         antennas: Mapping[str, Antenna],
         *,
+        journal: Path | None = None,
         workers: int | None = None,
         progress: Callable[[int, int], None] | None = None,
         **options: Any,
@@ -132,6 +136,8 @@ class Study(Record):
         ----------
         antennas
             Antennas by name; all of them, and all speeds, meet the same touches.
+        journal
+            File that keeps each set as it is found, and from which an interrupted study goes on.
         workers
             Threads, each with a set at a speed of its own; default one per core. The numbers do not
             depend on it.
@@ -148,27 +154,31 @@ class Study(Record):
             [ms since contact] (antenna, set, speed), means over the touches of a set.
         """
         jobs = [*product(antennas, range(self.sets), self.task.speeds)]
-        found: dict[int, dict[str, Any]] = {}
+        names = [(compute_digest(antennas[name])[:16], *rest) for name, *rest in jobs]
+        key = make_key({"study": self, "options": options}, __name__) if journal else "0"
 
         def measure(job: tuple[str, int, float]) -> dict[str, Any]:
             name, number, speed = job
             return self._measure_set(antennas[name], number, speed, {"workers": 1} | options)
 
         # Small matrices: waking other threads takes longer than the work.
-        with hold_blas(), ThreadExecutor(workers) as own:
-            for outcome in run_batch(measure, enumerate(jobs), executor=own, window=own.workers):
+        with hold_blas(), ThreadExecutor(workers) as own, Journal(journal, key, of="study") as kept:
+            todo = [(k, job) for k, job in enumerate(jobs) if kept.find(*names[k]) is None]
+            done = len(jobs) - len(todo)
+            for outcome in run_batch(measure, todo, executor=own, window=own.workers):
                 if outcome.error is not None:
                     raise outcome.error
-                found[outcome.index] = outcome.value
+                kept.add(outcome.value, *names[outcome.index])
+                done += 1
                 if progress:
-                    progress(len(found), len(jobs))
-        return self._collect([*antennas], [found[index] for index in range(len(jobs))])
+                    progress(done, len(jobs))
+            return self._collect([*antennas], [kept.find(*name) for name in names])
 
     def _collect(self, antennas: list[str], rows: list[dict[str, Any]]) -> xr.Dataset:
         shape = (len(antennas), self.sets, len(self.task.speeds))
         fields: dict[str, Any] = {}
         for name in rows[0]:
-            values = np.array([row[name] for row in rows])
+            values = np.array([row[name] for row in rows], dtype=float)
             values = values.reshape(*shape, *values.shape[1:])
             dims = ("antenna", "set", "speed", "reader", "level", "window")[: values.ndim]
             fields[name] = xr.DataArray(values, dims=dims)

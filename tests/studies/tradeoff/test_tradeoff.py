@@ -172,7 +172,7 @@ def test_a_reader_that_learns_tells_less_than_one_that_knows():
         ({"levels": {"pink": (1.0,)}}, "Study.levels must be one of relative, common, got 'pink'"),
         ({"objects": ()}, "a task needs an object"),
         ({"objects": [BALLS[0]] * 2}, "two objects are called"),
-        ({"speeds": ()}, "speeds must be different numbers > 0, at least one"),
+        ({"speeds": ()}, "Task.speeds must be 1 or more numbers > 0"),
     ],
 )
 def test_a_study_that_cannot_be_made_is_refused(changes, words):
@@ -204,3 +204,23 @@ def test_the_verb_writes_page_picture_and_numbers(tmp_path):
     lines = (tmp_path / "tradeoff.csv").read_text().splitlines()
     assert lines[0].startswith("antenna,speed,level,window,accuracy")
     assert len(lines) == 1 + 2 * 6 * len(load_declared().list_windows())
+
+
+def test_an_interrupted_study_goes_on_and_another_is_refused(tmp_path):
+    study = load_declared(sets=2, speeds=(1.2,), draws=2, **CHOSEN)
+    antennas, path = {"a": feeler.presets.cockroach()}, tmp_path / "kept.jsonl"
+    done = []
+
+    def stop(n, total):
+        done.append((n, total))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run(antennas, journal=path, workers=1, progress=stop)
+    again = study.run(antennas, journal=path, workers=1, progress=lambda *n: done.append(n))
+    assert done == [(1, 2), (2, 2)]
+    xr.testing.assert_identical(again, study.run(antennas))
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput, match="another study"):
+        study.replace(draws=3).run(antennas, journal=path)
+    assert path.read_bytes() == before
