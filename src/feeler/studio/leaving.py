@@ -46,12 +46,14 @@ def make_file(message: dict[str, Any]) -> Leaving:
     wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
     samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
-    what = message.get("what")
+    what, quantity = message.get("what"), str(message.get("quantity", "angle"))
     makers: dict[str, tuple[str, Callable[[], bytes]]] = {
         "toml": ("application/toml", lambda: write_antenna(wish.antenna.make()).encode()),
         "script": ("text/x-python", lambda: write_script(wish, commands, samples).encode()),
-        "svg": ("image/svg+xml", partial(_draw, wish, commands, samples, "svg")),
-        "png": ("image/png", partial(_draw, wish, commands, samples, "png")),
+        **{
+            kind: (mime, partial(_draw, wish, commands, samples, kind, quantity))
+            for kind, mime in (("svg", "image/svg+xml"), ("png", "image/png"))
+        },
         "mp4": ("video/mp4", partial(_film, wish, commands)),
         "html": (
             "text/html",
@@ -75,7 +77,8 @@ def _read_whole(wish: TouchWish, commands: list | None, samples: int) -> dict[st
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
-def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str) -> bytes:
+def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str, quantity: str) -> bytes:
+    """The tensor as the page shows it: angles in degrees, or curvature."""
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
@@ -83,14 +86,21 @@ def _draw(wish: TouchWish, commands: list | None, samples: int, kind: str) -> by
 
     antenna = wish.antenna.make()
     index = find_sensed(antenna)
-    angle = _read_whole(wish, commands, samples)["angle"][:, index].T
-    curvature = angle / antenna.segment_length[index][:, None]
+    shown = _read_whole(wish, commands, samples)["angle"][:, index].T
+    label = "hinge angle [°]"
+    if quantity == "curvature":
+        shown = shown / antenna.segment_length[index][:, None]
+        label = "curvature [1/mm]"
+    else:
+        shown = np.rad2deg(shown)
+    by_hand = "by hand" if commands is not None else f"{wish.speed:g} m/s"
     with style():
-        figure = Figure(figsize=(4.5, 3.0), layout="constrained")
+        figure = Figure(figsize=(4.5, 3.2), layout="constrained")
         ax = figure.subplots()
-        norm = Normalize(0.0, max(float(curvature.max()), 1e-9))
-        image = plot_tensor(curvature, INTERVAL * np.arange(angle.shape[1]), ax, norm)
-        figure.colorbar(image, ax=ax, label="curvature [1/mm] (negative drawn as 0)")
+        norm = Normalize(0.0, max(float(shown.max()), 1e-9))
+        image = plot_tensor(shown, INTERVAL * np.arange(shown.shape[1]), ax, norm)
+        ax.set_title(f"{antenna.name}: {wish.make_trial().label}, {by_hand}", fontsize=8)
+        figure.colorbar(image, ax=ax, label=f"{label} (negative drawn as 0)")
         out = io.BytesIO()
         figure.savefig(out, format=kind)
     return out.getvalue()

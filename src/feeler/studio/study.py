@@ -42,10 +42,9 @@ ROUNDS, ITERATIONS = (
 LOUDNESS = 0.2
 CORRELATION = 500.0  # samples; tempering searches from a tenth to a hundred times this
 ONSET = 0.02  # [C] share of the set's peak at which contact is noticed
-SHIFT, UNSURE = (
-    0.02,
-    0.1,
-)  # [C] half-widths by which place and speed of other touches differ, relative to length and speed
+# [C] half-widths by which place and speed of other touches differ, relative to length and speed
+SHIFT = 0.02
+UNSURE = 0.02
 KEPT = 6  # studies
 
 Label = tuple[str, float, float]

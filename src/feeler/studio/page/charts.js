@@ -1,5 +1,5 @@
 // @ts-check
-import { HOT, KIND_COLOURS, SLOT_COLOURS, pick } from "./colours.js";
+import { HOT, KIND_COLOURS, KIND_DASHES, SLOT_COLOURS, pick } from "./colours.js";
 import { findPointer, make, makeCanvas, makeChoice, makePanel, show, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** @typedef {import("./panels.js").Panel} Panel */
@@ -45,9 +45,10 @@ export function makeVerdictPanel(app) {
   const words = make("p", { class: "verdict", role: "status" });
   const legend = make("div", { class: "legend" });
   for (const kind of ["ball", "box", "triangle"]) {
-    const dot = make("i");
-    dot.style.background = KIND_COLOURS[/** @type {"ball"} */ (kind)];
-    legend.append(make("span", {}, dot, kind));
+    const line = { ball: "solid", box: "dashed", triangle: "dotted" }[kind];
+    const mark = make("i", { class: "line" });
+    mark.style.borderTop = `3px ${line} ${KIND_COLOURS[/** @type {"ball"} */ (kind)]}`;
+    legend.append(make("span", {}, mark, kind));
   }
   const { canvas, redraw } = makeCanvas({ class: "chart", role: "img", "aria-label": "Probability of each shape over time" }, draw);
 
@@ -81,7 +82,7 @@ export function makeVerdictPanel(app) {
         c.strokeStyle = KIND_COLOURS[/** @type {"ball"} */ (kind)];
         c.globalAlpha = reading.old ? 0.3 : slot === "B" ? 0.75 : 1;
         c.lineWidth = slot === "A" ? 2 : 1.4;
-        c.setLineDash(slot === "B" ? [3, 3] : []);
+        c.setLineDash(KIND_DASHES[kind]);
         c.beginPath();
         /** @type {Float32Array} */ (values).forEach((p, k) => {
           const x = left + (wide * k * step) / end, y = 6 + high * (1 - p);
@@ -105,12 +106,16 @@ export function makeVerdictPanel(app) {
 
   function say() {
     const { reading } = app.records.A, study = app.studies.A;
+    if (app.records.A.hand) {
+      setWords("", "No verdict by hand: the decoder knows steady touches only.");
+      return;
+    }
     if (!reading || !study) {
       setWords("", app.studying.A ? "" : "No decoder yet for this antenna and speed.");
       return;
     }
     const found = readVerdict(reading, study, Math.round(app.time));
-    if (found.since < 0) setWords("nothing touched yet", "");
+    if (found.since < 0) setWords("no touch noticed yet", "");
     else if (found.probability >= SURE) setWords(found.best, `${write(found.probability, 2)} · decided ${found.decided} ms after contact`);
     else setWords("not sure yet", `perhaps a ${found.best}, ${write(found.probability, 2)}`);
   }
@@ -123,7 +128,7 @@ export function makeVerdictPanel(app) {
     words.replaceChildren(make("b", { text: first }), make("span", { text: second }));
   }
 
-  const unsure = makeChoice("How well the decoder knows the speed", [["0.02", "± 2 %"], ["0.1", "± 10 %"]], () => String(app.store.state.unsure),
+  const unsure = makeChoice("How well the decoder knows the speed", [["0", "exactly"], ["0.02", "± 2 %"], ["0.1", "± 10 %"]], () => String(app.store.state.unsure),
     (value) => app.store.change((/** @type {any} */ s) => { s.unsure = Number(value); }));
   const row = make("div", { class: "row spread unsure" }, make("span", { class: "caption", text: "speed known to" }), unsure.element);
   const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, row));

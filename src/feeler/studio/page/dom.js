@@ -63,6 +63,14 @@ export function makeCanvas(given, draw) {
   return { canvas, redraw };
 }
 
+/** A finger on a grip drags it; anywhere else it scrolls the page. @param {HTMLCanvasElement} canvas @param {(at: any) => any} find */
+export function keepGrips(canvas, find) {
+  canvas.addEventListener("touchstart", (event) => {
+    const found = find(event.touches[0]);
+    if (found !== undefined && found !== null && found !== -1) event.preventDefault();
+  }, { passive: false });
+}
+
 /** Where the pointer is in an element, in CSS pixels. @param {MouseEvent} event @param {HTMLElement} element */
 export function findPointer(event, element) {
   const box = element.getBoundingClientRect();

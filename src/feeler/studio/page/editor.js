@@ -1,6 +1,6 @@
 // @ts-check
 import { SLOT_COLOURS } from "./colours.js";
-import { announce, findPointer, makeCanvas, raise, write } from "./dom.js";
+import { announce, findPointer, keepGrips, makeCanvas, raise, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** The antenna editor: stiffness and damping along the antenna, on a logarithmic scale, changed by handles. */
 
@@ -132,6 +132,7 @@ export function makeEditor(app) {
     return [Math.max(0, Math.min(1, (x - LEFT_EDGE) / (w - LEFT_EDGE - RIGHT_EDGE))), Math.max(1e-9, Math.min(1e6, value)) / lift(1)];
   }
 
+  keepGrips(canvas, findHandle);
   canvas.addEventListener("pointerdown", (event) => {
     if (!app.link.live) return;
     const k = findHandle(event);

@@ -1,6 +1,6 @@
 // @ts-check
 import { HOT, SLOT_COLOURS, pick } from "./colours.js";
-import { findPointer, makeCanvas, write } from "./dom.js";
+import { findPointer, keepGrips, makeCanvas, write } from "./dom.js";
 /** @typedef {import("./studio.js").App} App */
 /** The scene: antennae and objects as seen from above, base left, tip right; things in it are taken with the mouse. */
 
@@ -11,7 +11,7 @@ export function makeScene(app) {
   /** @type {{slot: string, number: number, path: Path2D}[]} */
   let grips = [];
   let scale = 10, ox = 0, oy = 0;
-  /** @type {{what: number, dx: number, dy: number, turn: number, last?: number} | null} */
+  /** @type {{what: number, dx: number, dy: number, turn: number, at: MouseEvent, last?: number} | null} */
   let held = null;
   const { canvas, redraw } = makeCanvas({
     class: "stage", tabindex: "0", role: "application",
@@ -22,9 +22,15 @@ export function makeScene(app) {
   function draw(c, w, h) {
     const colours = app.colours, record = app.records.A, length = record.antenna ? record.antenna.length : 42;
     const own = app.store.state.mode === "board"; // it may bend to either side
+    const before = held && toWorld(held.at);
     scale = Math.min(w / (1.14 * length), h / ((own ? 1.1 : 0.8) * length));
     ox = (w - length * scale) / 2 - 0.01 * w;
     oy = (own ? 0.5 : app.store.state.touch.side === "left" ? 0.2 : 0.8) * h;
+    if (held && before) { // the picture may have grown under the hand: what it holds stays where it is
+      const now = toWorld(held.at);
+      held.dx += now[0] - before[0];
+      held.dy += now[1] - before[1];
+    }
     drawGround(c, w, h, colours);
     grips = [];
     if (!record.shown) {
@@ -294,7 +300,7 @@ export function makeScene(app) {
     const now = hand ? { low: 0, high: 0, share: 0 } : t;
     const name = grip.number < 0 ? "base" : "place", from = grip.number < 0 ? 0 : 3 * grip.number;
     held = { what: grip.number, dx: x - mix(record, name, from, hand && app.handOn ? t : now),
-      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0 };
+      dy: y - mix(record, name, from + 1, hand && app.handOn ? t : now), turn: grip.number < 0 ? mix(record, "base", 2, t) : 0, at: event };
     if (grip.number >= 0) app.selected = grip.number;
     app.hinted = true;
     canvas.classList.add("held");
@@ -307,6 +313,7 @@ export function makeScene(app) {
       return;
     }
     const [x, y] = toWorld(event), hold = held;
+    hold.at = event;
     if (app.store.state.mode === "hand") {
       const base = hold.what < 0 && event.shiftKey;
       if (base) app.aim(-1, mix(app.records.A, "base", 0, findMoment(app.records.A)), mix(app.records.A, "base", 1, findMoment(app.records.A)), (x - hold.dx) / 10);
@@ -329,6 +336,7 @@ export function makeScene(app) {
     canvas.classList.remove("held");
     if (app.store.state.mode !== "hand") app.store.change(() => {});
   };
+  keepGrips(canvas, findGrip);
   canvas.addEventListener("pointerup", release);
   canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("pointerleave", () => { if (!held) app.setHover(null); });

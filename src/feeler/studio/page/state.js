@@ -7,7 +7,7 @@ const LIMIT = 200;
 
 /** @param {any} antenna */
 export function makeState(antenna) {
-  return { mode: "touch", A: { ...antenna }, B: /** @type {any} */ (null), touch: structuredClone(TOUCH), unsure: 0.1, wall: { turn: 30, speed: 0.45 } };
+  return { mode: "touch", A: { ...antenna }, B: /** @type {any} */ (null), touch: structuredClone(TOUCH), unsure: 0.02, wall: { turn: 30, speed: 0.45 } };
 }
 
 export class Store {

@@ -314,6 +314,7 @@ export class App {
     if (!this.restored) {
       this.restored = true;
       const found = await decodeState(this.inPage ? location.hash : "", first);
+      if (!found && this.inPage && location.hash.length > 1) this.say("This address is cut or damaged. What is shown is the first scene.", true);
       this.store.state = found || first;
       this.store.before = JSON.stringify(this.store.state);
     }
@@ -422,12 +423,13 @@ export class App {
 
   /** Whether there is a verdict, a code and a set to show. */
   isLearned() {
-    return this.store.state.mode !== "wall" && !this.records.A.hand && (this.link.live || Boolean(this.studies.A));
+    return this.store.state.mode !== "wall" && (this.link.live || Boolean(this.studies.A));
   }
 
   /** Whether the study of A is of an earlier antenna or speed. */
   isStale() {
-    return Boolean(this.studies.A) && this.link.live && this.studies.A.key !== keyStudy(this.store.state, "A");
+    const other = Boolean(this.studies.A) && this.link.live && this.studies.A.key !== keyStudy(this.store.state, "A");
+    return other || this.records.A.hand;
   }
 
   draw() { this.want(true); }
@@ -505,7 +507,7 @@ function build(app) {
     ...panels.filter((panel) => panel.place === place).map((panel) => panel.element)));
   const note = make("p", { class: "note", role: "alert" });
   show(note, false);
-  root.append(header.element, make("div", { class: "columns" }, ...columns), tour.element, note,
+  root.append(header.element, tour.element, make("div", { class: "columns" }, ...columns), note,
     make("p", { class: "announce", "aria-live": "polite" }), makeTags(app));
 
   /** @param {boolean} everything What is written too, not only what moves. */
@@ -514,6 +516,7 @@ function build(app) {
       root.dataset.mode = app.store.state.mode;
       root.dataset.live = String(app.link.live);
       header.update();
+      tour.update();
       for (const panel of panels) show(panel.element, panel.isShown());
       show(columns[2], app.isLearned());
     }

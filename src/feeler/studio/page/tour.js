@@ -1,11 +1,11 @@
 // @ts-check
-import { make, show } from "./dom.js";
+import { make, makeChoice, show } from "./dom.js";
 import { TOUCH } from "./state.js";
 /** @typedef {import("./studio.js").App} App */
 /** A tour of five steps in which a visitor finds the paper's results alone. Each begins with a question. */
 
 const SLOW = { ...TOUCH, kind: "ball", size: 1.5, location: 0.6, speed: 0.06 };
-/** @type {{title: string, words: string, state: any, look: string}[]} */
+/** `asks`: the control that the words ask for, put beside them. @type {{title: string, words: string, state: any, look: string, asks?: string}[]} */
 const STEPS = [
   {
     title: "Where does it bend?",
@@ -29,11 +29,11 @@ const STEPS = [
     look: ".set-panel",
   },
   {
-    title: "Slow down",
-    words: "Change the speed from 0.6 to 0.06 m/s. The closest matches part, but the verdict comes later: does it get surer? Let the " +
-      "decoder know the speed to 2 % instead of 10 % and compare again. Slow touch pays who knows how slow it is.",
-    state: { A: { preset: "exponential" }, B: null, touch: { ...SLOW, kind: "box", speed: 0.6 } },
-    look: ".verdict-panel",
+    title: "Slow down, if you know how slow",
+    words: "Slow touches of a graded antenna differ most, so a decoder that knows the speed names a slow touch surely. This one knows it " +
+      "to 10 % only. Try 0.06 m/s: it hesitates, for a slower ball feels like another place. Then let it know the speed to 2 %.",
+    state: { A: { preset: "exponential" }, B: null, touch: { ...SLOW, kind: "box", speed: 0.6 }, unsure: 0.1 },
+    look: ".verdict-panel", asks: "speed",
   },
   {
     title: "Touch it yourself",
@@ -50,8 +50,10 @@ export function makeTour(app) {
   const title = make("h2"), words = make("p"), count = make("span", { class: "count" });
   const back = make("button", { type: "button", class: "plain", text: "Back", onclick: () => go(step - 1) });
   const next = make("button", { type: "button", class: "plain strong", text: "Next", onclick: () => go(step + 1) });
+  const speed = makeChoice("Speed", [["0.6", "0.6 m/s"], ["0.06", "0.06 m/s"]], () => String(app.store.state.touch.speed),
+    (value) => app.store.change((/** @type {any} */ s) => { s.touch.speed = Number(value); }));
   const element = make("section", { class: "tour", "aria-label": "Guided tour" }, title, words,
-    make("div", { class: "row" }, count, make("button", { type: "button", class: "plain", text: "Close", onclick: () => go(-1) }), back, next));
+    make("div", { class: "row" }, speed.element, count, make("button", { type: "button", class: "plain", text: "Close", onclick: () => go(-1) }), back, next));
   show(element, false);
 
   /** @param {number} to */
@@ -59,6 +61,7 @@ export function makeTour(app) {
     app.root.querySelectorAll(".lit").forEach((/** @type {Element} */ panel) => panel.classList.remove("lit"));
     step = to < 0 || to >= STEPS.length ? -1 : to;
     show(element, step >= 0);
+    app.root.classList.toggle("on-tour", step >= 0);
     if (step < 0) return;
     const now = STEPS[step];
     title.textContent = now.title;
@@ -66,10 +69,14 @@ export function makeTour(app) {
     count.textContent = `${step + 1} of ${STEPS.length}`;
     back.disabled = step === 0;
     next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
-    app.store.change((/** @type {any} */ s) => Object.assign(s, structuredClone({ mode: "touch", ...now.state })));
+    app.store.change((/** @type {any} */ s) => Object.assign(s, structuredClone({ mode: "touch", unsure: 0.02, ...now.state })));
     const panel = app.root.querySelector(now.look);
-    if (panel) panel.classList.add("lit");
+    show(speed.element, now.asks === "speed");
+    if (panel) {
+      panel.classList.add("lit");
+      requestAnimationFrame(() => panel.scrollIntoView({ block: "nearest" }));
+    }
     app.play(step !== 4);
   }
-  return { element, start: () => go(step < 0 ? 0 : -1) };
+  return { element, start: () => go(step < 0 ? 0 : -1), update: () => speed.update() };
 }

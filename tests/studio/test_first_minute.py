@@ -1,0 +1,176 @@
+"""The first minute in the studio: the object stays in the hand, the tour covers nothing, the first
+demo decides, fingers scroll, and what is saved is what is shown."""
+
+import re
+import time
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.studio import Studio
+from feeler.studio.leaving import make_file
+
+APP = "const app = document.getElementById('studio').studio; "
+SIZES = [(1280, 720), (1366, 768), (1440, 900), (1920, 1080)]
+
+
+@pytest.fixture(scope="module")
+def studio():
+    running = Studio(port=0)
+    yield running
+    running.close()
+
+
+def ask(browser, words):
+    return browser.execute_script(APP + "return " + words)
+
+
+def wait_for(browser, words, seconds=120.0):
+    end = time.monotonic() + seconds
+    while not ask(browser, words):
+        assert time.monotonic() < end, f"never came true: {words}"
+        time.sleep(0.02)
+
+
+def open_page(browser, address, width=1440, height=900):
+    browser.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
+    )
+    browser.get("about:blank")
+    browser.get(address)
+    wait_for(browser, "app && app.records.A.ended && app.status == 'exact'")
+
+
+PLACE = """(() => { const r = app.records.A, c = document.querySelector('canvas.stage');
+    const w = c.clientWidth, h = c.clientHeight, l = r.antenna.length;
+    const b = c.getBoundingClientRect();
+    const s = Math.min(w / (1.14 * l), h / (0.8 * l)), k = Math.max(0, r.filled - 1);
+    const now = app.records.A.hand ? r.data.place.slice(k * r.wide.place) : r.data.place;
+    return [b.left + (w - l * s) / 2 - 0.01 * w + s * now[1], b.top + 0.2 * h + s * now[0], s];
+})()"""
+
+
+def press(browser, kind, x, y):
+    browser.execute_cdp_cmd(
+        "Input.dispatchMouseEvent",
+        {
+            "type": kind,
+            "x": x,
+            "y": y,
+            "button": "left",
+            "buttons": 0 if kind == "mouseReleased" else 1,
+            "clickCount": 1,
+        },
+    )
+
+
+@pytest.mark.parametrize("width", [1024, 1280, 1440, 1920])
+def test_an_object_taken_by_hand_stays_under_the_pointer(studio, browser, width):
+    open_page(browser, studio.address, width)
+    browser.find_element("xpath", "//button[text()='By hand']").click()
+    wait_for(browser, "app.root.dataset.mode == 'hand' && app.status == 'exact'")
+    ask(browser, "(app.play(false), app.seek(0))")
+    time.sleep(0.3)
+    x, y, scale = ask(browser, PLACE)
+    y -= scale  # within the ball, whose foremost point is its place
+    press(browser, "mousePressed", x, y)
+    press(browser, "mouseMoved", x + 1, y)
+    wait_for(browser, "app.records.A.hand && app.records.A.filled > 5")
+    time.sleep(1.0)
+    shown = ask(browser, PLACE)
+    away = np.hypot(shown[0] - x - 1, shown[1] - y - scale) / shown[2]  # mm
+    press(browser, "mouseReleased", x + 1, y)
+    ask(browser, "app.endHand()")
+    wait_for(browser, "!app.handOn && app.records.A.ended")
+    assert away <= 0.5
+
+
+OVERLAP = """(() => { const a = document.querySelector('.tour').getBoundingClientRect();
+    const over = (e) => { const b = e.getBoundingClientRect();
+        return Math.max(0, Math.min(a.right, b.right) - Math.max(a.left, b.left))
+            * Math.max(0, Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top)); };
+    const lit = document.querySelector('.lit'), tensor = document.querySelector('canvas.tensor');
+    const box = lit.getBoundingClientRect();
+    return [over(lit), over(tensor), box.top >= -1, box.top < window.innerHeight - 60]; })()"""
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_tour_covers_nothing_and_shows_what_it_speaks_of(studio, browser, width, height):
+    open_page(browser, studio.address, width, height)
+    browser.find_element("xpath", "//button[text()='Tour']").click()
+    for step in range(5):
+        time.sleep(0.4)
+        lit, tensor, below_top, in_view = ask(browser, OVERLAP)
+        assert (lit, tensor) == (0, 0), f"step {step + 1}"
+        assert below_top and in_view, f"step {step + 1}"
+        assert browser.find_element("css selector", ".tour .strong").is_displayed()
+        browser.find_element("css selector", ".tour .strong").click()
+    assert not browser.find_element("css selector", ".tour").is_displayed()
+
+
+def test_the_tour_puts_the_speed_beside_the_words_that_ask_for_it(studio, browser):
+    open_page(browser, studio.address, 1280, 720)
+    browser.find_element("xpath", "//button[text()='Tour']").click()
+    for _ in range(3):
+        browser.find_element("css selector", ".tour .strong").click()
+    assert ask(browser, "app.store.state.touch.speed") == 0.6
+    browser.find_element("xpath", "//*[@class='tour']//button[text()='0.06 m/s']").click()
+    assert ask(browser, "app.store.state.touch.speed") == 0.06
+
+
+def test_the_first_demo_decides_within_a_quarter_of_a_second(studio, browser):
+    open_page(browser, studio.address)
+    wait_for(browser, "app.studies.A && app.records.A.reading")
+    ask(browser, "(app.play(false), app.seek(250))")
+    time.sleep(0.3)
+    said = browser.find_element("css selector", ".verdict-panel .verdict").text
+    kind, decided = re.match(r"(\w+)\s+[\d.]+ · decided (\d+) ms", said).groups()
+    assert kind == ask(browser, "app.store.state.touch.kind") and int(decided) < 250
+
+
+def test_a_cut_address_says_so(studio, browser):
+    open_page(browser, studio.address)
+    browser.get("about:blank")
+    browser.get(f"{studio.address}#s=eJyrVkrOz0nVUUrOSCxKLs5")
+    wait_for(browser, "app && !app.root.querySelector('.note').hidden")
+    assert "cut or damaged" in browser.find_element("css selector", ".note").text
+
+
+def test_a_finger_scrolls_on_every_picture_and_drags_on_grips(studio, browser):
+    open_page(browser, studio.address, 390, 844)
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    try:
+        stage = "document.querySelector('canvas.stage').getBoundingClientRect()"
+        left, top = ask(browser, f"[{stage}.left + 30, {stage}.top + 20]")
+        for moved in range(0, 220, 20):
+            kind = "touchStart" if moved == 0 else "touchMove"
+            point = {"x": left, "y": top + 250 - moved}
+            browser.execute_cdp_cmd(
+                "Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]}
+            )
+            time.sleep(0.02)
+        browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        time.sleep(0.5)
+        assert ask(browser, "window.scrollY") > 100
+    finally:
+        browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+@pytest.mark.parametrize(
+    ("quantity", "label"), [("angle", "hinge angle [°]"), ("curvature", "curvature [1/mm]")]
+)
+def test_a_saved_picture_shows_the_quantity_of_the_page(quantity, label, monkeypatch):
+    import matplotlib as mpl
+
+    monkeypatch.setitem(mpl.rcParams, "svg.fonttype", "none")
+    wish = {"duration": 60.0, "speed": 0.3, "antenna": {"name": "mine"}}
+    text = make_file({"what": "svg", "quantity": quantity, "wish": wish}).content.decode()
+    tensors = feeler.touch(
+        feeler.presets.cockroach(),
+        feeler.Trial(feature=feeler.Ball(radius=1.5), location=0.7, speed=0.3),
+        duration=60.0,
+    )
+    assert label in text and "mine" in text and "0.3 m/s" in text
+    assert tensors["angle"].values.max() > 0
