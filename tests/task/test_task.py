@@ -7,6 +7,7 @@ import feeler
 from feeler.errors import InvalidInput
 from feeler.stimulus import Ball, Box, Wall, place, sample_trials
 from feeler.task import Common, Nuisances, Relative, Task
+from feeler.toml import read_toml, save_toml
 
 TASK = Task(objects=("ball:radius=1.5", "box"), locations=(0.6, 0.9), noise="common:0.03")
 ODD = feeler.Antenna(
@@ -162,10 +163,12 @@ def test_given_touches_are_moved_in_turn_and_walls_keep_their_size():
         },
     ],
 )
-def test_a_task_is_equal_to_that_of_its_plain_data(changes):
+def test_a_task_is_equal_to_that_of_its_plain_data_and_of_its_file(changes, tmp_path):
     task = TASK.replace(**changes)
     again = Task(**task.to_plain())
-    assert again == task and hash(again) == hash(task)
+    save_toml(task.to_plain(), tmp_path / "task.toml")
+    assert again == task == read_toml(tmp_path / "task.toml", Task)
+    assert hash(again) == hash(task)
     assert read(again.draw()[0]) == read(task.draw()[0])
 
 

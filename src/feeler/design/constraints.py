@@ -2,59 +2,43 @@
 make.
 """
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.modes import compute_modes
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import Ge, Gt, Record
 
-ABSENT = float("nan")
+Positive = Annotated[float, Gt(0)]
 
 
-@checked
-@dataclass(frozen=True, kw_only=True)
-class Constraints:
+class Constraints(Record):
     """What a design must keep; all are off by default. ``check`` says by how much each is broken."""
 
-    damping_ratio: float | None = None
+    damping_ratio: Positive | None = None
     """Least damping ratio of each of the first ``modes`` modes."""
-    damping_share: float | None = None
+    damping_share: Positive | None = None
     """Least damping ratio of each of them as a share of the reference's own."""
-    modes: int = 6
-    mass: float | None = None
+    modes: Annotated[int, Ge(1)] = 6
+    mass: Positive | None = None
     """Greatest mass [mg]."""
-    compliance: tuple[float, float] | None = None
+    compliance: tuple[Positive, Positive] | None = None
     """Least and greatest total compliance Σ 1/k as shares of the reference's."""
-    softest: float | None = None
+    softest: Positive | None = None
     """Least stiffness of a hinge as a share of the reference's softest."""
-    thickness: float | None = None
+    thickness: Positive | None = None
     """Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64
     ℓ).
     """
-    modulus: float = 2500.0
+    modulus: Positive = 2500.0
     """[MPa]; Kapton."""
-    peak_angle: float | None = None
+    peak_angle: Positive | None = None
     """Greatest angle of a hinge in all touches [rad]; known only after they are simulated."""
 
-    def __post_init__(self) -> None:
-        for name in (
-            "damping_ratio",
-            "damping_share",
-            "mass",
-            "softest",
-            "thickness",
-            "peak_angle",
-            "modulus",
-        ):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < np.inf:
-                raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
-        if self.modes < 1:
-            raise InvalidInput(f"modes must be ≥ 1, got {self.modes}.")
-        if self.compliance is not None and not 0 < self.compliance[0] <= self.compliance[1]:
+    def _check(self) -> None:
+        if self.compliance is not None and self.compliance[0] > self.compliance[1]:
             raise InvalidInput(f"compliance must be shares 0 < low ≤ high, got {self.compliance}.")
 
     def check(self, antenna: Antenna, reference: Antenna) -> dict[str, float]:

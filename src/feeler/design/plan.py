@@ -3,7 +3,7 @@ keep, and how to search.
 """
 
 import os
-from dataclasses import dataclass, field, fields
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,11 @@ from feeler.design.space import Space
 from feeler.design.task import DesignTask
 from feeler.errors import InvalidInput
 from feeler.presets import PRESETS, make_preset
-from feeler.toml import read_toml
+from feeler.record import Record
+from feeler.toml import make_record, read_toml
 
+NO_CONSTRAINTS = Constraints()
+SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int}
 SCHEMA = "feeler.design/1"
 TEMPLATE = """\
 # Which antenna should I build? Try it: feeler design {file} --out out/design
@@ -60,23 +63,26 @@ seed = 0
 """
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class DesignPlan:
+class DesignPlan(Record):
     """What a design file holds."""
 
     task: DesignTask
     space: Space
-    constraints: Constraints
+    constraints: Constraints = NO_CONSTRAINTS
     search: dict[str, Any] = field(default_factory=dict)
     """Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`."""
+
+    def _check(self) -> None:
+        for key, value in self.search.items():
+            if type(value) is not SEARCH.get(key):
+                words = f"must be {SEARCH[key].__name__}" if key in SEARCH else "is not known"
+                raise InvalidInput(f"[search] {key} {words}, got {value!r}.")
+        METHODS[self.search.get("method", "cma")]
 
     @property
     def reference(self) -> Antenna:
         """Where the search begins, and what is to be beaten."""
         return self.space.reference
-
-
-SEARCH = {"method": str, "evaluations": int, "starts": int, "far": bool, "seed": int}
 
 
 @checked
@@ -91,57 +97,7 @@ def load_plan(path: str | os.PathLike) -> DesignPlan:
     """
     path = Path(path)
     content = read_toml(path, schema=SCHEMA)
-    tables = {"task": DesignTask, "space": Space, "constraints": Constraints, "search": None}
-    if unknown := sorted(content.keys() - tables.keys() - {"antenna"}):
-        raise InvalidInput(
-            f"{path.name}: unknown key {unknown[0]!r}; valid: schema, antenna, {', '.join(tables)}."
-        )
-    antenna = _choose(str(content.get("antenna", "exponential")), path)
-    made = {
-        name: _make(path, name, kind, content.get(name, {}), antenna)
-        for name, kind in tables.items()
-    }
-    return DesignPlan(**made)
-
-
-def _choose(name: str, path: Path) -> Antenna:
-    """A preset, or an antenna file beside this one."""
-    return make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
-
-
-def _make(path: Path, name: str, kind: Any, table: Any, antenna: Antenna) -> Any:
-    valid = (
-        list(SEARCH) if kind is None else [f.name for f in fields(kind) if f.name != "reference"]
-    )
-    if not isinstance(table, dict):
-        raise InvalidInput(f"{path.name}: {name} must be a table [{name}].")
-    if unknown := sorted(table.keys() - set(valid)):
-        raise InvalidInput(
-            f"{path.name}: [{name}] has no {unknown[0]!r}; valid: {', '.join(valid)}."
-        )
-    if kind is None:
-        return _check_search(path, table)
-    values = {key: _read(key, value) for key, value in table.items()}
-    try:
-        return kind(**values, **({"reference": antenna} if kind is Space else {}))
-    except InvalidInput as error:
-        raise InvalidInput(f"{path.name}: [{name}] {error}") from error
-    except (TypeError, ValueError, KeyError) as error:
-        raise InvalidInput(f"{path.name}: [{name}] cannot be used: {error}.") from error
-
-
-def _check_search(path: Path, table: dict[str, Any]) -> dict[str, Any]:
-    for key, value in table.items():
-        if type(value) is not SEARCH[key]:
-            raise InvalidInput(
-                f"{path.name}: [search] {key} must be {SEARCH[key].__name__}, got {value!r}."
-            )
-    METHODS[table.get("method", "cma")]
-    return table
-
-
-def _read(key: str, value: Any) -> Any:
-    """Lists as tuples."""
-    if isinstance(value, list):
-        return tuple(_read(key, one) for one in value)
-    return float(value) if isinstance(value, int) and key in ("deadline", "span") else value
+    name, space = str(content.pop("antenna", "exponential")), content.pop("space", {})
+    antenna = make_preset(name) if name in PRESETS else load_antenna(path.parent / name)
+    content = {"task": {}, **content, "space": {**space, "reference": antenna}}
+    return make_record(DesignPlan, content, path.name)

@@ -20,7 +20,7 @@ share of errors, a staircase, is only reported.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from sklearn.base import clone
@@ -112,29 +112,21 @@ def touch_classes(
     task: DesignTask,
     purpose: str,
     speed: float,
-    *,
-    workers: int | None = None,
-    executor: Executor | None = None,
+    **options: Any,
 ) -> np.ndarray:
     """Angles (class, touch, sensor, time) since contact; what :func:`feeler.touch` gives of the
     same trials.
     """
-    scenes = make_scenes(antenna, task, purpose, speed)
-    motions = expect_motions(
-        run_scenes(scenes, make_clock(task), workers=workers, executor=executor)
-    )
+    scenes = _make_scenes(antenna, task, purpose, speed)
+    clock = Clock(duration=task.duration, timestep=task.timestep)
+    motions = expect_motions(run_scenes(scenes, clock, **options))
     angles = np.array(
         [motion.angle[round(LEAD) + 1 :, antenna.sensors - 1].T for motion in motions]
     )
     return angles.reshape(task.n_classes, task.train + task.test, *angles.shape[1:])
 
 
-def make_clock(task: DesignTask) -> Clock:
-    """Samples of 1 ms until the deadline."""
-    return Clock(duration=task.duration, timestep=task.timestep)
-
-
-def make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
+def _make_scenes(antenna: Antenna, task: DesignTask, purpose: str, speed: float) -> list[Scene]:
     """The scene of every touch; where objects stand depends on the antenna's outline alone, and is
     kept.
     """
@@ -155,9 +147,7 @@ def _place_objects(
     )
 
 
-def judge(
-    angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None
-) -> Score:
+def judge(angles: list[np.ndarray], task: DesignTask, reader: str | Reader | None = None) -> Score:
     """The score of angles (class, touch, sensor, time), speed by speed."""
     reader = READERS[reader]() if isinstance(reader, str) else reader
     with hold_blas():
@@ -184,22 +174,13 @@ def judge(
 def _decode_angles(angles: np.ndarray, task: DesignTask) -> tuple[np.ndarray, np.ndarray]:
     """What :func:`decode` gives of the angles in whose unit the noise is white.
 
-    Noise that is not white in any unit is drawn as it is, and the decoder takes it for white: the
-    bits are then still a lower bound.
+    Noise that is white in no unit is drawn as it is, for a decoder that is told its sd.
     """
-    noise, flat = task.noise, angles.reshape(-1, *angles.shape[2:])
-    shape = (*angles.shape[:2], -1)
-    white = noise.whiten(flat).reshape(shape)
-    if noise.is_even(flat):
-        return decode(white, task.train, noise.size)
-    rng, unit = np.random.default_rng(NOISE_SEED), noise.find_level(flat) / noise.size
-    known = white[:, : task.train]
-    logits = []
-    for _ in range(2 * N_DRAWS):
-        noisy = (noise.add(flat, rng) / unit).reshape(shape)[:, task.train :]
-        both = np.concatenate([known, noisy], axis=1)
-        logits.append(compute_logits(both, task.train, noise.size, np.zeros((1, both.shape[2]))))
-    return _count_bits(np.concatenate(logits))
+    flat = angles.reshape(-1, *angles.shape[2:])
+    if not task.noise.is_even(flat):
+        return _read_angles(angles, task, READERS["templates"]())
+    white = task.noise.whiten(flat).reshape(*angles.shape[:2], -1)
+    return decode(white, task.train, task.noise.size)
 
 
 def _read_angles(
@@ -215,7 +196,8 @@ def _read_angles(
         model.set_params(noise=task.noise).fit(known, labels)
     else:
         model.fit(task.noise.add(known, rng, N_COPIES), np.tile(labels, N_COPIES))
-    chance = np.asarray(model.predict_proba(task.noise.add(tests, rng, 2 * N_DRAWS)))
+    noisy = (task.noise.add(tests, rng) for _ in range(2 * N_DRAWS))
+    chance = np.array([np.asarray(model.predict_proba(one)) for one in noisy])
     # who notices no contact guesses
     chance = np.nan_to_num(chance, nan=1 / task.n_classes)
     logits = np.log(np.maximum(chance, np.finfo(float).tiny))
@@ -231,32 +213,27 @@ def decode(
     """Bits (noise, class, touch) of each test touch in each drawn noise, and its answers' shares
     (class, touch, answer).
     """
-    return _count_bits(compute_logits(tensors, train, sd, draw_noise(tensors.shape[-1], sd)))
+    return _count_bits(_compute_logits(tensors[:, :train], tensors[:, train:], sd))
 
 
 def _count_bits(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    own, _ = take_own(logits)
+    """What :func:`decode` gives, from logits (noise, class, touch, answer)."""
     count = logits.shape[-1]
     answers = np.eye(count)[logits.argmax(axis=-1)].mean(axis=0)
+    shifted = logits - logits.max(axis=-1, keepdims=True)
+    shifted -= np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
+    k = np.arange(count)
+    own = shifted[:, k, :, k].transpose(1, 0, 2)
     return np.log2(count) + own / np.log(2), answers
 
 
-def take_own(logits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithm of the true class's posterior (noise, class, touch), and all posteriors (noise,
-    class, touch, answer).
+def _compute_logits(known: np.ndarray, tests: np.ndarray, sd: float) -> np.ndarray:
+    """Logits (noise, class, touch, answer) of noisy test touches, less what all answers share.
+
+    The noise is the same for all antennas, in pairs n, −n.
     """
-    shifted = logits - logits.max(axis=-1, keepdims=True)
-    shifted -= np.log(np.exp(shifted).sum(axis=-1, keepdims=True))
-    k = np.arange(logits.shape[-1])
-    return shifted[:, k, :, k].transpose(1, 0, 2), np.exp(shifted)
-
-
-def compute_logits(tensors: np.ndarray, train: int, sd: float, noise: np.ndarray) -> np.ndarray:
-    """Logits (noise, class, touch, answer) of test touches in noise (noise, entry).
-
-    Terms common to all answers are left out.
-    """
-    known, tests = tensors[:, :train], tensors[:, train:]
+    units = _draw_units(tests.shape[-1])
+    noise = np.concatenate([sd * units, -sd * units])
     cross = np.einsum("ne,kte->nkt", noise, tests)
     logits = np.empty((*cross.shape, len(known)))
     for k, own in enumerate(known):
@@ -267,12 +244,6 @@ def compute_logits(tensors: np.ndarray, train: int, sd: float, noise: np.ndarray
         within = np.einsum("nktr,rs,nkts->nkt", seen, inverse, seen, optimize=True)
         logits[..., k] = -0.5 * (square - within) / sd**2 - 0.5 * logdet
     return logits
-
-
-def draw_noise(entries: int, sd: float) -> np.ndarray:
-    """Noise (2 · N_DRAWS, entry), the same for all antennas, in pairs n, −n."""
-    drawn = sd * _draw_units(entries)
-    return np.concatenate([drawn, -drawn])
 
 
 @lru_cache(maxsize=4)

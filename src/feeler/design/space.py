@@ -7,10 +7,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from feeler.antenna.antenna import Antenna
-from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import Ge, Gt, Record
 
-Range = tuple[float, float]
+Positive = Annotated[float, Gt(0)]
+Range = tuple[Positive, Positive]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -21,9 +22,7 @@ class Design:
     speed: float | None = None
 
 
-@checked
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Space:
+class Space(Record):
     """Antennas x ↦ log-factors on a reference's stiffness, damping, length, radius; sensors; speed.
 
     Stiffness and damping have values at knots spread evenly over the segments, between which the
@@ -38,38 +37,33 @@ class Space:
     """
 
     reference: Antenna
-    stiffness: int = 2
+    stiffness: Annotated[int, Ge(0)] = 2
     """Knots."""
-    damping: int = 2
+    damping: Annotated[int, Ge(0)] = 2
     """Knots."""
-    span: float = 100.0
+    span: Annotated[float, Gt(1)] = 100.0
     """The greatest factor on stiffness and damping at a knot, either way."""
     length: Range = (1.0, 1.0)
     """Least and greatest factor on all segment lengths; mass goes with it."""
     radius: Range = (1.0, 1.0)
     """Of the collision radius."""
-    warp: float = 1.0
+    warp: Annotated[float, Ge(1)] = 1.0
     """Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay."""
     speed: Range | None = None
     """Slowest and fastest touch [m/s]; None: the task's."""
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         n = self.reference.n_segments
-        for name in ("stiffness", "damping"):
-            if not 0 <= getattr(self, name) <= n:
-                raise InvalidInput(
-                    f"{name} must have 0 to {n} knots (one per hinge), got {getattr(self, name)}."
-                )
+        if max(self.stiffness, self.damping) > n:
+            raise InvalidInput(f"stiffness and damping must have 0 to {n} knots, one per hinge.")
         for name in ("length", "radius"):
             low, high = getattr(self, name)
-            if not 0 < low <= 1 <= high < np.inf:
+            if not low <= 1 <= high:
                 raise InvalidInput(
                     f"{name} must be factors (low ≤ 1, high ≥ 1), got {getattr(self, name)}."
                 )
-        if self.speed is not None and not 0 < self.speed[0] < self.speed[1] < np.inf:
+        if self.speed is not None and self.speed[0] >= self.speed[1]:
             raise InvalidInput(f"speed must be a range 0 < low < high [m/s], got {self.speed}.")
-        if not (1 < self.span < np.inf and 1 <= self.warp < np.inf):
-            raise InvalidInput(f"span must be > 1 and warp ≥ 1, got {self.span} and {self.warp}.")
         if not self.names:
             raise InvalidInput(
                 "this space has no freedom: give stiffness or damping knots, or a range of length,"
@@ -88,29 +82,19 @@ class Space:
         ]
         return knots + ends
 
-    def list_parts(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """x cut into what belongs to stiffness, damping and each other name."""
-        cut = np.split(np.asarray(x, dtype=float), np.cumsum([self.stiffness, self.damping]))
-        return {"stiffness": cut[0], "damping": cut[1]} | dict(
-            zip(self.names[len(cut[0]) + len(cut[1]) :], cut[2], strict=True)
-        )
-
     def build(self, x: Annotated[np.ndarray, "parameter"]) -> Design:
         """The design at x, entries beyond ±1 taken at the bound."""
-        part = self.list_parts(np.clip(x, -1.0, 1.0))
         base, n = self.reference, self.reference.n_segments
+        knots = [self.stiffness, self.stiffness + self.damping]
+        *logs, rest = np.split(np.clip(np.asarray(x, dtype=float), -1.0, 1.0), knots)
+        part = dict(zip(self.names[knots[1] :], rest, strict=True))
+        changes: dict[str, Any] = {}
+        for name, at in zip(("stiffness", "damping"), logs, strict=True):
+            factor = np.exp(np.log(self.span) * make_basis(n, len(at)) @ at)
+            changes[name] = getattr(base, name) * factor
         grow = np.exp(_scale(part.get("length"), self.length))
-        changes: dict[str, Any] = {
-            name: (
-                getattr(base, name)
-                * np.exp(np.log(self.span) * make_basis(n, getattr(self, name)) @ part[name])
-            )
-            for name in ("stiffness", "damping")
-        }
-        changes["segment_length"], changes["segment_mass"] = (
-            base.segment_length * grow,
-            base.segment_mass * grow,
-        )
+        changes["segment_length"] = base.segment_length * grow
+        changes["segment_mass"] = base.segment_mass * grow
         changes["radius"] = base.radius * np.exp(_scale(part.get("radius"), self.radius))
         if "warp" in part:
             changes["sensors"] = place_sensors(
@@ -120,22 +104,6 @@ class Space:
         if self.speed is not None:
             speed = float(np.exp(np.interp(part["speed"], (-1, 1), np.log(self.speed))))
         return Design(antenna=base.replace(**changes, name="design"), speed=speed)
-
-    def pull_back(self, x: np.ndarray, gradient: dict[str, np.ndarray]) -> np.ndarray:
-        """∂/∂x from the derivatives with respect to each hinge's stiffness and damping (segment,)."""
-        if len(self.names) > self.stiffness + self.damping:
-            raise InvalidInput(
-                "gradients know stiffness and damping only; leave length, radius, warp and speed as"
-                " they are."
-            )
-        antenna, n = self.build(x).antenna, self.reference.n_segments
-        parts = [
-            np.log(self.span)
-            * make_basis(n, getattr(self, name)).T
-            @ (getattr(antenna, name) * gradient[name])
-            for name in ("stiffness", "damping")
-        ]
-        return np.concatenate(parts)
 
 
 def make_basis(n_segments: int, knots: int) -> np.ndarray:
