@@ -1,4 +1,4 @@
-"""Twins and identical touches, with an encoder that marks places in the set and one that does not."""
+"""Twins and identical touches, with an encoder that marks places in the set or does not."""
 
 import numpy as np
 import pytest

@@ -289,9 +289,14 @@ def test_lines_of_samples(line, time, values):
 
 @pytest.mark.parametrize(
     ("line", "message"),
-    [("1,2", "got 2 in"), ("1,2,3,4,5", "got 5 in"), ("1,2,x", "must be numbers"), ("1,2,1_0", "must be numbers"),
-     ("9" * 5000, "no sample")],
-)  # fmt: skip
+    [
+        ("1,2", "got 2 in"),
+        ("1,2,3,4,5", "got 5 in"),
+        ("1,2,x", "must be numbers"),
+        ("1,2,1_0", "must be numbers"),
+        ("9" * 5000, "no sample"),
+    ],
+)
 def test_bad_lines(line, message):
     with pytest.raises(InvalidInput, match=message):
         parse_sample(line, 3)

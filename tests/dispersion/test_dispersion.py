@@ -223,9 +223,14 @@ def test_effect_is_the_mean_over_the_sample_sd():
 
 @pytest.mark.parametrize(
     ("values", "level", "message"),
-    [([], 0.9, "finite values"), ([1.0, np.nan], 0.9, "finite values"), ([[1.0, 2.0]], 0.9, "finite values"),
-     ([1.0, 2.0], 0.0, "level must lie in"), ([1.0, 2.0], 1.0, "level must lie in")],
-)  # fmt: skip
+    [
+        ([], 0.9, "finite values"),
+        ([1.0, np.nan], 0.9, "finite values"),
+        ([[1.0, 2.0]], 0.9, "finite values"),
+        ([1.0, 2.0], 0.0, "level must lie in"),
+        ([1.0, 2.0], 1.0, "level must lie in"),
+    ],
+)
 def test_what_has_no_mean_or_no_interval_is_refused(values, level, message):
     with pytest.raises(InvalidInput, match=message):
         bootstrap_mean(np.array(values), np.random.default_rng(0), level=level)

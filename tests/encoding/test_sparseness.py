@@ -79,7 +79,7 @@ def test_equal_peaks_are_settled_the_same_way_each_time():
 
 
 def test_of_too_many_equal_peaks_the_earliest_are_kept():
-    """The nearest point is not unique then; among low entries, which the ramp is measured by, too."""
+    """The nearest point is not unique then, also among low entries, which measure the ramp."""
     for low in (1.0, 0.5, -3.0):
         projected = project_to_sparseness(np.array([1.0] * 40 + [low] * 10), 0.8)
         assert np.flatnonzero(projected).max() < 20

@@ -1,4 +1,4 @@
-"""Fisher information against the linear channel, and the engine's differences against themselves."""
+"""Fisher information against the linear channel; the engine's differences against each other."""
 
 import numpy as np
 import pytest

@@ -237,7 +237,7 @@ def test_extrema_of_any_trace_are_vertices_through_the_sample_farthest_out(value
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_samples_that_differ_in_their_last_bit_turn_at_the_middle_one(sign):
-    """1 − 2⁻⁵³, 1, 1: the middle is farther out, and yet their second difference rounds to nothing."""
+    """1 − 2⁻⁵³, 1, 1: the middle is farther out, yet their second difference rounds to 0."""
     signal = sign * np.array([0.0, np.nextafter(1.0, 0.0), 1.0, 1.0, 0.0])
     times, heights = find_extrema(np.arange(5.0), signal)
     np.testing.assert_array_equal([times, heights], [[2.0], [sign]])
@@ -265,7 +265,7 @@ def test_settling_is_counted_from_the_release_and_is_between_samples():
 
 
 def test_one_turn_without_a_trough_is_overdamped_and_keeps_its_peak():
-    """Below the floor there is no trough: only the opposite peak, whose place and height are told."""
+    """Below the floor there is no trough, only the opposite peak with its place and height."""
     time = np.arange(0.0, 200.0, 0.1)
     free = measure_free_response(50 + time, swing(time, ratio=0.8), floor=0.01)
     fall = np.exp(-np.pi * 0.8 / 0.6)

@@ -170,7 +170,7 @@ def test_a_uniform_cantilever_gives_back_its_rigidity():
 
 
 def test_rigidity_by_hand_and_for_many_loads():
-    """F a³ / 3 δ: 0.002 N at 10 mm that bends it by 0.5 mm is 4/3 N·mm²; the sign of both may turn."""
+    """F a³ / 3 δ: 0.002 N at 10 mm bending by 0.5 mm is 4/3 N·mm²; both signs may turn."""
     assert measure_bending_stiffness(0.002, 0.5, 10.0) == pytest.approx(4 / 3)
     assert measure_bending_stiffness(24.0, 0.5, 0.5) == pytest.approx(
         2.0

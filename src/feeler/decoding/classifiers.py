@@ -38,7 +38,7 @@ class FlatPipeline(Reader, Pipeline):
         return softmax(spread_votes(self.decision_function(_flatten(X))), axis=1)
 
     def __sklearn_tags__(self) -> Any:
-        """Two dimensions, or three; principal components are of double precision whatever came in."""
+        """Two dimensions or three; principal components are of double precision."""
         tags = super().__sklearn_tags__()
         tags.input_tags.two_d_array = True
         if tags.transformer_tags is not None:
@@ -71,7 +71,7 @@ def make_fitting_lda(n_trials: int, n_copies: int) -> FlatPipeline:
 def make_svm(
     n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
 ) -> FlatPipeline:
-    """Principal components, one scale, support vector machine one-vs-one: the paper's for the robot.
+    """Principal components, one scale, one-vs-one support vector machine (the paper's, for robots).
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def make_svm(
 
 
 def spread_votes(decision: np.ndarray) -> np.ndarray:
-    """Scores (trial, class) of a support vector machine, which gives two classes one number only."""
+    """Scores (trial, class) of a support vector machine, which gives two classes one number."""
     return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 
 

@@ -1,5 +1,6 @@
-"""The paper's convolutional network on tactile tensors (Fig. S4). PyTorch is imported only when a
-network is used.
+"""The paper's convolutional network on tactile tensors (Fig. S4).
+
+PyTorch is imported only when a network is used.
 """
 
 from pathlib import Path
@@ -20,8 +21,10 @@ _KERNEL, _CHANNELS, _PADDING, _POOL, _HIDDEN, _DROPOUT = 15, 32, 2, 2, 50, 0.25
 
 
 class TouchNetwork(Reader):
-    """Convolution 15 × 15 × 32, padding 2 → batch norm → ReLU → max pool 2 × 2 → 50 → dropout 0.25
-    → classes, softmax.
+    """The paper's convolutional network.
+
+    Convolution 15 × 15 × 32 with padding 2, batch norm, ReLU, max pool 2 × 2, a layer of 50,
+    dropout 0.25, one output per class, softmax.
 
     A scikit-learn classifier of tensors, flat ones too, so that ``compute_sweep`` takes it
     (``n_jobs=1``: PyTorch has threads of its own). Training is seeded; it stops early on a
@@ -199,9 +202,7 @@ class TouchNetwork(Reader):
             raise InvalidInput(f"validation_share must lie in (0, 1), got {self.validation_share}.")
 
     def _split(self, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Training and validation positions; every class on both sides where there are enough
-        trials.
-        """
+        """Training and validation positions, with every class on both sides where possible."""
         n_classes = targets.max() + 1
         n_validate = max(round(self.validation_share * targets.size), n_classes)
         even = np.bincount(targets).min() >= 2 and targets.size - n_validate >= n_classes

@@ -19,16 +19,17 @@ from feeler.task.noise import Relative
 from feeler.tensors.labels import label_like
 
 CODES = ("joint", "sparse", "ridge", "raw")
-"""Activations fitted together with the bases (the paper's recipe), activations for fixed bases with
-and without the sparseness constraint, and the tensors themselves; ``feeler.encoding.LABELS`` has a
-label for each.
+"""Kinds of code; ``feeler.encoding.LABELS`` has a label for each.
+
+``joint`` activations are fitted together with the bases (the paper's recipe); ``sparse`` and
+``ridge`` ones belong to fixed bases, with and without the sparseness constraint; ``raw`` is the
+tensors themselves.
 """
 
 
 @checked
 def make_codes(tensors: Any, encoder: Any, kinds: Sequence[str] = CODES) -> dict[str, Any]:
-    """Every kind of code of the same tensors, after one fit of the bases; labelled where the
-    tensors are.
+    """Every kind of code of the same tensors, after one fit of the bases.
 
     Parameters
     ----------
@@ -71,8 +72,9 @@ def encode_with(
 
 @checked
 def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
-    """One and the same tensor, as often as there were trials: a pipeline that tells these apart
-    measures itself.
+    """One and the same tensor, as often as there were trials.
+
+    A pipeline that tells these apart measures itself.
 
     The tensor with the median energy of the set is taken. Whatever accuracy above chance the copies
     reach, labelled as if they were different touches, comes from the method and not from touch.
@@ -99,11 +101,9 @@ class Twins:
     """Accuracies on the codes of a set in which every touch stands twice."""
 
     same: Sweep
-    """Trained and tested on noisy copies of the first of each pair: what the paper's recipe
-    measures.
-    """
+    """Trained and tested on noisy copies of the first twins, as in the paper's recipe."""
     other: Sweep
-    """Tested on copies of the second: what of it belongs to the touch."""
+    """Tested on copies of the second twins: what of the accuracy belongs to the touch."""
     fitted: JointFit
 
     @property
@@ -131,24 +131,27 @@ def _fit_jointly(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
 
 
 def fit_null(tensors: np.ndarray, encoder: Any, n_iter: int) -> JointFit:
-    """Joint codes of one of the tensors, repeated as if it were different touches (``make_null``)."""
+    """Joint codes of one tensor, repeated as if it were different touches."""
     return _fit_jointly(make_null(tensors), encoder, n_iter)
 
 
 def compare_twins(
     tensors: np.ndarray, labels: np.ndarray, encoder: Any, plan: Plan, *, random_state: int = 0
 ) -> Twins:
-    """Each tensor twice in one joint fit; train on noisy copies of one twin, test on noisy copies
-    of the other.
+    """Each tensor twice in one joint fit; one twin is learned, the other is tested.
 
     A code that belongs to the touch gives both twins the same, and then both accuracies are equal.
     """
     fitted = _fit_jointly(np.concatenate([tensors, tensors]), encoder, plan.null_iter)
     first, second = np.split(fitted.codes, 2)
     options: dict[str, Any] = {
-        "ratios": plan.ratios, "n_copies": plan.n_copies, "n_repeats": plan.n_repeats, "noise": Relative(each="vector"),
-        "estimator": make_fitting_lda(len(labels), plan.n_copies), "random_state": random_state,
-    }  # fmt: skip
+        "ratios": plan.ratios,
+        "n_copies": plan.n_copies,
+        "n_repeats": plan.n_repeats,
+        "noise": Relative(each="vector"),
+        "estimator": make_fitting_lda(len(labels), plan.n_copies),
+        "random_state": random_state,
+    }
     same = compute_sweep(first, labels, **options)
     return Twins(
         same=same,

@@ -10,8 +10,7 @@ from feeler.tensors.labels import label_like
 
 
 class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, BaseEstimator):
-    """PCA through the smaller of the Gram and the covariance matrix: exact, and only the components
-    asked for.
+    """Exact PCA through the smaller of the Gram and the covariance matrix.
 
     scikit-learn's ``PCA`` with the same ``n_components``, up to sign; its automatic solver would be
     a randomised approximation at this size, which the flat noise spectrum here does not suit.
@@ -72,7 +71,7 @@ class PrincipalComponents(ClassNamePrefixFeaturesOutMixin, TransformerMixin, Bas
         return len(self.components_)
 
     def transform(self, X):
-        """Coordinates of ``X`` along the components, (trial, component); labelled where ``X`` is."""
+        """Coordinates (trial, component) of ``X``; labelled where ``X`` is."""
         check_is_fitted(self)
         values = validate_data(self, X, dtype=float, reset=False)
         return label_like(

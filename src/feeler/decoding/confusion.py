@@ -18,9 +18,7 @@ class Confused:
     correct: float
     """Nothing wrong."""
     wrong: dict[tuple[str, ...], float]
-    """wrong[("size",)] is the share in which only the size is wrong; keys are all combinations of
-    attributes.
-    """
+    """``wrong[("size",)]`` is the share in which only the size is wrong, and so on."""
     accuracy: dict[str, float]
     """accuracy["location"] is the share in which the location is right, whatever else is wrong."""
 

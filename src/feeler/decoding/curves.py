@@ -254,7 +254,7 @@ class PeakEncoder:
 
 
 def compute_baseline(group: Group, plan: Plan, peak: float, random_state: int = 0) -> Sweep:
-    """Accuracy from the peak's position and time alone, noise at the common level on the tensors."""
+    """Accuracy from the peak's position and time alone, in common noise on the tensors."""
     return compute_sweep(
         group.tensors,
         group.labels,

@@ -1,5 +1,4 @@
-"""Streaming decoder: samples in, a posterior over classes out after each one, with a "not sure
-yet".
+"""Streaming decoder: after each sample, a posterior over classes or a "not sure yet".
 
 Evidence adds up in time: after contact, each sample is compared with every class's expected sample
 at that moment, ``log p_c ← log p_c − Σ_s (x_s − μ_cs(t))² / (2 σ_cs(t)² τ)``. The moment of contact
@@ -107,9 +106,7 @@ class StreamDecoder(Reader):
         self.model = model
 
     def adopt(self, classes: Sequence[Any], n_sensors: int) -> "StreamDecoder":
-        """Ready to stream with ``model``, whose probabilities are those of ``classes`` in this
-        order.
-        """
+        """Get ready to stream with ``model``, whose classes are these in this order."""
         self._check()
         if not callable(self.model):
             raise InvalidInput(
@@ -124,8 +121,7 @@ class StreamDecoder(Reader):
         return self
 
     def fit(self, X: Sequence[np.ndarray], y: Sequence[tuple]) -> "StreamDecoder":
-        """Learn from touches (sensor, time) of any durations that start at rest, with one label
-        each.
+        """Learn from touches (sensor, time) of any durations that start at rest.
 
         Touches without contact are left out; several touches of one class give its spread.
         """
@@ -166,8 +162,7 @@ class StreamDecoder(Reader):
     def temper(
         self, X: Sequence[np.ndarray], y: Sequence[tuple], moments: Sequence[int] = _MOMENTS
     ) -> "StreamDecoder":
-        """Set τ so that the posterior is as sure as it is right on other touches, which the fit has
-        not seen.
+        """Set τ so that the posterior is as sure as it is right on other touches.
 
         Chooses the τ with the greatest mean log posterior of the true classes over ``moments``
         (samples after contact). Use simulations with drawn mechanics: a decoder tempered on its own
@@ -199,9 +194,7 @@ class StreamDecoder(Reader):
         return self
 
     def save(self, path: str | os.PathLike) -> None:
-        """What was learned and all settings as a model file, which ``feeler info`` and ``validate``
-        know; never pickle.
-        """
+        """Write all that was learned and all settings as a model file; never pickle."""
         self._require()
         if self.model is not None:
             raise InvalidInput(
@@ -219,8 +212,9 @@ class StreamDecoder(Reader):
 
     @classmethod
     def load(cls, path: str | os.PathLike, *, trusted: bool = False) -> "StreamDecoder":
-        """A decoder that :meth:`save` wrote, ready to stream; ``trusted=True`` skips the guard, for
-        a file of your own.
+        """A decoder that :meth:`save` wrote, ready to stream.
+
+        ``trusted=True`` skips the guard, for a file of your own.
 
         Raises
         ------
@@ -290,9 +284,7 @@ class StreamDecoder(Reader):
         return np.cumsum(self.constant_at_ - error, axis=0)
 
     def _pack(self) -> None:
-        """Views over lags, so that one sample costs a few array operations: (slot, class · lag,
-        sensor).
-        """
+        """Views over lags (slot, class · lag, sensor), so that a sample costs a few operations."""
         lags = np.arange(0, 2 * self.max_lag + 1, self.lag_step)
         at = np.arange(self.window)[:, None] + lags
         shape = (self.window, len(self.classes_) * lags.size, self.n_sensors_)
@@ -308,8 +300,9 @@ class StreamDecoder(Reader):
                 raise InvalidInput(f"StreamDecoder needs {name} below {_MOST:,}, got {value}.")
 
     def _cut(self, touch: np.ndarray) -> np.ndarray | None:
-        """A touch from ``max_lag`` before its noticed contact, relative to its resting level; None
-        without contact.
+        """A touch from ``max_lag`` before its noticed contact, less its resting level.
+
+        None where no contact is noticed.
         """
         if touch.ndim != 2 or not np.isfinite(touch).all():
             raise InvalidInput(
@@ -328,9 +321,7 @@ class StreamDecoder(Reader):
         return Stream(self)
 
     def replay(self, values: np.ndarray, time: np.ndarray | None = None) -> list[StreamState]:
-        """States after each sample of a recording (sensor, sample), with its times [ms] if it has
-        any.
-        """
+        """States after each sample of a recording (sensor, sample); its times are in ms."""
         stream = self.start()
         values = np.asarray(values, dtype=float)
         return [

@@ -25,9 +25,7 @@ def group_tensors(
     reference: str = "exponential",
     random_state: int = 0,
 ) -> dict[str, dict[str, Group]]:
-    """Both comparisons of ``list_groups``, encoded, each group with its null of jointly fitted
-    codes.
-    """
+    """Both comparisons of ``list_groups``, encoded, with a null of jointly fitted codes."""
     settings = {"n_restarts": plan.n_restarts, "random_state": random_state}
     listed = list_groups(tensors, quantity=quantity, reference=reference)
     groups: dict[str, dict[str, Group]] = {}
@@ -67,8 +65,7 @@ def group_tensors(
 def list_groups(
     tensors: Mapping[str, Any], *, quantity: str = "angle", reference: str = "exponential"
 ) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray]]]:
-    """Tensors and labels of every group, rectified, on one common scale, stimuli in the same order
-    everywhere.
+    """Tensors and labels of every group, rectified, on one scale, in one order of stimuli.
 
     ``speed``: the reference antenna at each speed, slowest first; ``profile``: all antennas at the
     slowest speed. A comparison with one group only is left out.

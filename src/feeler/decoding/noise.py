@@ -1,4 +1,4 @@
-"""Noisy copies in few coordinates: what distances and angles show of white noise, drawn directly."""
+"""Noisy copies in few coordinates, for methods that see only distances and angles."""
 
 import numpy as np
 
@@ -6,8 +6,9 @@ import numpy as np
 def draw_rotated(
     clean: np.ndarray, owner: np.ndarray, sd: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Noisy copies in far fewer coordinates, for methods that only see distances and angles (PCA,
-    LDA, SVM).
+    """Noisy copies in far fewer coordinates, for PCA, LDA and support vector machines.
+
+    These methods see only distances and angles.
 
     Isotropic noise looks the same after any rotation. Turned so that the first axes span the clean
     vectors, all that m noisy copies show outside that span is the Gram matrix of m Gaussian
@@ -42,9 +43,7 @@ def draw_rotated(
 
 
 def _span(clean: np.ndarray) -> np.ndarray:
-    """Coordinates of the clean vectors in an orthonormal basis of their span (trial, rank), from
-    their Gram matrix.
-    """
+    """Coordinates (trial, rank) of the clean vectors in an orthonormal basis of their span."""
     energy, axes = np.linalg.eigh(clean @ clean.T)
     keep = energy > energy[-1] * 1e-12
     return axes[:, keep] * np.sqrt(energy[keep])

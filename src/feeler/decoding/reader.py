@@ -1,6 +1,4 @@
-"""The Reader: whatever says from a tensor which touch it was, over the whole touch or up to a
-deadline.
-"""
+"""The Reader: whatever says from a tensor which touch it was, by when it is asked."""
 
 from typing import Any
 
@@ -40,9 +38,9 @@ class _NotFitted(InvalidInput, NotFittedError):
 class Reader(ClassifierMixin, BaseEstimator):
     """Says which touch a tensor is of. A scikit-learn classifier of tensors (trial, sensor, time).
 
-    A subclass gives ``fit``, which calls ``_keep``, and ``_decide``. Asked about a deadline, a reader
-    learns the samples up to it as a task of its own; where evidence adds up in time, a subclass
-    gives ``decide`` instead.
+    A subclass gives ``fit``, which calls ``_keep``, and ``_decide``. Asked about a deadline, it
+    then learns the samples up to it as a task of its own. Where evidence adds up in time, a
+    subclass gives ``decide`` instead.
 
     Attributes
     ----------
@@ -84,9 +82,7 @@ class Reader(ClassifierMixin, BaseEstimator):
         return _name_classes(label_like(found, X, ("trial", "class"), "probability"), self.classes_)
 
     def predict(self, X: Any, until: float | None = None) -> Any:
-        """The best label of each tensor, ``NO_CONTACT`` where there was none; labelled where the
-        tensors are.
-        """
+        """The best label of each tensor, ``NO_CONTACT`` where there was none."""
         scores = self.decide(X, until)
         best = [-1 if np.isnan(row).any() else int(row.argmax()) for row in scores]
         found = [NO_CONTACT if k < 0 else self.classes_[k] for k in best]

@@ -31,8 +31,9 @@ def iterate_left_out(groups: Labels) -> Iterator[tuple[Any, np.ndarray, np.ndarr
 def compute_left_out(
     codes: Any, labels: Labels, groups: Labels, **options: Any
 ) -> dict[Any, Sweep]:
-    """One sweep per group: trained on the other groups, tested on this one, e.g. on a size never
-    touched before.
+    """One sweep per group, which is tested after training on the others.
+
+    So a size or a place can be tested that was never touched before.
 
     Parameters
     ----------
@@ -70,8 +71,7 @@ def compute_jittered(
     random_state: int = 0,
     **options: Any,
 ) -> Sweep:
-    """A sweep trained on the nominal trials and tested on jittered ones that keep the nominal
-    labels.
+    """A sweep trained on nominal trials and tested on jittered ones of the same labels.
 
     Parameters
     ----------

@@ -46,9 +46,7 @@ class StreamState:
     sample: int
     """Number of the sample's slot on the trained time base."""
     state: str
-    """``waiting`` for contact, ``unsure``, ``decided`` (posterior ≥ threshold), or ``over`` (the
-    window is full).
-    """
+    """``waiting`` for contact, ``unsure``, ``decided``, or ``over`` (the window is full)."""
     label: tuple | None
     """The most probable class; None before contact."""
     probability: float
@@ -66,9 +64,7 @@ class Stream:
         self.decoder = decoder
         self.n_classes = len(decoder.classes_)
         self.tensor = np.full((decoder.n_sensors_, decoder.window), np.nan)
-        """(sensor, window) samples since contact, relative to rest; NaN where missing or still to
-        come.
-        """
+        """Samples (sensor, window) since contact, relative to rest; NaN where missing."""
         self.missed = 0
         """Slots without a sample so far."""
         self.reset()

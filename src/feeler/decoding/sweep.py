@@ -48,15 +48,11 @@ class Plan:
     before_repeats: int = 1
     """0 leaves noise before encoding out."""
     before_all: bool = False
-    """All groups and both noise levels before encoding, or the first group at the common level
-    only.
-    """
+    """Noise before encoding for all groups and noises, or for one of each."""
     n_restarts: int = 3
     """Restarts of an encoder's fit."""
     null_iter: int = 300
-    """Iterations of the joint fits of identical touches and of twins: enough for what they reach to
-    stand still.
-    """
+    """Iterations of the joint fits of identical touches and of twins."""
     twins: str = "all"
     """Groups whose touches are fitted twice: all, the ends of each comparison, or none."""
 
@@ -87,7 +83,7 @@ class Sweep:
 
     @property
     def recall(self) -> np.ndarray:
-        """Accuracy by true class, all repeats together (ratio, class); NaN for an untested class."""
+        """Accuracy by true class, all repeats together (ratio, class); NaN where untested."""
         total = self.confusion.sum(axis=2)
         hits = np.diagonal(self.confusion, axis1=1, axis2=2)
         return np.divide(hits, total, out=np.full(hits.shape, np.nan), where=total > 0)

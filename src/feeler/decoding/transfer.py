@@ -1,5 +1,4 @@
-"""Transfer from simulation to hardware: align touches, train on noisy simulations, score on
-recordings.
+"""Transfer from simulation to hardware: learn noisy simulations, name recordings.
 
 The recipe of the paper (Methods, tactile feature classification from simulation to reality): align
 on the first positive peak of the tip trace, copy each simulated tensor ten times with Gaussian
@@ -97,8 +96,7 @@ def align(
 def _add_noisy_copies(
     tensors: np.ndarray, n_copies: int, noise: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Copies (trial · n_copies, sensor, time) with Gaussian noise, and the number of the tensor
-    each is a copy of.
+    """Copies (trial · n_copies, sensor, time) in Gaussian noise, and whose copy each is.
 
     The noise's sd is ``noise`` × each tensor's largest absolute value.
     """
@@ -150,9 +148,7 @@ class TransferClassifier(Reader):
         self.random_state = random_state
 
     def fit(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
-        """Train on tensors (trial, sensor, time) with one label each; several tensors may share a
-        label.
-        """
+        """Train on tensors (trial, sensor, time); several of them may share a label."""
         X = _check_tensors(X)
         self._keep(X, y)
         if len(y) != len(X):
@@ -172,8 +168,7 @@ class TransferClassifier(Reader):
         return self
 
     def temper(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
-        """Set the temperature T of ``predict_proba`` on tensors that the fit has not seen
-        (arXiv:1706.04599).
+        """Set the temperature of ``predict_proba`` on unseen tensors (arXiv:1706.04599).
 
         Chooses the T with the greatest mean log probability of the true classes; ones without
         contact are left out.
@@ -209,9 +204,7 @@ class TransferClassifier(Reader):
         return votes
 
     def predict_top(self, X: np.ndarray, k: int = 2) -> list[list[tuple]]:
-        """The ``k`` best labels of each tensor, best first; ``NO_CONTACT`` alone for a tensor
-        without contact.
-        """
+        """The ``k`` best labels of each tensor, best first; else ``NO_CONTACT`` alone."""
         ranked = []
         for votes in self.decide(X):
             order = np.argsort(-votes, kind="stable")[:k]
@@ -239,9 +232,7 @@ class TransferScore:
     """How well recordings were read; every share comes with its 95 % Wilson interval."""
 
     correct: dict[str, int]
-    """Right answers for ``all`` (feature, location and speed together), each part by itself, and
-    ``top2``.
-    """
+    """Right answers: ``all`` parts of a label together, each part by itself, and ``top2``."""
     total: int
     predicted: list[tuple]
     true: list[tuple]
@@ -265,9 +256,7 @@ class TransferScore:
 def score_transfer(
     classifier: TransferClassifier, X: np.ndarray, true: Sequence[tuple]
 ) -> TransferScore:
-    """Score predictions for tensors (trial, sensor, time): together, feature, location and speed,
-    and top-2.
-    """
+    """Score predictions for tensors: all parts together, each by itself, and top-2."""
     if len(X) != len(true) or not len(true):
         raise InvalidInput(
             f"one true label per tensor is needed, got {len(X)} tensors and {len(true)} labels."

@@ -1,6 +1,4 @@
-"""Does an order that was claimed hold? With an effect size, an interval, and what the null
-explains.
-"""
+"""Whether an order that was claimed holds, with effect size, interval and null."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,15 +21,11 @@ class Verdict:
     means: tuple[tuple[str, float], ...]
     """Groups with their means, in the claimed order."""
     difference: Interval
-    """First minus last over paired stimuli, positive if the claim's ends stand as claimed; effect =
-    Cohen's d_z.
-    """
+    """First minus last over paired stimuli, > 0 if the ends stand as claimed; d_z as effect."""
     word: str
     """``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``."""
     explained: float = float("nan")
-    """Share of the first group's accuracy above chance that the null reaches; NaN where there is no
-    null.
-    """
+    """Share of the first group's accuracy above chance that the null reaches; NaN: no null."""
 
     @property
     def is_evidence(self) -> bool:
@@ -96,9 +90,7 @@ def judge_order(
 
 
 def compute_explained(sweep: Sweep, null: Sweep) -> float:
-    """Share of a sweep's accuracy above chance that the null reaches, over their common ratios; at
-    least 0.
-    """
+    """Share of a sweep's accuracy above chance that the null reaches, ≥ 0."""
     above = np.isin(sweep.ratios, null.ratios), np.isin(null.ratios, sweep.ratios)
     height = sweep.noisy[above[0]].mean() - sweep.chance
     return (

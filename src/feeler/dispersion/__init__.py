@@ -1,4 +1,4 @@
-"""Dispersion: how far apart the tensors of a set lie. Arrays in, arrays out; no simulator needed."""
+"""Dispersion: how far apart the tensors of a set lie. No simulator needed."""
 
 from feeler.dispersion.closest import Closest, find_closest, search_closest
 from feeler.dispersion.dispersion import Dispersion, compute_dispersion

@@ -1,6 +1,4 @@
-"""Pairs in blocks: every index works on two slices of a set at a time, so memory never depends on
-the set's size.
-"""
+"""Pairs in blocks: an index works on two slices of a set at a time, in bounded memory."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -16,8 +14,7 @@ Block = Callable[[slice, slice], np.ndarray]
 
 
 def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
-    """Tensors or codes as a finite float array (trial, vector, time), from NumPy or a DataArray; a
-    view where it can be.
+    """Tensors or codes as a finite float array (trial, vector, time), a view if possible.
 
     Raises
     ------
@@ -52,9 +49,7 @@ def check_tensors(tensors: Any, *, least: int = 2) -> np.ndarray:
 
 
 def iterate_blocks(n: int, block: int = BLOCK_SIZE) -> Iterator[tuple[slice, slice]]:
-    """Slices (rows, columns) that cover the upper triangle of an n × n matrix, diagonal blocks
-    included.
-    """
+    """Slices (rows, columns) that cover the upper triangle of an n × n matrix."""
     if block < 1:
         raise InvalidInput(f"block must be ≥ 1 tensor, got {block}.")
     edges = [slice(start, min(start + block, n)) for start in range(0, n, block)]
@@ -74,9 +69,7 @@ def fill_matrix(n: int, compute: Block, block: int = BLOCK_SIZE) -> np.ndarray:
 
 
 def list_pairs(rows: slice, columns: slice) -> np.ndarray:
-    """Pairs (pair, 2) of positions within two slices; within one and the same slice only the upper
-    triangle.
-    """
+    """Positions (pair, 2) within two slices; the upper triangle where they are the same."""
     n_rows, n_columns = rows.stop - rows.start, columns.stop - columns.start
     if rows == columns:
         return np.stack(np.triu_indices(n_rows), axis=1)

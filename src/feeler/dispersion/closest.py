@@ -14,9 +14,7 @@ from feeler.tensors.labels import label_like
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Closest:
-    """Each tensor's closest match among the others; arrays, or labelled ones where the tensors
-    were.
-    """
+    """Each tensor's closest match among the others; labelled where the tensors were."""
 
     trial: Any
     """Position of the match (trial,)."""
@@ -50,8 +48,7 @@ def find_closest(matrix: np.ndarray, *, greatest: bool = True) -> Closest:
 def search_closest(
     tensors: Any, index: str = "pearson", *, block: int = BLOCK_SIZE, **options: Any
 ) -> Closest:
-    """Each tensor's closest match by one index, in memory that grows with the block and not with
-    the pairs.
+    """Each tensor's closest match by one index, in memory that does not grow with the pairs.
 
     For sets whose full matrix would not fit: 10,000 tensors have 50 million pairs, but only 10,000
     matches.
@@ -85,9 +82,7 @@ def search_closest(
 
 
 def _improve(best: np.ndarray, match: np.ndarray, score: np.ndarray, start: int) -> None:
-    """Take over the better matches of a block, in place; blocks come in order, so at equal values
-    the earlier stays.
-    """
+    """Take over the better matches of a block, in place; of equals the earlier stays."""
     candidate = score.argmax(axis=1)
     value = score[np.arange(len(score)), candidate]
     better = value > best

@@ -1,6 +1,4 @@
-"""Dispersion of groups of tensors: closest matches, their average and its interval, by index and
-group.
-"""
+"""Dispersion of groups of tensors: closest matches, their average and its interval."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,14 +24,10 @@ class Dispersion:
     closest: dict[str, dict[Hashable, Closest]] = field(repr=False)
     """``closest[index][group]``; trials counted within the group."""
     average: dict[str, dict[Hashable, Interval]]
-    """``average[index][group]``: mean over the group's closest matches, with its bootstrap
-    interval.
-    """
+    """``average[index][group]``: mean of the group's closest matches, with its interval."""
 
     def values(self, index: str, group: Hashable) -> Any:
-        """Each tensor's index with its closest match (trial of the group,); labelled where the
-        tensors were.
-        """
+        """Each tensor's index with its closest match in the group (trial,)."""
         return self.closest[index][group].value
 
 

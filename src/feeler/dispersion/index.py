@@ -20,9 +20,7 @@ class Index:
     """Whether the closest match has the greatest value; False for a distance, which is least there.
     """
     needs_range: bool = False
-    """Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets that are
-    compared.
-    """
+    """Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets."""
 
     @property
     def sign(self) -> float:

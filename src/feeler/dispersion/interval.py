@@ -19,9 +19,7 @@ class Interval:
     low: float
     high: float
     effect: float = float("nan")
-    """Of a difference: Cohen's d_z, mean of the paired differences over their sd (inf if they are
-    all equal).
-    """
+    """Of a difference: Cohen's d_z, the mean of the paired differences over their sd."""
 
     def __str__(self) -> str:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"
@@ -56,9 +54,7 @@ def bootstrap_difference(
     n_resamples: int = _N_RESAMPLES,
     level: float = _LEVEL,
 ) -> Interval:
-    """Mean of a − b over paired values, e.g. the same 30 stimuli at two speeds, with interval and
-    effect size.
-    """
+    """Mean of a − b over paired values, with interval and effect size."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape:
         raise InvalidInput(

@@ -40,8 +40,9 @@ def compute_mse(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
 
 
 def _make_mse(array: np.ndarray) -> Block:
-    """Mean squared error of two slices of a set: one matrix product, near-identical pairs again by
-    subtraction.
+    """Mean squared error of two slices of a set, by one matrix product.
+
+    Pairs that are nearly identical are subtracted directly.
     """
     size = array[0].size
 

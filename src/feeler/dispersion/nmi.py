@@ -160,9 +160,7 @@ def _compare_pairs(a, histogram_a, b, histogram_b, pairs, self_information, gain
 
 @compiled
 def _normalise(together, alone_a, alone_b, n):
-    """2 I / (H_A + H_B) from the sums Σ c log c of the joint table and of its two margins, n
-    points.
-    """
+    """2 I / (H_A + H_B) of n points from the sums Σ c log c of the joint table and its margins."""
     if n == 0:
         return 1.0
     log_n = np.log(n)

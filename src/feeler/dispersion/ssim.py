@@ -135,9 +135,7 @@ def _pad(images: np.ndarray, border: str) -> np.ndarray:
 
 @compiled(inline="always")
 def _filter(image, taps, column, out):
-    """Separable window over ``image`` (Gaussian, symmetric) into ``out``; ``column`` holds the
-    half-filtered rows.
-    """
+    """Separable Gaussian window over ``image`` into ``out``; ``column`` is working space."""
     height, width = out.shape
     padded = image.shape[1]
     for y in range(height):

@@ -138,8 +138,7 @@ MOST_PIVOTS = 300
 
 @compiled
 def solve_nonnegative(seen, kernel, edge, activations):
-    """The least ½ h·G h − A·h over h ≥ 0 for each trial, G positive definite; activations are
-    overwritten.
+    """The least ½ h·G h − A·h over h ≥ 0 for each trial, in place; G is positive definite.
 
     Variables run by time, then component, so that G has a band of component × lag. The equations of
     a set of active variables are solved. Those that come out negative leave the set, and those

@@ -77,9 +77,7 @@ class Data:
         return invert_spectra(out, self.length, self.n_times)
 
     def gather(self, activations: np.ndarray, trials: slice) -> np.ndarray:
-        """Transform of B (component, sensor, lag): tensors correlated with activations, summed over
-        trials.
-        """
+        """Transform of B (component, sensor, lag): tensors correlated with activations."""
         h_re, h_im = compute_spectra(activations[trials], self.length)
         v_re, v_im = self.spectra[0, trials], self.spectra[1, trials]
         out = np.zeros((2, activations.shape[1], self.n_sensors, v_re.shape[2]))

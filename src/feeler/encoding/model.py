@@ -37,8 +37,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
         V_n(x, t) ≈ Σ_m Σ_τ W_m(x, τ) H_nm(t − τ),   τ = 0 … n_lags − 1,   W ≥ 0, H ≥ 0.
 
     The fit lowers ½ Σ_n ‖V_n − V̂_n‖² and never raises it. The bases take multiplicative updates.
-    The activations take projected-gradient steps with Hoyer's exact projection, row by row; a step is
-    accepted only if the loss falls. No trial runs into the next.
+    The activations take projected-gradient steps with Hoyer's exact projection, row by row; a step
+    is accepted only if the loss falls. No trial runs into the next.
 
     Parameters
     ----------

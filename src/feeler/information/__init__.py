@@ -1,6 +1,4 @@
-"""Information: how much a noisy tensor tells about the touch. Arrays in, numbers out; no simulator
-needed.
-"""
+"""Information: how much a noisy tensor tells about the touch. No simulator needed."""
 
 from feeler.information.bits import (
     Information,

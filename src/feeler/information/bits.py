@@ -1,5 +1,4 @@
-r"""Bits: exact mutual information between a touch and its noisy tensor, and the accuracy of an
-ideal decoder.
+r"""Bits: exact mutual information of touch and noisy tensor, and the ideal accuracy.
 
 One of K known tensors x_k (equally likely) arrives as y = x_j + σ_j n, with n white Gaussian of D
 entries. An observer who knows all x_k and σ_k needs only the likelihood ratios
@@ -54,8 +53,9 @@ def compute_information(
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> Information:
-    """Mutual information between an equally likely touch and its tensor in white Gaussian noise, by
-    exact Monte Carlo.
+    """Mutual information between an equally likely touch and its tensor in white noise.
+
+    Exact Monte Carlo of Gaussian noise.
 
     Parameters
     ----------
@@ -92,8 +92,9 @@ def measure_information(
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> Information:
-    """The same from inner products (:func:`compute_energy`); ``entries`` is D, asked for where
-    ``sd`` differs.
+    """The same from inner products (:func:`compute_energy`).
+
+    ``entries`` is D, which is needed where ``sd`` differs.
     """
     return _measure(
         _spread(energy), _check_sd(sd, len(energy), entries), entries, n_draws, random_state
@@ -132,9 +133,7 @@ def _measure(
 def _compare(
     distance: np.ndarray, drawn: np.ndarray, total: np.ndarray, sd: np.ndarray, entries: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Means over the sent tensor of the posterior's entropy [nat] and of its greatest value,
-    (draw,).
-    """
+    """Mean entropy [nat] and mean greatest value of the posterior over the sent tensor (draw,)."""
     ratio = (drawn[:, None, :] - drawn[:, :, None]) * sd[:, None]  # (draw, sent, candidate)
     ratio -= distance / 2
     ratio /= sd**2
@@ -192,8 +191,7 @@ def find_noise(
     n_draws: Annotated[int, "> 0"] = _N_DRAWS,
     random_state: int = 0,
 ) -> tuple[float, float]:
-    """Noise at which an ideal decoder names this share of the touches right, and its standard
-    error.
+    """Noise at which an ideal decoder names this share of the touches right, ± its error.
 
     Both in the unit of the tensors (for ``scale_peaks``: in peaks). The same noise is drawn at
     every level, so that the accuracy is a smooth function of the level. Undefined (NaN) where

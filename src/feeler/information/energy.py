@@ -1,6 +1,4 @@
-"""Energies: inner products of the tensors of a set, all that white noise lets an observer use of
-them.
-"""
+"""Energies: the inner products of tensors, all that white noise lets one use of them."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -33,8 +31,7 @@ def compute_energy(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
 def compute_energies(
     tensors: Annotated[np.ndarray, "trial sensor time"], ends: Sequence[int], start: int = 0
 ) -> np.ndarray:
-    """What :func:`compute_energy` gives of the samples ``start`` to each of ``ends``, (end, trial,
-    trial).
+    """Energies (end, trial, trial) of the samples from ``start`` to each of ``ends``.
 
     Each window goes on where the one before ended, so that all of them cost hardly more than the
     longest.
@@ -54,8 +51,7 @@ def compute_energies(
 
 @checked
 def scale_peaks(tensors: Annotated[np.ndarray, "trial ..."]) -> np.ndarray:
-    """Each tensor divided by its own greatest magnitude; noise of sd σ is then σ of each tensor's
-    peak.
+    """Each tensor divided by its own peak, so that noise of sd σ is σ of each peak.
 
     So neither loudness nor the level of the noise says which touch it was. Noise whose level
     follows the peak of an unscaled tensor would betray it: over 20,000 entries a level can be told

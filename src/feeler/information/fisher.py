@@ -1,6 +1,4 @@
-"""Fisher information about continuous properties of a touch, and the least error that any unbiased
-reader can reach.
-"""
+"""Fisher information about properties of a touch, and the least error it leaves."""
 
 from typing import Annotated
 
@@ -14,8 +12,9 @@ from feeler.errors import InvalidInput
 def compute_fisher(
     derivatives: Annotated[np.ndarray, "parameter ..."], sd: Annotated[float, "> 0"]
 ) -> np.ndarray:
-    """Fisher information (parameter, parameter) = ∂x/∂θ_a · ∂x/∂θ_b / σ² of a tensor x(θ) in white
-    Gaussian noise.
+    """Fisher information (parameter, parameter) of a tensor x(θ) in white Gaussian noise.
+
+    ∂x/∂θ_a · ∂x/∂θ_b / σ².
 
     Parameters
     ----------
@@ -36,8 +35,9 @@ def compute_fisher(
 def compute_bounds(
     fisher: Annotated[np.ndarray, "parameter parameter"], joint: bool = True
 ) -> np.ndarray:
-    """Cramér–Rao bounds (parameter,): the least standard deviation of an unbiased estimate, in
-    units of the parameters.
+    """Cramér–Rao bounds (parameter,): the least sd of an unbiased estimate.
+
+    In the units of the parameters.
 
     ``joint``: the other parameters are unknown too, √(F⁻¹)_aa; otherwise they are known, 1/√F_aa,
     which is never greater. A parameter that the tensor does not tell, or not apart from the others,

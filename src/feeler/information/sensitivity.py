@@ -1,6 +1,4 @@
-"""Sensitivity: how a touch's tensor changes with its place, its size and its speed, by the engine's
-own differences.
-"""
+"""Sensitivity: how a touch's tensor changes with its place, its size and its speed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,9 +20,7 @@ class Parameter:
 
     unit: str
     step: float
-    """Default step of the difference, in ``unit``; it is halved once to see whether it was small
-    enough.
-    """
+    """Default step of the difference, in ``unit``; it is halved once as a check."""
     move: Callable[[Antenna, Trial, float], Trial]
     """``move(antenna, trial, by)``: the trial with the property changed by ``by``."""
 
@@ -62,8 +58,7 @@ def differentiate_touches(
     quantity: str = "angle",
     **options: Any,
 ) -> xr.Dataset:
-    """∂x/∂θ of each touch by central differences of the simulated tensors, with the check that they
-    have converged.
+    """∂x/∂θ of each touch by central differences of simulated tensors, with a check.
 
     Every difference is taken twice, with the parameter's own step h and with h/2; the latter is
     given back. The smooth contact (the default) is what makes the limit exist: with ``hard``
@@ -123,8 +118,7 @@ def scale_derivatives(
     derivatives: Annotated[np.ndarray, "parameter trial ..."],
     tensors: Annotated[np.ndarray, "trial ..."],
 ) -> np.ndarray:
-    """Derivatives of x/p from those of x, p being each tensor's greatest magnitude: (∂x − x ∂p/p) /
-    p.
+    """Derivatives of x/p from those of x, where p is each tensor's peak: (∂x − x ∂p/p) / p.
 
     What :func:`feeler.information.scale_peaks` is to tensors. The peak is taken to stay where it
     is.

@@ -1,6 +1,4 @@
-"""Response: measured quantities of a recorded motion. Plain arrays in; nothing here needs a
-simulator.
-"""
+"""Response: measured quantities of a recorded motion. No simulator needed."""
 
 from feeler.response.bending import measure_bending_stiffness
 from feeler.response.decay import DampedCosine, fit_damped_cosine

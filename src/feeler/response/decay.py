@@ -1,4 +1,4 @@
-"""A damped cosine fitted to a whole record: the second definition of frequency and damping ratio."""
+"""A damped cosine fitted to a whole record: another frequency and damping ratio."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,9 @@ from feeler.response.trace import check_trace
 
 @dataclass(frozen=True, kw_only=True)
 class DampedCosine:
-    """``offset + amplitude · exp(−ζ ω₀ t) · cos(2π f t + phase)``, t from the first sample, ω₀ = 2π
-    f / √(1 − ζ²).
+    """``offset + amplitude · exp(−ζ ω₀ t) · cos(2π f t + phase)``, ω₀ = 2π f / √(1 − ζ²).
+
+    t runs from the first sample.
     """
 
     frequency: float
@@ -30,8 +31,7 @@ class DampedCosine:
 def fit_damped_cosine(
     time: np.ndarray, signal: np.ndarray, frequency: float, damping_ratio: float = 0.3
 ) -> DampedCosine:
-    """Least-squares damped cosine over the whole record, from a first guess of frequency [kHz] and
-    damping ratio.
+    """Least-squares damped cosine over the whole record, from a first guess.
 
     Only decay rate and frequency are searched; amplitude, phase and offset are linear and solved
     for exactly (variable projection, Golub & Pereyra 1973, doi:10.1137/0710036).

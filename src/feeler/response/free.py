@@ -17,16 +17,12 @@ PEAK_FLOOR = (
 
 @dataclass(frozen=True, kw_only=True)
 class FreeResponse:
-    """What was measured on one free response. A quantity that it does not have is ``None``, never a
-    number.
-    """
+    """What was measured on one free response; None where it has no such quantity."""
 
     overdamped: bool
     """The response creeps back without crossing its rest position: it has no damped frequency."""
     frequency: float | None
-    """Damped natural frequency [kHz], half a period between first opposite peak and following
-    trough.
-    """
+    """Damped natural frequency [kHz], from first opposite peak to following trough."""
     damping_ratio: float | None
     """ζ [1] by logarithmic decrement, first opposite peak → following trough."""
     fitted_frequency: float | None
@@ -40,9 +36,7 @@ class FreeResponse:
     settle_5: float | None
     """The same for 5 %."""
     rejected: float | None
-    """Share of the step that is gone at the end of the first cycle (one damped period after
-    release) [1].
-    """
+    """Share of the step that is gone one damped period after release [1]."""
     peak_time: float | None
     """Time of the first opposite peak [ms]."""
     peak: float | None
@@ -137,9 +131,7 @@ def measure_free_response(
 def _opposite_turns(
     time: np.ndarray, share: np.ndarray, floor: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """First opposite peak and the trough after it: the largest |extremum| of each half cycle
-    between zero crossings.
-    """
+    """First opposite peak and the trough after it: the largest turns of two half cycles."""
     times, heights = find_extrema(time, share, floor)
     after = np.flatnonzero(heights < 0)
     if not len(after):
@@ -169,9 +161,7 @@ def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | Non
 
 
 def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> FreeResponse:
-    """One opposite turn and no trough: so damped that the rest is below the floor, or cut too
-    early.
-    """
+    """One opposite turn and no trough: overdamped, or cut too early."""
     if settle[1] is None or abs(share[-1]) > 0.05:
         raise InvalidInput(
             f"the trace ({time[-1] - time[0]:g} ms) is too short to hold one cycle: it ends at"

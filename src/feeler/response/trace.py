@@ -71,8 +71,9 @@ def _check_time(time: np.ndarray, name: str) -> None:
 def find_extrema(
     time: np.ndarray, signal: np.ndarray, floor: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and heights of the inner maxima of |signal| beyond ``floor``, each a parabola through
-    three samples.
+    """Times and heights of the inner maxima of |signal| beyond ``floor``.
+
+    Each is that of a parabola through three samples.
 
     The parabola is what keeps a cost smooth: peaks that jump from sample to sample make it a
     staircase.
@@ -89,8 +90,9 @@ def find_extrema(
 
 
 def find_vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Where the parabola through three samples turns, in samples from the middle one; 0 where all
-    but their last bit is one.
+    """Where the parabola through three samples turns, in samples from the middle one.
+
+    0 where all but their last bit is one.
     """
     bend = before - 2 * here + after
     return np.where(bend == 0, 0.0, 0.5 * (before - after) / np.where(bend == 0, 1.0, bend))
