@@ -6,16 +6,48 @@ Friction is Coulomb's in all of them, with the coefficient of the object (``Obje
 sets how far surfaces sink in, ``solref`` how fast they come back. The ``rod`` engines stand for the
 limit of rigid surfaces: a spring at each hinge, so stiff that it sinks in by 0.001 mm (``rod``) or
 0.02 mm (``rod-inertia``), see ``feeler.physics.rod.model``. A time constant means nothing where
-nothing has inertia, so they read neither ``solref`` nor ``solimp``. Their friction sticks by a
+nothing has inertia, so they read nothing of :class:`Contact`. Their friction sticks by a
 spring as stiff, and slips at the coefficient times the normal force of the step before.
+
+The default contact follows from the antenna and from how fast it is touched. Let a contact at arc
+length s push the antenna aside by δ. Statically the antenna answers with the force δ/C, where
+C = Σ (s − s_n)² / k_n sums over the hinges n up to there, and a contact that has sunk by r answers
+with g(r) r / (τ² w), g(r) = (d/d_max)² / (1 − d), where τ is its time constant times its damping
+ratio and w the inverse mass that MuJoCo reckons with at that segment. From both follow
+
+* d_max: where d has risen to d_max, the sink is the share (1 − d_max) τ² w / C of the push,
+  whatever the push. It is at most ``share`` if 1 − d_max = share · C / (τ² w),
+  which holds up to ``HARDEST``: closer to a stiff base the share is greater.
+* the least width: d has risen to d_max when the push is that of a ``turn`` of the base,
+  δ = turn · s, if the width is share · turn · s. Smaller pushes sink in less than that width.
+* the width under motion: an object of speed v crosses the width v · ``crossing`` in that time, so
+  the contact delays what happens by less than that, and a timestep of up to ``crossing`` never
+  steps across it.
+
+The width is the greater of the two, and at most half the antenna's radius.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
+
+# Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
+HARDEST = 0.99
+
+
+class Softness(NamedTuple):
+    """What :class:`Contact` comes to on each segment of an antenna (segment,)."""
+
+    d_max: np.ndarray
+    width: np.ndarray
+    """At rest [mm]."""
+    widest: np.ndarray
+    """The most that motion may widen it to [mm]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,12 +60,22 @@ class Contact:
     (1 − d) / d times the inverse mass that the antenna shows there. A small d_min makes the force
     begin at zero, so that it depends smoothly on everything.
 
-    ``solref`` = (time constant [ms], damping ratio); ``solimp`` = (d_min, d_max, width [mm],
-    midpoint, power).
+    With ``share`` and ``crossing``, width and d_max follow from the antenna and from how fast it is
+    touched, as this module derives; those of ``solimp`` are then the least.
     """
 
     solref: tuple[float, float] = (0.2, 1.0)
+    """Time constant [ms], damping ratio."""
     solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
+    """d_min, d_max, width [mm], midpoint, power."""
+    share: float = 0.0
+    """The most that surfaces sink in, over the push; 0: whatever ``solimp`` gives."""
+    turn: float = 0.005
+    """Turn of the base [rad] whose push the width is made for."""
+    crossing: float = 0.0
+    """Time in which a moving object crosses the width [ms]; 0: motion does not widen it."""
+    speed: float = 0.0
+    """The least speed to reckon with [mm/ms], for motion that is commanded later."""
 
     def __post_init__(self) -> None:
         if not (
@@ -55,6 +97,10 @@ class Contact:
                 "solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1),"
                 f" got {self.solimp}."
             )
+        for name in ("share", "turn", "crossing", "speed"):
+            value = getattr(self, name)
+            if not 0 <= value < (1 if name == "share" else np.inf):
+                raise InvalidInput(f"Contact.{name} must be finite and ≥ 0, got {value}.")
 
     def check_timestep(self, timestep: float) -> None:
         """Refuse a timestep above half the time constant, where MuJoCo would silently soften the
@@ -67,10 +113,80 @@ class Contact:
                 f" {self.solref[0]:g} ms; use at most {limit:g} ms, or a softer Contact."
             )
 
+    def halve(self) -> "Contact":
+        """The contact of half the width."""
+        low, high, width, *rest = self.solimp
+        return replace(
+            self,
+            solimp=(low, high, width / 2, *rest),
+            share=self.share / 2,
+            crossing=self.crossing / 2,
+        )
+
+    def soften(self, antenna: Antenna) -> Softness:
+        """Width and d_max at each segment of an antenna, as this module derives them."""
+        _, high, width, _, _ = self.solimp
+        place = antenna.hinge_position + antenna.segment_length / 2
+        most, least = np.full(place.shape, high), np.full(place.shape, width)
+        if self.share:
+            stretch = np.prod(self.solref) ** 2 * compute_invweight(
+                antenna.segment_length, antenna.segment_mass
+            )
+            asked = 1 - self.share * compute_compliance(antenna) / stretch
+            most = np.maximum(high, np.minimum(asked, HARDEST))
+            least = np.maximum(width, self.share * self.turn * place)
+        widest = antenna.radius / 2 if self.share or self.crossing else least
+        return Softness(most, np.minimum(least, widest), widest)
+
+    def widen(self, speed: float) -> float:
+        """The width [mm] that an object of a speed [mm/ms] crosses in time."""
+        return self.crossing * max(speed, self.speed)
+
+
+def compute_compliance(antenna: Antenna) -> np.ndarray:
+    """How far a force across the straight antenna pushes each segment's centre aside (segment,)
+    [mm/N].
+    """
+    hinge = antenna.hinge_position
+    lever = hinge + antenna.segment_length / 2 - hinge[:, None]
+    return np.sum(np.where(lever > 0, lever, 0.0) ** 2 / antenna.stiffness[:, None], axis=0)
+
+
+def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹
+    Jᵀ at each segment's centre, straight chain, where only motion across the chain is possible.
+
+    One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
+    """
+    n, length, mass = (
+        len(length),
+        length.tolist(),
+        mass.tolist(),
+    )  # Python's own floats: faster one by one
+    lever, across, inverse = [0.0] * n, [0.0] * n, [0.0] * n
+    carried = 0.0  # articulated mass across the chain that the distal part shows at its hinge
+    for i in range(n - 1, -1, -1):
+        inertia = mass[i] * length[i] ** 2 / 3 + carried * length[i] ** 2
+        coupling = mass[i] * length[i] / 2 + carried * length[i]
+        carried = mass[i] + carried - coupling**2 / inertia
+        lever[i], inverse[i] = coupling / inertia, 1 / inertia
+    # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
+    hinge = 0.0
+    for i in range(n):
+        turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
+        across[i] = hinge + length[i] * mixed + length[i] ** 2 / 4 * turn
+        hinge = hinge + 2 * length[i] * mixed + length[i] ** 2 * turn
+    return np.array(across) / 3
+
 
 CONTACTS: Registry[Contact] = Registry("contact")
-"""Contacts by name: ``smooth`` (the default) and ``hard`` (that of version 0.1)."""
-CONTACTS.register("smooth", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))
+"""Contacts by name: ``smooth`` (the default, which follows from the antenna), ``even`` (that of
+version 0.2: within 0.05 mm whatever touches) and ``hard`` (that of version 0.1).
+"""
+CONTACTS.register(
+    "smooth", Contact(solimp=(1e-3, 0.95, 1e-6, 0.5, 2.0), share=0.005, turn=0.005, crossing=0.1)
+)
+CONTACTS.register("even", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))
 CONTACTS.register("hard", Contact())
 DEFAULT_CONTACT = "smooth"
 

@@ -76,6 +76,33 @@ class Scene:
         return (0.0, 0.0, 0.0) if self.base_motion is None else self.base_motion.compute_rate()
 
     @property
+    def speed(self) -> float:
+        """The greatest speed [mm/ms] at which an object and the base are told to close in.
+
+        A turn counts with the distance between object and base, up to the antenna's length, and
+        that of an object with its extent.
+        """
+        fastest = 0.0
+        for o, item in enumerate(self.objects):
+            path = self.paths[o] if self.paths else None
+            legs = [item.velocity] if path is None else path.velocity
+            corners = np.concatenate(item.feature.parts)
+            extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
+            own = abs(item.turn) * min(extent, self.antenna.length)
+            far = min(float(np.hypot(*(np.asarray(item.place) - self.base_pose[:2]))), self.antenna.length)
+            for rate in self._list_base_rates():
+                apart = np.hypot(*(np.asarray(legs) - rate[:2]).T).max()
+                fastest = max(fastest, float(apart) + own + abs(float(rate[2])) * far)
+        return fastest
+
+    def _list_base_rates(self) -> np.ndarray:
+        """Rates (·, 3) of the base, from sample to sample of a recorded path."""
+        motion = self.base_motion
+        if motion is None or motion.time is None or motion.pose is None:
+            return np.array([self.base_velocity])
+        return np.diff(motion.pose, axis=0) / np.diff(motion.time)[:, None]
+
+    @property
     def follows(self) -> bool:
         """Whether the base follows a recorded path."""
         return self.base_motion is not None and self.base_motion.time is not None

@@ -69,6 +69,8 @@ def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None
 
 def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     antenna, parent = scene.antenna, spec.worldbody
+    soft = scene.contact.soften(antenna)
+    width = np.maximum(soft.width, np.minimum(scene.contact.widen(scene.speed), soft.widest))
     (x, y, heading), first = scene.base_pose, [0.0, 0.0, 0.0]
     if moving:
         parent = parent.add_body(name="base", pos=[x, y, 0.0])
@@ -105,7 +107,8 @@ def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
             contype=1,
             conaffinity=0,
             rgba=[0.45, 0.25, 0.1, 1],
-            **_softness(scene, 0.0),
+            solmix=1.0,
+            **_softness(scene, 0.0, soft.d_max[n], width[n]),
         )
         parent = body
 
@@ -120,13 +123,18 @@ def _add_planar_joints(body: mujoco.MjsBody, name: str, mass: float) -> None:
     body.gravcomp = 1.0
 
 
-def _softness(scene: Scene, friction: float) -> dict[str, object]:
-    """A pair of geoms takes the larger friction and dimension of its two: the object's."""
+def _softness(
+    scene: Scene, friction: float, d_max: float = 0.95, width: float = 0.05
+) -> dict[str, object]:
+    """A pair of geoms takes the larger friction and dimension of its two, the object's, and of
+    ``solimp`` the one that has a ``solmix``: the antenna's.
+    """
+    low, _, _, midpoint, power = scene.contact.solimp
     return {
         "condim": 3 if friction > 0 else 1,
         "friction": [max(friction, MIN_FRICTION), 0.005, 0.0001],  # torsion and rolling are unused
         "solref": list(scene.contact.solref),
-        "solimp": list(scene.contact.solimp),
+        "solimp": [low, d_max, width, midpoint, power],
     }
 
 
@@ -138,6 +146,7 @@ def _add_object(spec: mujoco.MjSpec, scene: Scene, o: int, item: Object) -> None
             contype=0,
             conaffinity=1,
             rgba=[0.2, 0.5, 0.3, 1],
+            solmix=0.0,
             **_softness(scene, item.friction),
             **shape,
         )

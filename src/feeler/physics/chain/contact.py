@@ -20,15 +20,11 @@ MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999  # MuJoCo's mjMINIMP, mjMAXIMP
 
 
 @inlined
-def compute_impedance(distance, obj, o, lane):
-    """MuJoCo's d(r): from d_min at the surface to d_max at ``width``, a power law on either side of
-    the midpoint.
+def compute_impedance(distance, high, width, obj, o, lane):
+    """MuJoCo's d(r): from d_min at the surface to d_max = ``high`` at ``width``, a power law on
+    either side of the midpoint.
     """
-    low, high, width = (
-        obj[o, f.O_MIN_IMPEDANCE, lane],
-        obj[o, f.O_MAX_IMPEDANCE, lane],
-        obj[o, f.O_WIDTH, lane],
-    )
+    low = obj[o, f.O_D_MIN, lane]
     middle, power = obj[o, f.O_MIDPOINT, lane], obj[o, f.O_POWER, lane]
     x = abs(distance) / width
     if x >= 1.0:
@@ -65,9 +61,12 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             place[o, f.P_VY, lane] - turn * ox,
         )  # the object's point
         vx, vy = mx - base[0, f.B_VX, lane], my - base[0, f.B_VY, lane]  # seen from the base
-        mu, impedance = obj[o, f.O_FRICTION, lane], compute_impedance(distance, obj, o, lane)
+        wide = min(obj[o, f.O_WIDTH, lane], constants[f.C_WIDEST, i, lane])
+        wide = max(wide, constants[f.C_WIDTH, i, lane])
+        impedance = compute_impedance(distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane)
+        mu = obj[o, f.O_FRICTION, lane]
         normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
-        pull = -obj[o, f.O_K, lane] * impedance * distance
+        pull = -constants[f.C_K, i, lane] * impedance * distance
         omega, wx, wy = (
             work[f.W_OMEGA, i, lane],
             work[f.W_VX, i, lane] - vx,
@@ -82,7 +81,7 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             rows[row, f.R_W0], rows[row, f.R_W1], rows[row, f.R_W2] = lever, dx, dy
             rows[row, f.R_ARM] = dx * mx + dy * my
             rows[row, f.R_WEIGHT] = normal if side == 1 else edge
-            rows[row, f.R_AIM] = pull - obj[o, f.O_B, lane] * (lever * omega + dx * wx + dy * wy)
+            rows[row, f.R_AIM] = pull - constants[f.C_B, i, lane] * (lever * omega + dx * wx + dy * wy)
 
 
 @inlined

@@ -14,8 +14,13 @@ LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per 
     C_INVWEIGHT,
     C_START,  # arc length of its hinge, and its own length, over the antenna's length
     C_PORTION,
-) = range(10)
-N_CONSTANTS = 10
+    C_D_MAX,  # of its contacts: greatest impedance, width at rest, the most that motion makes it
+    C_WIDTH,
+    C_WIDEST,
+    C_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
+    C_B,
+) = range(15)
+N_CONSTANTS = 15
 
 # what the whole antenna feels, and its base: a point that moves as it is told to
 (
@@ -52,16 +57,13 @@ N_BASE = 25
 (
     O_ROUNDING,
     O_FRICTION,
-    O_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
-    O_B,
-    O_MIN_IMPEDANCE,
-    O_MAX_IMPEDANCE,
-    O_WIDTH,
+    O_D_MIN,  # least impedance
+    O_WIDTH,  # width that motion asks for [mm]
     O_MIDPOINT,
     O_POWER,
-) = range(9)
+) = range(6)
 # first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
-O_PLANES = 9
+O_PLANES = 6
 N_PLANES = 4
 N_OBJECT = O_PLANES + 3 * N_PLANES
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.chain import fields as f
-from feeler.physics.contact import Contact
+from feeler.physics.contact import Contact, compute_invweight
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
@@ -51,9 +51,9 @@ def make_model(scene: Scene) -> ChainModel:
         for _, corners in s
     ]
     return ChainModel(
-        constants=_make_constants(scene.antenna),
+        constants=_make_constants(scene.antenna, scene.contact),
         base=_make_base(scene),
-        obj=np.array([_make_object(o, scene.contact) for o in scene.objects]).reshape(
+        obj=np.array([_make_object(o, scene) for o in scene.objects]).reshape(
             -1, f.N_OBJECT
         ),
         place=np.array([_make_place(o, scene) for o in scene.objects]).reshape(-1, f.N_PLACE),
@@ -81,7 +81,7 @@ def order_box(corners: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)  # antennae compare by identity and never change
-def _make_constants(antenna: Antenna) -> np.ndarray:
+def _make_constants(antenna: Antenna, contact: Contact) -> np.ndarray:
     table = np.zeros((f.N_CONSTANTS, antenna.n_segments))
     table[f.C_LENGTH], table[f.C_MASS], table[f.C_RADIUS] = (
         antenna.segment_length,
@@ -97,34 +97,12 @@ def _make_constants(antenna: Antenna) -> np.ndarray:
     table[f.C_START] = antenna.hinge_position / antenna.length
     table[f.C_PORTION] = antenna.segment_length / antenna.length
     table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
+    time_constant, damping_ratio = contact.solref
+    high, table[f.C_WIDTH], table[f.C_WIDEST] = contact.soften(antenna)
+    table[f.C_D_MAX] = high
+    table[f.C_K] = 1 / np.maximum(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
+    table[f.C_B] = 2 / np.maximum(MIN_VALUE, high * time_constant)
     return table
-
-
-def compute_invweight(length: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """MuJoCo's ``body_invweight0`` for translation (segment,) [1/g]: a third of the trace of J M⁻¹
-    Jᵀ at each segment's centre, straight chain, where only motion across the chain is possible.
-
-    One articulated sweep towards the base and one outwards, O(n): Ω_i = X Ω_(i−1) Xᵀ + S D⁻¹ Sᵀ.
-    """
-    n, length, mass = (
-        len(length),
-        length.tolist(),
-        mass.tolist(),
-    )  # Python's own floats: faster one by one
-    lever, across, inverse = [0.0] * n, [0.0] * n, [0.0] * n
-    carried = 0.0  # articulated mass across the chain that the distal part shows at its hinge
-    for i in range(n - 1, -1, -1):
-        inertia = mass[i] * length[i] ** 2 / 3 + carried * length[i] ** 2
-        coupling = mass[i] * length[i] / 2 + carried * length[i]
-        carried = mass[i] + carried - coupling**2 / inertia
-        lever[i], inverse[i] = coupling / inertia, 1 / inertia
-    # inverse inertia across the chain at this hinge, and its couplings with the turn of the segment
-    hinge = 0.0
-    for i in range(n):
-        turn, mixed = inverse[i] + lever[i] ** 2 * hinge, -lever[i] * hinge
-        across[i] = hinge + length[i] * mixed + length[i] ** 2 / 4 * turn
-        hinge = hinge + 2 * length[i] * mixed + length[i] ** 2 * turn
-    return np.array(across) / 3
 
 
 def _make_base(scene: Scene) -> np.ndarray:
@@ -135,14 +113,10 @@ def _make_base(scene: Scene) -> np.ndarray:
     return table
 
 
-def _make_object(item: Object, contact: Contact) -> np.ndarray:
+def _make_object(item: Object, scene: Scene) -> np.ndarray:
     table = np.zeros(f.N_OBJECT)
-    time_constant, damping_ratio = contact.solref
-    low, high, width, midpoint, power = contact.solimp
-    table[f.O_K] = 1 / max(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
-    table[f.O_B] = 2 / max(MIN_VALUE, high * time_constant)
-    table[f.O_MIN_IMPEDANCE], table[f.O_MAX_IMPEDANCE], table[f.O_WIDTH] = low, high, width
-    table[f.O_MIDPOINT], table[f.O_POWER] = midpoint, power
+    table[f.O_D_MIN], _, _, table[f.O_MIDPOINT], table[f.O_POWER] = scene.contact.solimp
+    table[f.O_WIDTH] = scene.contact.widen(scene.speed)
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
     table[f.O_ROUNDING] = item.feature.rounding
     table[f.O_PLANES :] = _make_planes(item).ravel()
