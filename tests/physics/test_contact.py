@@ -98,8 +98,7 @@ def test_the_impedance_is_the_one_that_mujoco_documents():
 
     low, high, width, middle, power = 0.01, 0.9, 0.05, 0.3, 3.0
     obj = np.zeros((1, f.N_OBJECT, 1))
-    rows = [f.O_MIN_IMPEDANCE, f.O_MAX_IMPEDANCE, f.O_WIDTH, f.O_MIDPOINT, f.O_POWER]
-    obj[0, rows, 0] = low, high, width, middle, power
+    obj[0, [f.O_D_MIN, f.O_MIDPOINT, f.O_POWER], 0] = low, middle, power
     for depth in np.linspace(0, 1.5 * width, 31):
         x = min(depth / width, 1.0)
         y = (
@@ -107,7 +106,7 @@ def test_the_impedance_is_the_one_that_mujoco_documents():
             if x <= middle
             else 1 - (1 - x) ** power / (1 - middle) ** (power - 1)
         )
-        assert compute_impedance(-depth, obj, 0, 0) == pytest.approx(
+        assert compute_impedance(-depth, high, width, obj, 0, 0) == pytest.approx(
             low + y * (high - low), rel=1e-12
         )
 

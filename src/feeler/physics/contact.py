@@ -22,9 +22,10 @@ ratio and w the inverse mass that MuJoCo reckons with at that segment. From both
   δ = turn · s, if the width is share · turn · s. Smaller pushes sink in less than that width.
 * the width under motion: an object of speed v crosses the width v · ``crossing`` in that time, so
   the contact delays what happens by less than that, and a timestep of up to ``crossing`` never
-  steps across it.
+  steps across it. An object slower than the antenna's own swings meets these, not its own speed:
+  up to an eighth of the radius the width is v · ``lingering``, five times as wide.
 
-The width is the greater of the two, and at most half the antenna's radius.
+The width is the greatest of these, and at most half the antenna's radius.
 """
 
 from dataclasses import dataclass, replace
@@ -46,8 +47,15 @@ class Softness(NamedTuple):
     d_max: np.ndarray
     width: np.ndarray
     """At rest [mm]."""
+    slow: np.ndarray
+    """The most that slow motion widens it to [mm]."""
     widest: np.ndarray
-    """The most that motion may widen it to [mm]."""
+    """The most that any motion widens it to [mm]."""
+
+    def widen(self, slow: float, fast: float) -> np.ndarray:
+        """The width under motion (segment,) [mm], by the two that :meth:`Contact.widen` gives."""
+        moved = np.maximum(np.minimum(slow, self.slow), np.minimum(fast, self.widest))
+        return np.maximum(self.width, moved)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +82,8 @@ class Contact:
     """Turn of the base [rad] whose push the width is made for."""
     crossing: float = 0.0
     """Time in which a moving object crosses the width [ms]; 0: motion does not widen it."""
+    lingering: float = 0.0
+    """The same for a slow object, until the width is an eighth of the antenna's radius [ms]."""
     speed: float = 0.0
     """The least speed to reckon with [mm/ms], for motion that is commanded later."""
 
@@ -97,7 +107,7 @@ class Contact:
                 "solimp must be (0 < d_min ≤ d_max < 1, width > 0, 0 < midpoint < 1, power ≥ 1),"
                 f" got {self.solimp}."
             )
-        for name in ("share", "turn", "crossing", "speed"):
+        for name in ("share", "turn", "crossing", "lingering", "speed"):
             value = getattr(self, name)
             if not 0 <= value < (1 if name == "share" else np.inf):
                 raise InvalidInput(f"Contact.{name} must be finite and ≥ 0, got {value}.")
@@ -121,6 +131,7 @@ class Contact:
             solimp=(low, high, width / 2, *rest),
             share=self.share / 2,
             crossing=self.crossing / 2,
+            lingering=self.lingering / 2,
         )
 
     def soften(self, antenna: Antenna) -> Softness:
@@ -136,11 +147,14 @@ class Contact:
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
         widest = antenna.radius / 2 if self.share or self.crossing else least
-        return Softness(most, np.minimum(least, widest), widest)
+        return Softness(most, np.minimum(least, widest), widest / 4, widest)
 
-    def widen(self, speed: float) -> float:
-        """The width [mm] that an object of a speed [mm/ms] crosses in time."""
-        return self.crossing * max(speed, self.speed)
+    def widen(self, speed: float) -> tuple[float, float]:
+        """The widths [mm] that an object of a speed [mm/ms] crosses in ``lingering`` and
+        ``crossing``.
+        """
+        fastest = max(speed, self.speed)
+        return self.lingering * fastest, self.crossing * fastest
 
 
 def compute_compliance(antenna: Antenna) -> np.ndarray:
@@ -184,7 +198,10 @@ CONTACTS: Registry[Contact] = Registry("contact")
 version 0.2: within 0.05 mm whatever touches) and ``hard`` (that of version 0.1).
 """
 CONTACTS.register(
-    "smooth", Contact(solimp=(1e-3, 0.95, 1e-6, 0.5, 2.0), share=0.005, turn=0.005, crossing=0.1)
+    "smooth",
+    Contact(
+        solimp=(1e-3, 0.95, 1e-6, 0.5, 2.0), share=0.005, turn=0.005, crossing=0.1, lingering=0.5
+    ),
 )
 CONTACTS.register("even", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))
 CONTACTS.register("hard", Contact())

@@ -70,7 +70,7 @@ def _set_options(option: mujoco.MjOption, scene: Scene, timestep: float) -> None
 def _add_antenna(spec: mujoco.MjSpec, scene: Scene, moving: bool) -> None:
     antenna, parent = scene.antenna, spec.worldbody
     soft = scene.contact.soften(antenna)
-    width = np.maximum(soft.width, np.minimum(scene.contact.widen(scene.speed), soft.widest))
+    width = soft.widen(*scene.contact.widen(scene.speed))
     (x, y, heading), first = scene.base_pose, [0.0, 0.0, 0.0]
     if moving:
         parent = parent.add_body(name="base", pos=[x, y, 0.0])

@@ -61,8 +61,9 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             place[o, f.P_VY, lane] - turn * ox,
         )  # the object's point
         vx, vy = mx - base[0, f.B_VX, lane], my - base[0, f.B_VY, lane]  # seen from the base
-        wide = min(obj[o, f.O_WIDTH, lane], constants[f.C_WIDEST, i, lane])
-        wide = max(wide, constants[f.C_WIDTH, i, lane])
+        slow = min(obj[o, f.O_SLOW, lane], constants[f.C_SLOW, i, lane])
+        fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
+        wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
         impedance = compute_impedance(distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane)
         mu = obj[o, f.O_FRICTION, lane]
         normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)

@@ -14,13 +14,15 @@ LANES = 8  # simulations stepped together; two AVX2 or one AVX-512 register per 
     C_INVWEIGHT,
     C_START,  # arc length of its hinge, and its own length, over the antenna's length
     C_PORTION,
-    C_D_MAX,  # of its contacts: greatest impedance, width at rest, the most that motion makes it
+    # of its contacts: greatest impedance, width at rest, the most that slow and any motion make it
+    C_D_MAX,
     C_WIDTH,
+    C_SLOW,
     C_WIDEST,
     C_K,  # contact stiffness and damping of the reference acceleration [1/ms², 1/ms]
     C_B,
-) = range(15)
-N_CONSTANTS = 15
+) = range(16)
+N_CONSTANTS = 16
 
 # what the whole antenna feels, and its base: a point that moves as it is told to
 (
@@ -58,12 +60,13 @@ N_BASE = 25
     O_ROUNDING,
     O_FRICTION,
     O_D_MIN,  # least impedance
-    O_WIDTH,  # width that motion asks for [mm]
+    O_SLOW,  # widths that its motion asks for, if slow and in any case [mm]
+    O_FAST,
     O_MIDPOINT,
     O_POWER,
-) = range(6)
+) = range(7)
 # first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
-O_PLANES = 6
+O_PLANES = 7
 N_PLANES = 4
 N_OBJECT = O_PLANES + 3 * N_PLANES
 

@@ -98,8 +98,9 @@ def _make_constants(antenna: Antenna, contact: Contact) -> np.ndarray:
     table[f.C_PORTION] = antenna.segment_length / antenna.length
     table[f.C_INVWEIGHT] = compute_invweight(antenna.segment_length, antenna.segment_mass)
     time_constant, damping_ratio = contact.solref
-    high, table[f.C_WIDTH], table[f.C_WIDEST] = contact.soften(antenna)
-    table[f.C_D_MAX] = high
+    soft = contact.soften(antenna)
+    high = table[f.C_D_MAX] = soft.d_max
+    table[f.C_WIDTH], table[f.C_SLOW], table[f.C_WIDEST] = soft.width, soft.slow, soft.widest
     table[f.C_K] = 1 / np.maximum(MIN_VALUE, (high * time_constant * damping_ratio) ** 2)
     table[f.C_B] = 2 / np.maximum(MIN_VALUE, high * time_constant)
     return table
@@ -116,7 +117,7 @@ def _make_base(scene: Scene) -> np.ndarray:
 def _make_object(item: Object, scene: Scene) -> np.ndarray:
     table = np.zeros(f.N_OBJECT)
     table[f.O_D_MIN], _, _, table[f.O_MIDPOINT], table[f.O_POWER] = scene.contact.solimp
-    table[f.O_WIDTH] = scene.contact.widen(scene.speed)
+    table[f.O_SLOW], table[f.O_FAST] = scene.contact.widen(scene.speed)
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
     table[f.O_ROUNDING] = item.feature.rounding
     table[f.O_PLANES :] = _make_planes(item).ravel()
