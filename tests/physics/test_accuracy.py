@@ -63,7 +63,7 @@ def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
         forward=(0.931403095705456, 0.3639893862604969),
         friction=1.416100293533228,
     )
-    scene = build_scene(antenna, wall)
+    scene = build_scene(antenna, wall, contact="even")
     runs = [run_scene(scene, Clock(duration=200.0, timestep=h)) for h in (0.1, 0.05, 0.0125)]
     assert (
         accuracy.compute_error(scene, *runs[:2]) < 0.005
@@ -93,7 +93,7 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
         forward=(0.8096806924043198, -0.5868706640714472),
         friction=1.091491731418962,
     )
-    scene = build_scene(antenna, box)
+    scene = build_scene(antenna, box, contact="even")
     runs = [run_scene(scene, Clock(duration=100.0, timestep=h)) for h in (0.05, 0.025, 0.003125)]
     assert (
         accuracy.compute_error(scene, *runs[:2]) < 0.005
@@ -122,7 +122,7 @@ def test_what_only_finer_steps_than_all_others_show_is_warned_of():
         forward=(0.7981025851905406, -0.6025215875901675),
         friction=0.09754682919532975,
     )
-    scene = build_scene(antenna, wall)
+    scene = build_scene(antenna, wall, contact="even")
     runs = [run_scene(scene, Clock(duration=20.0, timestep=0.1 / 2**k)) for k in (5, 6, 7)]
     assert (
         accuracy.compute_error(scene, *runs[:2]) < 0.005
@@ -146,7 +146,7 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
         friction=1.057,
         lead=2.354,
     )
-    scene = make_scene(antenna, trial)
+    scene = make_scene(antenna, trial, "even")
     coarse, half, fine = (
         run_scene(scene, Clock(duration=50.0, timestep=h)) for h in (0.05, 0.025, 0.0015625)
     )
@@ -233,7 +233,7 @@ def test_two_runs_side_by_side_are_what_they_are_alone(engine):
 
 def test_only_the_part_of_a_run_that_needs_it_is_refined(monkeypatch):
     """A sharp corner at 3 m/s, long before which nothing happens."""
-    scene, steps = touch("triangle", 1.0, n=30, contact="smooth", speed=3.0), []
+    scene, steps = touch("triangle", 1.0, n=30, contact="even", speed=3.0), []
     later = replace(
         scene.objects[0], place=tuple(np.array(scene.objects[0].place) - 60 * np.array((3.0, 0.0)))
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from feeler.physics.clock import Clock
-from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, Contact, get_contact
+from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, HARDEST, Contact, get_contact
 from feeler.physics.scene import Scene, make_scene
 from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
@@ -117,3 +117,37 @@ def test_contacts_have_names_and_smooth_is_the_default():
     assert get_contact("hard") == Contact()
     assert get_contact(Contact(solref=(0.4, 1.0))).solref == (0.4, 1.0)
     assert CONTACTS["smooth"].solimp[0] <= 1e-3  # the force begins at nothing
+
+
+class TestSoftness:
+    def test_follows_from_the_antenna(self):
+        """At the push of the turn it sinks in by its width, which is the share of that push."""
+        antenna, contact = make_preset("whisker"), get_contact()
+        soft, place = (
+            contact.soften(antenna),
+            antenna.hinge_position + antenna.segment_length / 2,
+        )
+        assert np.allclose(soft.width, np.minimum(2.5e-5 * place, antenna.radius / 2))
+        assert soft.d_max.min() == contact.solimp[1] and soft.d_max[0] == HARDEST
+        assert np.all(np.diff(soft.d_max[:40]) <= 0)
+
+    def test_widens_with_speed_up_to_half_the_radius(self):
+        antenna, contact = make_preset("cockroach"), get_contact()
+        soft = contact.soften(antenna)
+        width = [soft.widen(*contact.widen(speed)) for speed in np.linspace(0, 3, 50)]
+        assert np.all(np.diff(width, axis=0) >= 0) and np.all(width[0] == soft.width)
+        assert np.all(width[-1] == antenna.radius / 2)
+
+    def test_fixed_contacts_stay_as_they_are(self):
+        soft = get_contact("even").soften(make_preset("cockroach"))
+        assert np.all(soft.widen(*get_contact("even").widen(1.0)) == 0.05)
+        assert np.all(soft.d_max == 0.95)
+
+
+def test_the_last_digits_of_the_stiffness_move_the_tip_by_less_than_a_nanometre():
+    antenna = make_preset("cockroach")
+    for kind in ("ball", "box"):
+        scene = touch(kind, 1.5, contact="smooth", whole=True, speed=0.3)
+        other = replace(scene, antenna=antenna.replace(stiffness=antenna.stiffness * (1 + 1e-12)))
+        first, second = run([scene, other])
+        assert np.abs(antenna.tip(first) - antenna.tip(second)).max() <= 1e-6

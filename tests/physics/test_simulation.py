@@ -237,7 +237,7 @@ def test_lanes_that_are_reset_follow_their_recorded_bases_again_and_again():
         ),
         (
             lambda a: feeler.Simulation(a, contact="soft"),
-            "unknown contact 'soft'; valid: smooth, hard",
+            "unknown contact 'soft'; valid: smooth, even, hard",
         ),
         (lambda a: feeler.Simulation(a, timestep=0.2), "at most 0.1 ms"),
         (lambda a: feeler.Simulation(a, timestep=-1.0), "timestep must be > 0"),

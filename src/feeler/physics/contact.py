@@ -21,9 +21,10 @@ ratio and w the inverse mass that MuJoCo reckons with at that segment. From both
 * the least width: d has risen to d_max when the push is that of a ``turn`` of the base,
   δ = turn · s, if the width is share · turn · s. Smaller pushes sink in less than that width.
 * the width under motion: an object of speed v crosses the width v · ``crossing`` in that time, so
-  the contact delays what happens by less than that, and a timestep of up to ``crossing`` never
-  steps across it. An object slower than the antenna's own swings meets these, not its own speed:
-  up to an eighth of the radius the width is v · ``lingering``, five times as wide.
+  contact delays what happens by less than that, and no timestep up to half the time constant steps
+  across it. A slow object meets an antenna that slides and swings by itself, and presses longer; a
+  loaded contact that is much narrower than the step allows alternates from step to step. So up to
+  an eighth of the radius the width is v · ``lingering``.
 
 The width is the greatest of these, and at most half the antenna's radius.
 """
@@ -143,7 +144,7 @@ class Contact:
             stretch = np.prod(self.solref) ** 2 * compute_invweight(
                 antenna.segment_length, antenna.segment_mass
             )
-            asked = 1 - self.share * compute_compliance(antenna) / stretch
+            asked = 1 - self.share * _compute_compliance(antenna) / stretch
             most = np.maximum(high, np.minimum(asked, HARDEST))
             least = np.maximum(width, self.share * self.turn * place)
         widest = antenna.radius / 2 if self.share or self.crossing else least
@@ -157,7 +158,7 @@ class Contact:
         return self.lingering * fastest, self.crossing * fastest
 
 
-def compute_compliance(antenna: Antenna) -> np.ndarray:
+def _compute_compliance(antenna: Antenna) -> np.ndarray:
     """How far a force across the straight antenna pushes each segment's centre aside (segment,)
     [mm/N].
     """
@@ -200,7 +201,7 @@ version 0.2: within 0.05 mm whatever touches) and ``hard`` (that of version 0.1)
 CONTACTS.register(
     "smooth",
     Contact(
-        solimp=(1e-3, 0.95, 1e-6, 0.5, 2.0), share=0.005, turn=0.005, crossing=0.1, lingering=0.5
+        solimp=(1e-3, 0.95, 1e-6, 0.2, 2.0), share=0.005, turn=0.005, crossing=0.15, lingering=0.5
     ),
 )
 CONTACTS.register("even", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))

@@ -89,7 +89,9 @@ class Scene:
             corners = np.concatenate(item.feature.parts)
             extent = float(np.hypot(*corners.T).max()) + item.feature.rounding
             own = abs(item.turn) * min(extent, self.antenna.length)
-            far = min(float(np.hypot(*(np.asarray(item.place) - self.base_pose[:2]))), self.antenna.length)
+            far = min(
+                float(np.hypot(*(np.asarray(item.place) - self.base_pose[:2]))), self.antenna.length
+            )
             for rate in self._list_base_rates():
                 apart = np.hypot(*(np.asarray(legs) - rate[:2]).T).max()
                 fastest = max(fastest, float(apart) + own + abs(float(rate[2])) * far)

@@ -82,7 +82,9 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
             rows[row, f.R_W0], rows[row, f.R_W1], rows[row, f.R_W2] = lever, dx, dy
             rows[row, f.R_ARM] = dx * mx + dy * my
             rows[row, f.R_WEIGHT] = normal if side == 1 else edge
-            rows[row, f.R_AIM] = pull - constants[f.C_B, i, lane] * (lever * omega + dx * wx + dy * wy)
+            rows[row, f.R_AIM] = pull - constants[f.C_B, i, lane] * (
+                lever * omega + dx * wx + dy * wy
+            )
 
 
 @inlined

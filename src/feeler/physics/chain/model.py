@@ -53,9 +53,7 @@ def make_model(scene: Scene) -> ChainModel:
     return ChainModel(
         constants=_make_constants(scene.antenna, scene.contact),
         base=_make_base(scene),
-        obj=np.array([_make_object(o, scene) for o in scene.objects]).reshape(
-            -1, f.N_OBJECT
-        ),
+        obj=np.array([_make_object(o, scene) for o in scene.objects]).reshape(-1, f.N_OBJECT),
         place=np.array([_make_place(o, scene) for o in scene.objects]).reshape(-1, f.N_PLACE),
         parts=tuple(part for shape in shapes for part in shape),
         owner=np.cumsum([0, *map(len, shapes)]),
