@@ -14,9 +14,8 @@ from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.physics.chain.batch import ChainStepper
 from feeler.physics.chain.fields import B_PULL_X
-from feeler.physics.contact import compute_invweight
 from feeler.physics.clock import Clock
-from feeler.physics.contact import Contact, get_contact
+from feeler.physics.contact import Contact, compute_invweight, get_contact
 from feeler.physics.engine import ENGINES, get_engine
 from feeler.physics.run import advance, run_scene
 from feeler.physics.scene import Motion, Path, Scene, make_scene
