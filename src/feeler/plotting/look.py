@@ -1,4 +1,4 @@
-"""One look for every figure: journal sizes, embedded fonts, colours that survive colour blindness."""
+"""One look for every figure: journal sizes, embedded fonts, colours for the colour-blind."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -102,7 +102,7 @@ def unjoin(figure: Figure, least: int = FEWEST) -> None:
 
 
 def _list_legends(figure: Figure) -> list[Legend]:
-    """Of the figure, its axes and its parts; to search all its artists would make every tick first."""
+    """Of the figure, its axes and its parts; searching all artists would make every tick first."""
     own = [legend for ax in figure.axes if (legend := ax.get_legend()) is not None]
     return own + [*figure.legends] + [legend for part in figure.subfigs for legend in part.legends]
 

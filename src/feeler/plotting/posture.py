@@ -50,7 +50,7 @@ class MovingAntenna:
         return self._line
 
     def move(self, points: np.ndarray, values: np.ndarray) -> list[Artist]:
-        """Artists changed to a posture (joint, 2) [mm] whose hinges have these values (segment,)."""
+        """Artists changed to a posture (joint, 2) [mm]; ``values`` (segment,) colour its hinges."""
         parts = np.stack([points[:-1], points[1:]], axis=1)
         width = self._measure_width()
         for lines, wider in ((self._skin, 1.2), (self._line, 0.0)):

@@ -96,7 +96,7 @@ def plot_shapes(rows: Mapping[str, Shapes], ax, cell: tuple[float, float] = (32.
 
 
 def plot_maps(maps: Mapping[str, DistanceMap], ax) -> None:
-    """Distance against position of the peak, lines and R²; peaks at the base hinge as open marks."""
+    """Distance against the peak's position, lines and R²; peaks at the base as open marks."""
     for mark, (name, found) in zip("os^D", maps.items(), strict=False):
         colour = PROFILE_COLOURS.get(name, PALETTE[0])
         r2 = f"R² {found.r2:.3f}" if not found.undefined else "R² undefined"

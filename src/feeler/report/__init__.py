@@ -1,4 +1,4 @@
-"""Reports: figures, movies, tables, words and numbers as one self-contained page. Computes nothing."""
+"""Reports: figures, movies, tables, words and numbers as one self-contained page."""
 
 from feeler.report.page import Part, render_page, write_page
 from feeler.report.section import Section, make_interval, make_spread

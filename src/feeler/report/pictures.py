@@ -51,7 +51,7 @@ class Pictures:
 
     @cached_property
     def _pages(self) -> PdfPages:
-        """One file for all figures: fonts, slow to cut down to the letters used, are embedded once."""
+        """One file for all figures: its fonts, which are slow to embed, are embedded once."""
         return PdfPages(self._path, metadata={"CreationDate": None})
 
 

@@ -1,4 +1,4 @@
-"""A section of the report: figures, movies, tables, words and numbers, kept as files in one folder."""
+"""A section of a report: figures, movies, tables, words and numbers, files of one folder."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The record of a study: which touches are told apart, by whom, in which noise, by when, how often."""
+"""The record of a study: which touches are told apart, by whom, in which noise and by when."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
@@ -27,7 +27,7 @@ from feeler.tensors.unit import in_unit
 WHOLE = "whole touch"
 MATCHED = "distance and samples"
 IDEAL = "ideal"
-"""The reader that knows every touch: its accuracy and bits are expectations, not shares of draws."""
+"""The reader that knows every touch; its accuracy and bits are expectations over the noise."""
 
 
 class Study(Record):

@@ -1,4 +1,4 @@
-"""The tactile tensors that most sections share: made once, kept in a store, resumed after a kill."""
+"""The tactile tensors that most sections share: made once, and kept in a store."""
 
 import shutil
 from functools import lru_cache

@@ -18,7 +18,7 @@ from feeler.tensors.unit import in_unit
 
 
 def _select(tensors: xr.Dataset, speed: float) -> list[list[xr.DataArray]]:
-    """Curvature [1/mm] of one speed as rows of locations (middle to tip) and columns of features."""
+    """Curvature [1/mm] of one speed: rows of locations (middle to tip), columns of features."""
     at_speed = in_unit(tensors["curvature"], "1/mm").sel(trial=np.isclose(tensors["speed"], speed))
     columns = sorted(
         {

@@ -149,7 +149,7 @@ def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
-    """Fig. 4B: residual and activation entropy against the number of bases; bars span the restarts."""
+    """Fig. 4B: residual and activation entropy by the number of bases; bars span the restarts."""
     ranks = np.array(data.ranks)
     right = ax.twinx()
     right.spines["right"].set_visible(True)

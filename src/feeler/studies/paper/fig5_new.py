@@ -78,7 +78,7 @@ def _split_parts(classes: np.ndarray, share: np.ndarray, read: tuple[str, ...]) 
 
 
 def _measure_change(array: np.ndarray, names: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Mean over pairs of touches that differ in one attribute only; of places, in neighbours only."""
+    """Mean over pairs of touches that differ in one attribute only (places: by one step)."""
     steps = {
         a: {value: k for k, value in enumerate(sorted(set(v.tolist())))} for a, v in names.items()
     }

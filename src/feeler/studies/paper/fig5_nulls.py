@@ -80,7 +80,7 @@ def _compare_all_twins(
 
 
 def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[str, Group]:
-    """Speeds, then the other profiles: the first profile's touches are those of the slowest speed."""
+    """Speeds, then the other profiles; the first profile's touches are the slowest speed's."""
     speeds, profiles = groups.get("speed", {}), groups.get("profile", {})
     others = list(profiles.items())[1 if speeds else 0 :]
     every = {**speeds, **dict(others)}

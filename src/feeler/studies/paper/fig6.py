@@ -155,7 +155,7 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
 
 
 def plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
-    """Six tip contacts of all surrogate robots at one reality gap against the 30 classes (panel E)."""
+    """Panel E: six tip contacts of all surrogate robots at one reality gap, and what was read."""
     classes = sorted(set(data.training.labels))
     true = sorted(set(data.score.true))
     counts = data.score.confusion(classes)[[classes.index(label) for label in true]]

@@ -20,9 +20,16 @@ from feeler.studies.paper.fig5_data import name_speeds, spread_accuracy
 from feeler.studies.paper.window import WINDOWS, complete_arrays
 
 LAYERS = (
-    "input {h} × {w} × 1", "convolution 15 × 15, 32, padding 2", "batch norm", "ReLU", "max pool 2 × 2",
-    "fully connected 50", "dropout 0.25", "fully connected {n}", "softmax",
-)  # fmt: skip
+    "input {h} × {w} × 1",
+    "convolution 15 × 15, 32, padding 2",
+    "batch norm",
+    "ReLU",
+    "max pool 2 × 2",
+    "fully connected 50",
+    "dropout 0.25",
+    "fully connected {n}",
+    "softmax",
+)
 BATCH_SIZE = 8  # [C] few images make many steps
 
 
@@ -111,8 +118,15 @@ def _plot_layers(data: SimpleNamespace, ax) -> None:
     h, w = data.shape
     for place, layer in enumerate(LAYERS):
         text = layer.format(h=h, w=w, n=data.n_classes)
-        ax.text(0.5, 1 - (place + 0.5) / len(LAYERS), text, ha="center", va="center", fontsize=7,
-                bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": "#0072B2"})  # fmt: skip
+        ax.text(
+            0.5,
+            1 - (place + 0.5) / len(LAYERS),
+            text,
+            ha="center",
+            va="center",
+            fontsize=7,
+            bbox={"boxstyle": "round", "fc": "#DDEEFF", "ec": "#0072B2"},
+        )
     ax.axis("off")
 
 

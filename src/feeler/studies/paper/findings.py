@@ -47,7 +47,7 @@ def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[Top
 
 
 def list_numbers(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The first screen's numbers, each with what it is; those that this run has not are left out."""
+    """The first screen's numbers that this run has, each with what it is."""
     found = [
         (fill(one["number"], values), fill(" ".join(one["words"].split()), values))
         for one in _load()["number"]

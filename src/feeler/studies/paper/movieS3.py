@@ -32,7 +32,7 @@ MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "z
 
 
 def _write_approach(touches: Mapping[str, WallTouch], path: Path, fps: int = FPS) -> Path:
-    """A wall comes nearer: one panel per antenna, seen from above, the body's base at the origin."""
+    """A wall comes nearer: one panel per antenna, from above, the body's base at the origin."""
     time = next(iter(touches.values())).motions[0].time
     frames = choose_frames(time, slower=APPROACH_SLOWER, fps=fps)
     bends = [touch.motions[0].angle - touch.antenna.rest_angle for touch in touches.values()]

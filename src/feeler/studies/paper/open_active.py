@@ -82,9 +82,12 @@ def _show_confirmed(
         ]
         for d, fixed, steered in pairs
     ]
-    section.table(["deadline", "fixed", "steered", "fixed [%]", "steered [%]", "gain", "±"], rows,
-                  f"The pairs chosen above on {found.attrs['sets']} fresh sets, declared after those results and before these; "
-                  "nothing is chosen anew.")  # fmt: skip
+    section.table(
+        ["deadline", "fixed", "steered", "fixed [%]", "steered [%]", "gain", "±"],
+        rows,
+        f"The pairs chosen above on {found.attrs['sets']} fresh sets, declared after those results"
+        " and before these; nothing is chosen anew.",
+    )
     least = load_contest().gain
     paying = int(((found["gain"] >= least) & (found["gain"] - found["half"] > 0)).sum())
     section.text(
@@ -138,8 +141,15 @@ def _plot_walls(walls: Mapping[str, Any], figure: Figure) -> None:
             i, j = np.nonzero(np.ones_like(entry["stable"], dtype=bool))
             stable = np.array(entry["stable"], dtype=bool)[i, j]
             x = np.array(asked["delays"])[i] + 1.3 * (k - 2)
-            ax.scatter(x, np.array(asked["frequencies"])[j], s=14, label=name, edgecolors=PALETTE[k],
-                       facecolors=np.where(stable, PALETTE[k], "none"), lw=0.7)  # fmt: skip
+            ax.scatter(
+                x,
+                np.array(asked["frequencies"])[j],
+                s=14,
+                label=name,
+                edgecolors=PALETTE[k],
+                facecolors=np.where(stable, PALETTE[k], "none"),
+                lw=0.7,
+            )
         ax.set(yscale="log", xlabel="delay [ms]", title=f"{speed:g} m/s")
     axes[0].set_ylabel("gain: ω [rad/ms]")
     figure.legend(

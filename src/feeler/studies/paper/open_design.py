@@ -118,7 +118,7 @@ def plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> N
 
 
 def _bend_tips(antennas: list[Antenna]) -> dict[str, np.ndarray]:
-    """Bend of the last 30 segments [degrees] after the same touch, each ms, by the antenna's name."""
+    """Bend of the last 30 segments [degrees] after the same touch, each ms, by antenna."""
     trial = Trial(feature=Ball(radius=1.5), location=0.7, speed=0.6)
     motions = {
         antenna.name: touch(antenna, trial, duration=120.0, all_hinges=True) for antenna in antennas
@@ -208,8 +208,12 @@ def show(context: Context, section: Section) -> None:
     section.heading("How an objective cheats")
     antennas = [context.antenna, make_floppy(context.antenna)]
     tips = _bend_tips(antennas)
-    section.figure("cheat", "The same touch: a floppy, hardly damped tip swings wide and rings.",
-                   lambda figure: _plot_cheat(tips, figure), numbers=tips)  # fmt: skip
+    section.figure(
+        "cheat",
+        "The same touch: a floppy, hardly damped tip swings wide and rings.",
+        lambda figure: _plot_cheat(tips, figure),
+        numbers=tips,
+    )
     limits = Constraints(damping_share=1.0)
     cells = []
     for antenna in antennas:
@@ -223,6 +227,14 @@ def show(context: Context, section: Section) -> None:
                 float(lacking),
             ]
         )
-    section.table(["antenna", *(f"bits ({name})" for name in FLOORS), "least damping ratio", "damping lacks a factor"], cells,
-                  "It tells more by either noise, and must be excluded by its damping: the optimiser is told to keep all of the "
-                  "first six modes as damped as the paper's antenna.")  # fmt: skip
+    section.table(
+        [
+            "antenna",
+            *(f"bits ({name})" for name in FLOORS),
+            "least damping ratio",
+            "damping lacks a factor",
+        ],
+        cells,
+        "It tells more by either noise, and must be excluded by its damping: the optimiser is told"
+        " to keep all of the first six modes as damped as the paper's antenna.",
+    )

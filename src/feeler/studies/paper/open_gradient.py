@@ -130,8 +130,15 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
             for colour, speed in zip(PALETTE, data["speed"].values, strict=False):
                 one = found.sel(speed=speed)
                 line = one.sel(rate=rates)
-                ax.errorbar(x[order], line["mean"].values[order], line["half"].values[order], marker=".", capsize=2,
-                            color=colour, label=f"{speed:g} m/s")  # fmt: skip
+                ax.errorbar(
+                    x[order],
+                    line["mean"].values[order],
+                    line["half"].values[order],
+                    marker=".",
+                    capsize=2,
+                    color=colour,
+                    label=f"{speed:g} m/s",
+                )
                 if field == "within" and CONTACT in data["rate"].values:
                     ax.plot([0.0], [float(one["mean"].sel(rate=CONTACT))], "x", color=colour)
             ax.axvline(-0.0827, color="#888888", ls=":", lw=0.8)
@@ -182,11 +189,11 @@ def show(context: Context, section: Section) -> None:
     )
     columns = ("bits", "noise75", "within")
     means = {field: data[field].mean("set") for field in (*columns, "peak")}
-    rows = [
-        [rate, float(speed), *(float(means[f].sel(rate=rate, speed=speed, noise=n)) for n in UNITS_OF_NOISE for f in columns),
-         float(means["peak"].sel(rate=rate, speed=speed))]
-        for rate in data["rate"].values for speed in data["speed"].values
-    ]  # fmt: skip
+    rows: list[list[object]] = []
+    for rate, speed in product(data["rate"].values, data["speed"].values):
+        here = {field: mean.sel(rate=rate, speed=speed) for field, mean in means.items()}
+        told = [float(here[f].sel(noise=n)) for n in UNITS_OF_NOISE for f in columns]
+        rows.append([rate, float(speed), *told, float(here["peak"])])
     header = ["rate [1/joint]", "m/s"]
     header += [
         f"{word}, {kind}"

@@ -60,23 +60,19 @@ class Judged:
 
     def describe(self) -> dict[str, object]:
         """Everything as plain data: what ``numbers.json`` keeps and pages draw."""
-        claim, readings = self.claim, zip(self.claim.definitions, self.readings, strict=False)
+        names = ("id", "whose", "section", "where", "says", "paper", "tag", "kind", "target")
+        claim = {name: getattr(self.claim, name) for name in (*names, "tolerance", "standing")}
+        readings = zip(self.claim.definitions, self.readings, strict=False)
         return {
-            "id": claim.id, "whose": claim.whose, "section": claim.section, "where": claim.where, "says": claim.says,
-            "paper": claim.paper, "tag": claim.tag, "kind": claim.kind, "target": claim.target,
-            "tolerance": claim.tolerance, "standing": claim.standing, "verdict": self.word, "evidence": self.is_evidence,
-            "ours": self.ours, "why": self.why, "values": to_json(dict(self.values)),
-            "definitions": [{"name": name, **_describe_reading(found)} for name, found in readings],
-        }  # fmt: skip
+            **claim,
+            **self._describe_reading(),
+            "evidence": self.is_evidence,
+            "definitions": [{"name": name, **one._describe_reading()} for name, one in readings],
+        }
 
-
-def _describe_reading(found: Judged) -> dict[str, object]:
-    return {
-        "verdict": found.word,
-        "ours": found.ours,
-        "why": found.why,
-        "values": to_json(dict(found.values)),
-    }
+    def _describe_reading(self) -> dict[str, object]:
+        values = to_json(dict(self.values))
+        return {"verdict": self.word, "ours": self.ours, "why": self.why, "values": values}
 
 
 def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
@@ -281,9 +277,13 @@ def _judge_share(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 
 
 RULES = {
-    "value": _judge_value, "order": _judge_order, "dip": _judge_dip,
-    "above": _judge_bound, "below": _judge_bound, "share": _judge_share,
-}  # fmt: skip
+    "value": _judge_value,
+    "order": _judge_order,
+    "dip": _judge_dip,
+    "above": _judge_bound,
+    "below": _judge_bound,
+    "share": _judge_share,
+}
 
 
 def _show(value: object) -> str:
