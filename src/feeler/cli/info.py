@@ -18,7 +18,7 @@ _EXAMPLES = """Examples:
 def info(
     files: Annotated[
         list[Path],
-        typer.Argument(help="store, Zarr, NetCDF, NWB, MATLAB, CSV, antenna or model file"),
+        typer.Argument(help="a file of touches, an antenna, model, robot, recording or tracks"),
     ],
     max_gib: Annotated[float, typer.Option(help="largest content that is read [GiB]")] = 4.0,
     as_json: Json = False,
@@ -26,6 +26,9 @@ def info(
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
     them is executed.
     """
+    import feeler.design.files
+    import feeler.robot.files
+    import feeler.tracking.files  # noqa: F401
     from feeler.limits import Limits
     from feeler.tensors.inspect import describe_file
 

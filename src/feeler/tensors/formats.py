@@ -7,7 +7,7 @@ package.
 
 import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ class Format:
     words: str
     """What ``feeler info`` calls it."""
     kind: str = "tensors"
-    """What is in it: ``tensors``, ``model`` or ``antenna``."""
+    """What is in it: ``tensors``, ``model``, ``antenna``, or what another room reads."""
     suffix: str = ""
     """The ending by which ``save`` chooses it; empty where ``save`` does not write it."""
     detect: Callable[[Path, bytes], bool]
@@ -41,6 +41,8 @@ class Format:
     """
     save: Callable[..., None] | None = None
     """``save(dataset, path, **options)``."""
+    tell: Callable[[Any], list[str]] | None = None
+    """What ``feeler info`` says of the content; None for a Dataset of tensors."""
     describe: Callable[[Path], list[str]] | None = None
     """More lines for ``feeler info`` that need not read the whole file."""
     glance: Callable[[Path], Any] | None = None
@@ -62,6 +64,10 @@ FORMATS: Registry[Format] = Registry(
         "model": "feeler.tensors.kinds:MODEL",
     },
 )
+INPUTS: Registry[Format] = Registry("input")
+"""Files that other rooms read (tracks, recordings, robots, designs), for ``feeler info``; each room
+registers its own.
+"""
 _HINTS = {
     b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
     b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",
@@ -75,14 +81,28 @@ _HINTS = {
 
 
 def detect(path: str | os.PathLike) -> str:
-    """Name of a file's format, by its content; InvalidInput says what it is if none of them."""
+    """Name of a file's likeliest format, by its content; see :func:`find_formats`."""
+    return next(iter(find_formats(path)))
+
+
+def find_formats(
+    path: str | os.PathLike, also: Mapping[str, Format] | None = None
+) -> dict[str, Format]:
+    """The formats that a file may have by its beginning, the likeliest first: of ``FORMATS``, and of
+    those in ``also``.
+
+    Raises
+    ------
+    InvalidInput
+        There is none; the message says what the file is.
+    """
     path = Path(path)
     start = b"" if path.is_dir() else _read_start(path)
-    for name, form in FORMATS.items():
-        if form.detect(path, start):
-            return name
+    known = {**FORMATS, **(also or {})}
+    if found := {name: form for name, form in known.items() if form.detect(path, start)}:
+        return found
     hint = next((words for magic, words in _HINTS.items() if start.startswith(magic)), "")
-    known = ", ".join(form.words for form in FORMATS.values())
+    listed = ", ".join(form.words for form in known.values())
     others = (
         "Recordings are read by feeler robot, tracks by feeler tracks, traces by feeler calibrate"
         " --data"
@@ -90,7 +110,7 @@ def detect(path: str | os.PathLike) -> str:
     raise InvalidInput(
         f"{path.name} is {hint}."
         if hint
-        else f"{path.name} is no file of feeler ({known}). {others}."
+        else f"{path.name} is no file of feeler ({listed}). {others}."
     )
 
 

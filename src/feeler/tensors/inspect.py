@@ -2,19 +2,16 @@
 
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from feeler.antenna.parse import AntennaFile
-from feeler.errors import FeelerError
+from feeler.errors import FeelerError, InvalidInput
 from feeler.limits import Limits, find_limits
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.formats import FORMATS, detect
-from feeler.tensors.models import Model
+from feeler.tensors.formats import FORMATS, INPUTS, Format, detect, find_formats
 
 MAX_VALUES = 6
 LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
@@ -24,10 +21,29 @@ def describe_file(path: str | os.PathLike, limits: Limits | None = None) -> list
     """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration,
     versions, licence.
     """
-    path, form = Path(path), FORMATS[detect(path)]
+    path = Path(path)
+    form, content = _open(path, limits)
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
-    content = form.glance(path) if form.glance else form.load(path, find_limits(limits), False)
-    return lines + DESCRIBE[form.kind](content)
+    return lines + (form.tell or _describe_dataset)(content)
+
+
+def _open(path: Path, limits: Limits | None) -> tuple[Format, Any]:
+    """The content, and the first of the file's likely formats that can read it."""
+    refused: list[InvalidInput] = []
+    empty = None
+    for form in find_formats(path, INPUTS).values():
+        try:
+            glance = form.glance
+            content = glance(path) if glance else form.load(path, find_limits(limits), False)
+        except InvalidInput as error:
+            refused.append(error)
+            continue
+        if not isinstance(content, xr.Dataset) or content.variables:
+            return form, content
+        empty = form, content
+    if empty is None:
+        raise refused[0]
+    return empty
 
 
 def _describe_dataset(dataset: xr.Dataset) -> list[str]:
@@ -40,7 +56,7 @@ def _describe_dataset(dataset: xr.Dataset) -> list[str]:
     for name, item in dataset.coords.items():
         unit = f" [{item.attrs['units']}]" if "units" in item.attrs else ""
         lines.append(f"{name:12}{_summarise(item.values)}{unit}")
-    return lines + [f"{name:12}{_short(value)}" for name, value in dataset.attrs.items()]
+    return lines + [f"{name:12}{shorten(value)}" for name, value in dataset.attrs.items()]
 
 
 def _find_spread(item: xr.DataArray) -> str:
@@ -59,42 +75,8 @@ def _summarise(values: np.ndarray) -> str:
     return f"{distinct[0]} … {distinct[-1]} ({distinct.size} values)"
 
 
-def _describe_antenna(file: AntennaFile) -> list[str]:
-    antenna = file.antenna
-    lines = [
-        f"name        {antenna.name}",
-        (
-            f"segments    {antenna.n_segments}, {antenna.length:g} mm,"
-            f" {antenna.segment_mass.sum() * 1e3:g} mg"
-        ),
-        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
-        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
-        f"sensors     {antenna.sensors.size}",
-    ]
-    return lines + [
-        f"source      {name}: [{item.tag}] {item.reference} {item.note}"
-        for name, item in file.sources.items()
-    ]
-
-
-def _describe_model(model: Model) -> list[str]:
-    arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
-    made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
-    return [
-        f"kind {model.kind}, version {model.version}, by {made}",
-        *arrays,
-        f"settings {_short(model.settings)}",
-    ]
-
-
-DESCRIBE: dict[str, Callable[[Any], list[str]]] = {
-    "tensors": _describe_dataset,
-    "antenna": _describe_antenna,
-    "model": _describe_model,
-}
-
-
-def _short(value: object) -> str:
+def shorten(value: object) -> str:
+    """A value as text of one line, cut where it is long."""
     text = value if isinstance(value, str) else json.dumps(value, default=str)
     return text if len(text) <= 160 else f"{text[:150]}… ({len(text):,} characters)"
 

@@ -1,18 +1,21 @@
 """The formats that feeler ships, as records for the registry."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
 
 from feeler.antenna.file import read_antenna_file
+from feeler.antenna.parse import AntennaFile
 from feeler.guard import open_guarded
 from feeler.limits import Limits
 from feeler.tensors import records, store, stored
 from feeler.tensors.csvfile import MAGIC, load_csv, save_csv
 from feeler.tensors.formats import Format
+from feeler.tensors.inspect import shorten
 from feeler.tensors.mat import save_mat
-from feeler.tensors.models import read_model
+from feeler.tensors.models import Model, read_model
 from feeler.tensors.netcdf import save_netcdf
 from feeler.tensors.nwb import save_nwb
 from feeler.tensors.plain import restore
@@ -37,6 +40,39 @@ def _starts(*magic: bytes) -> Callable[[Path, bytes], bool]:
 
 def _ending(suffix: str, form: Callable[[Path, bytes], bool]) -> Callable[[Path, bytes], bool]:
     return lambda path, start: path.suffix.lower() == suffix and form(path, start)
+
+
+def _is_antenna(path: Path, start: bytes) -> bool:
+    other = re.search(rb'schema\s*=\s*"feeler\.(?!antenna/)', start)
+    return b"feeler.antenna/" in start or (path.suffix.lower() == ".toml" and not other)
+
+
+def _describe_antenna(file: AntennaFile) -> list[str]:
+    antenna = file.antenna
+    lines = [
+        f"name        {antenna.name}",
+        (
+            f"segments    {antenna.n_segments}, {antenna.length:g} mm,"
+            f" {antenna.segment_mass.sum() * 1e3:g} mg"
+        ),
+        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
+        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+        f"sensors     {antenna.sensors.size}",
+    ]
+    return lines + [
+        f"source      {name}: [{item.tag}] {item.reference} {item.note}"
+        for name, item in file.sources.items()
+    ]
+
+
+def _describe_model(model: Model) -> list[str]:
+    arrays = [f"  {name} {values.shape} {values.dtype}" for name, values in model.arrays.items()]
+    made = ", ".join(f"{name} {version}" for name, version in model.versions.items())
+    return [
+        f"kind {model.kind}, version {model.version}, by {made}",
+        *arrays,
+        f"settings {shorten(model.settings)}",
+    ]
 
 
 STORE = Format(
@@ -85,12 +121,14 @@ CSV = Format(
 ANTENNA = Format(
     words="antenna (TOML)",
     kind="antenna",
-    detect=lambda path, start: path.suffix.lower() == ".toml" or b"feeler.antenna/" in start,
+    detect=lambda path, start: _is_antenna(path, start),
     load=lambda path, limits, trusted: read_antenna_file(path),
+    tell=_describe_antenna,
 )
 MODEL = Format(
     words="model (safetensors)",
     kind="model",
     detect=lambda path, start: start[8:9] == b"{" and len(start) > 9,
     load=lambda path, limits, trusted: read_model(path, limits, trusted=trusted),
+    tell=_describe_model,
 )

@@ -1,0 +1,60 @@
+"""What ``feeler info`` says of a robot's files; importing this adds them to what it knows."""
+
+import re
+from pathlib import Path
+
+from feeler.robot.description import RobotFile, is_robot_file, load_robot
+from feeler.robot.recording import Recording, load_recording
+from feeler.tensors.bags import find_bag
+from feeler.tensors.formats import INPUTS, Format
+
+_TIME = re.compile(rb"(?im)^[\"\s]*(time|t)\b[^\n]*[,;\t]|^[\"\s]*time_?(ms|s|us)\b")
+
+
+def _is_recording(path: Path, start: bytes) -> bool:
+    return find_bag(path) is not None or _TIME.search(start) is not None
+
+
+def _describe_recording(recording: Recording) -> list[str]:
+    labels = ", ".join(f"{name} {value}" for name, value in recording.labels.items())
+    return [
+        f"channels    {recording.n_sensors}, {recording.quantity}",
+        f"samples     {recording.time.size} over {recording.time[-1] - recording.time[0]:g} ms",
+        f"source      {recording.source}",
+        f"robot       {recording.robot or 'not said'}",
+        f"labels      {labels or 'none'}",
+        *(f"history     {words}" for words in recording.history),
+    ]
+
+
+def _describe_robot(robot: RobotFile) -> list[str]:
+    antenna = robot.antenna
+    return [
+        f"name        {antenna.name}",
+        f"hinges      {antenna.n_segments}, {antenna.length:g} mm",
+        f"stiffness   {antenna.stiffness[0]:g} (base) … {antenna.stiffness[-1]:g} (tip) N·mm/rad",
+        f"damping     {antenna.damping[0]:g} (base) … {antenna.damping[-1]:g} (tip) N·mm·ms/rad",
+        f"calibration {robot.calibration or 'none'}",
+    ]
+
+
+INPUTS.register(
+    "robot",
+    Format(
+        words="robot (TOML)",
+        kind="robot",
+        detect=lambda path, start: is_robot_file(path),
+        load=lambda path, limits, trusted: load_robot(path),
+        tell=_describe_robot,
+    ),
+)
+INPUTS.register(
+    "recording",
+    Format(
+        words="recording of a robot",
+        kind="recording",
+        detect=_is_recording,
+        load=lambda path, limits, trusted: load_recording(path, n_channels=None),
+        tell=_describe_recording,
+    ),
+)
