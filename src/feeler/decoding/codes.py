@@ -13,7 +13,7 @@ from sklearn.base import clone
 from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.sweep import Plan, Sweep, compute_sweep
-from feeler.dispersion.blocks import check_tensors
+from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.noise import Relative
 from feeler.tensors.labels import label_like

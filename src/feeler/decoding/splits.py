@@ -8,7 +8,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.decoding.labels import Labels
 from feeler.decoding.sweep import Sweep, compute_sweep
-from feeler.dispersion.blocks import check_tensors
+from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.nuisances import Nuisances
 

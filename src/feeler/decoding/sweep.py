@@ -12,7 +12,7 @@ from feeler.decoding.components import PrincipalComponents, compute_kept_varianc
 from feeler.decoding.labels import Labels
 from feeler.decoding.noise import draw_rotated
 from feeler.decoding.reader import READERS, Reader
-from feeler.dispersion.blocks import check_tensors
+from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.execute.threads import ThreadExecutor, count_cores, hold_blas
 from feeler.task.noise import NOISES, Noise, parse_noise

@@ -10,7 +10,7 @@ from scipy.special import logsumexp, softmax
 
 from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader, count_until
-from feeler.dispersion.blocks import check_tensors
+from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.noise import Noise, parse_noise
 

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK_SIZE, check_tensors, iterate_blocks
-from feeler.dispersion.index import INDICES
+from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors, iterate_blocks
 from feeler.errors import InvalidInput
 from feeler.tensors.labels import label_like
 

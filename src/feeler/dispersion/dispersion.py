@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK_SIZE, check_tensors
 from feeler.dispersion.closest import Closest, search_closest
-from feeler.dispersion.index import INDICES
+from feeler.dispersion.index import BLOCK_SIZE, INDICES, check_tensors
 from feeler.dispersion.interval import Interval, bootstrap_mean
 from feeler.errors import InvalidInput
 

@@ -5,9 +5,7 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK_SIZE, Block, check_tensors, fill_matrix
-from feeler.dispersion.index import Index
-from feeler.tensors.labels import label_pairs
+from feeler.dispersion.index import BLOCK_SIZE, Block, Index, compare_pairs
 
 # below this share of the two tensors' energy, a² + b² − 2ab has lost digits: subtract directly
 CANCELLATION = 1e-4
@@ -35,8 +33,7 @@ def compute_mse(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    array = check_tensors(tensors)
-    return label_pairs(fill_matrix(len(array), _make_mse(array), block), tensors, "mse")
+    return compare_pairs(tensors, "mse", _make_mse, block)
 
 
 def _make_mse(array: np.ndarray) -> Block:

@@ -7,17 +7,15 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import (
+from feeler.dispersion.index import (
     BLOCK_SIZE,
     Block,
-    check_tensors,
-    fill_matrix,
+    Index,
+    compare_pairs,
     fold_pairs,
     list_pairs,
 )
-from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
-from feeler.tensors.labels import label_pairs
 
 N_BINS = 256  # [C] the paper does not define its NMI; 32, 64 and 100 are its sensitivity
 _ZEROS = ("keep", "drop")
@@ -67,9 +65,8 @@ def compute_nmi(
     -----
     The paper names NMI without defining it; this definition is a choice [C].
     """
-    array = check_tensors(tensors)
-    make = _make_nmi(array, n_bins=n_bins, data_range=data_range, common_zeros=common_zeros)
-    return label_pairs(fill_matrix(len(array), make, block), tensors, "nmi")
+    options = {"n_bins": n_bins, "data_range": data_range, "common_zeros": common_zeros}
+    return compare_pairs(tensors, "nmi", _make_nmi, block, **options)
 
 
 def _make_nmi(

@@ -5,10 +5,8 @@ from typing import Any
 import numpy as np
 
 from feeler.checked import checked
-from feeler.dispersion.blocks import BLOCK_SIZE, Block, check_tensors, fill_matrix, name_trials
-from feeler.dispersion.index import Index
+from feeler.dispersion.index import BLOCK_SIZE, Block, Index, compare_pairs, name_trials
 from feeler.errors import InvalidInput
-from feeler.tensors.labels import label_pairs
 
 
 @checked
@@ -37,8 +35,7 @@ def compute_pearson(tensors: Any, *, block: int = BLOCK_SIZE) -> Any:
     -----
     Paper, "Dataset dispersion evaluation".
     """
-    array = check_tensors(tensors)
-    return label_pairs(fill_matrix(len(array), _make_pearson(array), block), tensors, "pearson")
+    return compare_pairs(tensors, "pearson", _make_pearson, block)
 
 
 def _make_pearson(array: np.ndarray) -> Block:

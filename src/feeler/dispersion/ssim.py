@@ -8,17 +8,16 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.compiled import compiled
-from feeler.dispersion.blocks import (
+from feeler.dispersion.index import (
     BLOCK_SIZE,
     Block,
+    Index,
     check_tensors,
-    fill_matrix,
+    compare_pairs,
     fold_pairs,
     list_pairs,
 )
-from feeler.dispersion.index import Index
 from feeler.errors import InvalidInput
-from feeler.tensors.labels import label_pairs
 
 _SIGMA = 1.5  # [B] MATLAB ssim's default Radius; Wang et al. 2004, doi:10.1109/TIP.2003.819861
 _RADIUS = 5  # [B] window 11 × 11: ceil(3 · 1.5) in MATLAB, int(3.5 · 1.5 + 0.5) in scikit-image
@@ -68,8 +67,7 @@ def compute_ssim(
     Each tensor's means and variances are filtered once; per pair one separable filter of the
     product remains.
     """
-    array = check_tensors(tensors)
-    largest = np.abs(array).max()
+    largest = np.abs(check_tensors(tensors)).max()
     if 0 < largest < 0.2 * data_range:
         warnings.warn(
             f"the largest entry is {largest:.3g}, far below data_range = {data_range:g}: SSIM's"
@@ -77,11 +75,7 @@ def compute_ssim(
             " first: scale_common(tensors).",
             stacklevel=2,
         )
-    return label_pairs(
-        fill_matrix(len(array), _make_ssim(array, data_range=data_range, border=border), block),
-        tensors,
-        "ssim",
-    )
+    return compare_pairs(tensors, "ssim", _make_ssim, block, data_range=data_range, border=border)
 
 
 def _make_ssim(array: np.ndarray, *, data_range: float = 1.0, border: str = "replicate") -> Block:

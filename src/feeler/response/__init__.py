@@ -1,10 +1,12 @@
 """Response: measured quantities of a recorded motion. No simulator needed."""
 
-from feeler.response.bending import measure_bending_stiffness
 from feeler.response.decay import DampedCosine, fit_damped_cosine
 from feeler.response.free import FreeResponse, measure_free_response
-from feeler.response.ratio import measure_deflection_ratios
-from feeler.response.restitution import measure_restitution
+from feeler.response.measures import (
+    measure_bending_stiffness,
+    measure_deflection_ratios,
+    measure_restitution,
+)
 from feeler.response.trace import check_trace
 
 __all__ = [

@@ -10,9 +10,8 @@ from feeler.response.decay import fit_damped_cosine
 from feeler.response.trace import check_trace, find_extrema
 
 MIN_HALF = 2.5  # [C] samples that half a cycle must have for its turning points to be told apart
-PEAK_FLOOR = (
-    1e-3  # [C] share of the first deflection under which a turning point is taken for noise
-)
+# [C] share of the first deflection under which a turning point is taken for noise
+PEAK_FLOOR = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,27 +20,27 @@ class FreeResponse:
 
     overdamped: bool
     """The response creeps back without crossing its rest position: it has no damped frequency."""
-    frequency: float | None
+    frequency: float | None = None
     """Damped natural frequency [kHz], from first opposite peak to following trough."""
-    damping_ratio: float | None
+    damping_ratio: float | None = None
     """ζ [1] by logarithmic decrement, first opposite peak → following trough."""
-    fitted_frequency: float | None
+    fitted_frequency: float | None = None
     """Damped frequency [kHz] of a damped cosine fitted to the whole record."""
-    fitted_damping_ratio: float | None
+    fitted_damping_ratio: float | None = None
     """ζ [1] of that cosine; another definition, and on a chain with many modes another number."""
-    fit_residual: float | None
+    fit_residual: float | None = None
     """Relative root-mean-square residual of that cosine [1]."""
-    settle_10: float | None
+    settle_10: float | None = None
     """Time after release [ms] from which the tip stays within 10 % of its first deflection."""
-    settle_5: float | None
+    settle_5: float | None = None
     """The same for 5 %."""
-    rejected: float | None
+    rejected: float | None = None
     """Share of the step that is gone one damped period after release [1]."""
-    peak_time: float | None
+    peak_time: float | None = None
     """Time of the first opposite peak [ms]."""
-    peak: float | None
+    peak: float | None = None
     """Height of the first opposite peak relative to the first deflection [1], negative."""
-    trough: float | None
+    trough: float | None = None
     """Height of the following trough relative to the first deflection [1]."""
 
 
@@ -157,7 +156,7 @@ def _without_cycle(time: np.ndarray, share: np.ndarray, settle: list[float | Non
             f" {share[-1]:.0%} of its first deflection without having turned. Record longer, or"
             " check that time is in ms and rest is right."
         )
-    return _make_overdamped(time, share, settle, None, None)
+    return FreeResponse(overdamped=True, settle_10=settle[0], settle_5=settle[1])
 
 
 def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> FreeResponse:
@@ -168,23 +167,12 @@ def _with_one_turn(time, share, times, heights, settle: list[float | None]) -> F
             f" {share[-1]:.0%} of its first deflection, before the trough that follows the first"
             " opposite peak. Record longer."
         )
-    return _make_overdamped(time, share, settle, float(times[0] - time[0]), float(heights[0]))
-
-
-def _make_overdamped(time, share, settle, peak_time, peak) -> FreeResponse:
     return FreeResponse(
         overdamped=True,
-        frequency=None,
-        damping_ratio=None,
-        fitted_frequency=None,
-        fitted_damping_ratio=None,
-        fit_residual=None,
         settle_10=settle[0],
         settle_5=settle[1],
-        rejected=None,
-        peak_time=peak_time,
-        peak=peak,
-        trough=None,
+        peak_time=float(times[0] - time[0]),
+        peak=float(heights[0]),
     )
 
 

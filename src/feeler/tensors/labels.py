@@ -21,10 +21,3 @@ def label_like(
         if item.dims and all(sizes.get(str(dim)) == given.sizes[dim] for dim in item.dims)
     }
     return xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
-
-
-def label_pairs(matrix: np.ndarray, given: Any, name: str) -> Any:
-    """A matrix over all pairs of trials: dims (trial, other), with the trials' own coordinates
-    along ``trial``.
-    """
-    return label_like(matrix, given, ("trial", "other"), name)
