@@ -148,6 +148,9 @@ def _write_value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, str):
         return _quote(value)
+    if isinstance(value, Mapping):
+        given = (f"{key} = {_write_value(v)}" for key, v in value.items() if v is not None)
+        return f"{{{', '.join(given)}}}"
     if isinstance(value, list | tuple):
         texts = [_write_value(item) for item in value]
         if len(texts) <= IN_A_ROW or all(isinstance(item, int) for item in value):
