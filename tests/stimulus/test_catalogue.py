@@ -30,7 +30,7 @@ def test_a_file_gives_its_features_in_order_and_under_their_names(tmp_path):
             "[[object]]\nshape = 'ball'\nradius = 1\n[[object]]\nshape = 'ball'\nradius = 2",
             "two objects are called 'ball'",
         ),
-        ("[[object]]\nshape = 'ball'\nfile = 'x.svg'", "not read from a drawing"),
+        ("[[object]]\nshape = 'ball'\nfile = 'x.svg'", "a ball has no 'file'"),
         ("[[object]]\nshape = 'outline'\nfile = 'x.csv'\nhue = 2", "a drawing has no 'hue'"),
         ("[[object]", "not valid TOML"),
     ],

@@ -12,7 +12,6 @@ file = "leaf.svg"           # beside this file; or vertices = [[0, -2], [0, 2], 
 width = 8.0
 """
 
-import inspect
 import os
 from pathlib import Path
 from typing import Any
@@ -37,46 +36,29 @@ def load_objects(path: str | os.PathLike) -> list[Feature]:
     source = Path(path)
     content = read_toml(path)
     entries = content.get("object")
-    if (
-        set(content) != {"object"}
-        or not isinstance(entries, list)
-        or not 1 <= len(entries) <= MAX_OBJECTS
-    ):
+    if [*content] != ["object"] or not isinstance(entries, list) or len(entries) > MAX_OBJECTS:
         raise InvalidInput(
             f"{source.name} must hold 1 to {MAX_OBJECTS} tables [[object]] and nothing else; it has"
             f" {', '.join(map(str, list(content)[:5])) or 'nothing'}."
         )
-    objects = [_make(entry, number, source) for number, entry in enumerate(entries, 1)]
-    names = [feature.name for feature in objects]
-    if double := sorted({name for name in names if names.count(name) > 1}):
-        raise InvalidInput(
-            f"{source.name}: two objects are called {double[0]!r}. Give each its own name."
-        )
+    objects: list[Feature] = []
+    for number, entry in enumerate(entries, 1):
+        try:
+            made = _make(entry, source.parent)
+        except InvalidInput as error:
+            raise InvalidInput(f"{source.name}, object {number}: {error}") from error
+        if made.name in [one.name for one in objects]:
+            raise InvalidInput(
+                f"{source.name}: two objects are called {made.name!r}. Give each its own name."
+            )
+        objects.append(made)
     return objects
 
 
-def _make(entry: Any, number: int, source: Path) -> Feature:
-    where = f"{source.name}, object {number}"
+def _make(entry: Any, folder: Path) -> Feature:
     if not isinstance(entry, dict) or "shape" not in entry:
-        raise InvalidInput(f"{where}: needs a shape; valid: {', '.join(SHAPES)}.")
+        raise InvalidInput(f"needs a shape; valid: {', '.join(SHAPES)}.")
     values = {name: value for name, value in entry.items() if name != "shape"}
-    try:
-        if "file" not in values:
-            return make_feature(entry["shape"], **values)
-        return _read_drawing(entry["shape"], values, source.parent)
-    except InvalidInput as error:
-        raise InvalidInput(f"{where}: {error}") from error
-
-
-def _read_drawing(shape: str, values: dict[str, Any], folder: Path) -> Feature:
-    reader = getattr(SHAPES[shape], "from_file", None)
-    if reader is None:
-        raise InvalidInput(
-            f"a {shape} is not read from a drawing; leave out file, or make it an outline."
-        )
-    known = set(inspect.signature(reader).parameters) - {"path"}
-    if unknown := sorted(values.keys() - {"file", *known}):
-        raise InvalidInput(
-            f"a drawing has no {unknown[0]!r}; valid: file, {', '.join(sorted(known))}."
-        )
-    return reader(folder / str(values.pop("file")), **values)
+    if "file" in values:
+        values["file"] = str(folder / str(values["file"]))
+    return make_feature(entry["shape"], **values)

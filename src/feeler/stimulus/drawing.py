@@ -4,7 +4,7 @@ import os
 import re
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -30,26 +30,10 @@ PIXEL = 25.4 / 96  # mm; CSS's, for a drawing whose page has a size but no viewB
 DXF_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stroke:
-    """A closed path: what it is called, and its corners (corner, 2) for a tolerance, in the
-    drawing's unit.
-    """
-
-    name: str
-    flatten: Callable[[float], np.ndarray]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Drawing:
-    """The closed paths of a file, x to the right and y up, and the length of its unit [mm] where it
-    says one.
-    """
-
-    curves: list[Stroke]
-    unit: float | None
-    centred: bool = True
-    """Whether places on the page mean nothing, so that the outline is centred across its motion."""
+Flatten = Callable[[float], np.ndarray]
+"""Gives the corners (corner, 2) of a closed path for a tolerance, both in the drawing's unit."""
+Paths = list[tuple[str, Flatten]]
+"""The closed paths of a drawing by their names, x to the right and y up."""
 
 
 def read_outline(
@@ -62,16 +46,17 @@ def read_outline(
 ) -> np.ndarray:
     """Corners (corner, 2) [mm] of the closed path in a file; see :meth:`feeler.Outline.from_file`."""
     for word, value in (("width", width), ("scale", scale), ("tolerance", tolerance)):
-        if value is not None and not (_is_number(value) and np.isfinite(value) and value > 0):
+        number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
+        if value is not None and not (number and 0 < value < np.inf):
             raise InvalidInput(f"{word} must be finite and > 0, got {str(value)[:40]!r}.")
     if width is not None and scale is not None:
         raise InvalidInput("give width or scale, not both.")
     path = _check_file(path)
     try:
-        drawing = _READERS[path.suffix.lower()](path)
-        curve = _choose(path.name, drawing.curves, which)
-        unit = _find_unit(path.name, curve, drawing.unit, width, scale)
-        corners = unit * _tidy(curve.flatten(tolerance / unit))
+        paths, given = _READERS[path.suffix.lower()](path)
+        flatten = _choose(path.name, paths, which)
+        unit = _find_unit(path.name, flatten, given, width, scale)
+        corners = unit * _tidy(flatten(tolerance / unit))
     except (InvalidInput, MissingExtra):
         raise
     except Exception as error:  # whatever a parser of foreign text may raise
@@ -79,13 +64,9 @@ def read_outline(
             f"{path.name} cannot be read as a {path.suffix[1:].upper()} drawing:"
             f" {str(error)[:200]}."
         ) from error
-    if drawing.centred:
+    if path.suffix.lower() != ".csv":  # elsewhere places on the page mean nothing
         corners = corners - [0.0, (corners[:, 1].min() + corners[:, 1].max()) / 2]
     return corners
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def _check_file(path: str | os.PathLike) -> Path:
@@ -103,26 +84,23 @@ def _check_file(path: str | os.PathLike) -> Path:
     return path
 
 
-def _choose(file: str, curves: list[Stroke], which: int | str | None) -> Stroke:
+def _choose(file: str, paths: Paths, which: int | str | None) -> Flatten:
     listing = ", ".join(
-        f"{number}: {curve.name or 'no id'}" for number, curve in enumerate(curves[:20])
+        f"{number}: {name or 'no id'}" for number, (name, _) in enumerate(paths[:20])
     )
-    if not curves:
+    if not paths:
         raise InvalidInput(
             f"{file} has no closed path; close the outline in your drawing program (SVG: end it"
             " with Z)."
         )
-    if which is None:
-        if len(curves) > 1:
-            raise InvalidInput(
-                f"{file} has {len(curves)} closed paths; choose one by which=number or id:"
-                f" {listing}."
-            )
-        return curves[0]
+    if which is None and len(paths) > 1:
+        raise InvalidInput(
+            f"{file} has {len(paths)} closed paths; choose one by which=number or id: {listing}."
+        )
     named = [
-        curve
-        for number, curve in enumerate(curves)
-        if which in (number, curve.name) and not isinstance(which, bool)
+        flatten
+        for number, (name, flatten) in enumerate(paths)
+        if which is None or (which in (number, name) and not isinstance(which, bool))
     ]
     if len(named) != 1:
         raise InvalidInput(f"{file} has no one closed path {str(which)[:40]!r}; it has {listing}.")
@@ -130,12 +108,12 @@ def _choose(file: str, curves: list[Stroke], which: int | str | None) -> Stroke:
 
 
 def _find_unit(
-    file: str, curve: Stroke, unit: float | None, width: float | None, scale: float | None
+    file: str, flatten: Flatten, unit: float | None, width: float | None, scale: float | None
 ) -> float:
     """Length of one unit of the drawing [mm]."""
     if width is not None:
-        rough = curve.flatten(np.inf)
-        extent = float(np.ptp(curve.flatten(1e-3 * np.ptp(rough, axis=0).max())[:, 1]))
+        rough = flatten(np.inf)
+        extent = float(np.ptp(flatten(1e-3 * np.ptp(rough, axis=0).max())[:, 1]))
         if extent == 0:
             raise InvalidInput(
                 f"{file} has an outline without extent across the motion, which no width can scale."
@@ -165,7 +143,7 @@ def _need(module: str) -> ModuleType:
         ) from error
 
 
-def _read_csv(path: Path) -> Drawing:
+def _read_csv(path: Path) -> tuple[Paths, float | None]:
     lines = path.read_text(encoding="utf-8-sig").splitlines()
     start = 1 if lines and re.search("[A-Za-z]", re.sub("[eE]", "", lines[0])) else 0
     rows = [
@@ -182,17 +160,15 @@ def _read_csv(path: Path) -> Drawing:
             f"{path.name} has a corner that is not finite, number {lost + 1}:"
             f" {' '.join(rows[lost])}."
         )
-    return Drawing(
-        curves=[Stroke(name=path.stem, flatten=lambda _: corners)], unit=1.0, centred=False
-    )
+    return [(path.stem, lambda _: corners)], 1.0
 
 
-def _read_svg(path: Path) -> Drawing:
+def _read_svg(path: Path) -> tuple[Paths, float | None]:
     svg = _need("svgpathtools")
     document = svg.Document(str(path))
     if not document.root.tag.endswith("svg"):
         raise InvalidInput(f"{path.name} is XML but no SVG drawing.")
-    curves = []
+    paths: Paths = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for whole in document.paths():
@@ -200,18 +176,13 @@ def _read_svg(path: Path) -> Drawing:
             closed = [
                 piece for piece in whole.continuous_subpaths() if len(piece) and piece.isclosed()
             ]
-            curves += [Stroke(name=name, flatten=_make_svg_flatten(piece)) for piece in closed]
-    return Drawing(curves=curves, unit=_find_svg_unit(document.root))
+            paths += [(name, partial(_flatten_svg, piece)) for piece in closed]
+    return paths, _find_svg_unit(document.root)
 
 
-def _make_svg_flatten(piece: list) -> Callable[[float], np.ndarray]:
-    def flatten(tolerance: float) -> np.ndarray:
-        points = [
-            point for segment in piece for point in _bisect(segment.point, 0.0, 1.0, tolerance)
-        ]
-        return np.array([[point.real, -point.imag] for point in points])  # SVG's y axis points down
-
-    return flatten
+def _flatten_svg(piece: list, tolerance: float) -> np.ndarray:
+    points = [point for segment in piece for point in _bisect(segment.point, 0.0, 1.0, tolerance)]
+    return np.array([[point.real, -point.imag] for point in points])  # SVG's y axis points down
 
 
 def _bisect(
@@ -244,7 +215,7 @@ def _find_svg_unit(root: Any) -> float | None:
     return float(found[1]) * UNITS[found[2].lower()] / float(box[2]) if len(box) == 4 else PIXEL
 
 
-def _read_dxf(path: Path) -> Drawing:
+def _read_dxf(path: Path) -> tuple[Paths, float | None]:
     ezdxf = _need("ezdxf")
     smith, miner, paths = _need("ezdxf.edgesmith"), _need("ezdxf.edgeminer"), _need("ezdxf.path")
     document = ezdxf.readfile(path)
@@ -259,21 +230,17 @@ def _read_dxf(path: Path) -> Drawing:
         chains = miner.find_all_simple_chains(miner.Deposit(edges, gap_tol=1e-6))
         loops = [chain for chain in chains if len(chain) > 1 and miner.is_loop(chain, gap_tol=1e-6)]
         named += [("chain of lines", smith.path2d_from_chain(chain)) for chain in loops]
-    curves = [Stroke(name=name, flatten=_make_dxf_flatten(outline)) for name, outline in named]
     factor = (
         ezdxf.units.conversion_factor(document.units, ezdxf.units.MM) if document.units else None
     )
-    return Drawing(curves=curves, unit=factor)
+    return [(name, partial(_flatten_dxf, outline)) for name, outline in named], factor
 
 
-def _make_dxf_flatten(outline: Any) -> Callable[[float], np.ndarray]:
-    def flatten(tolerance: float) -> np.ndarray:
-        return np.array([(point.x, point.y) for point in outline.flattening(min(tolerance, 1e9))])
-
-    return flatten
+def _flatten_dxf(outline: Any, tolerance: float) -> np.ndarray:
+    return np.array([(point.x, point.y) for point in outline.flattening(min(tolerance, 1e9))])
 
 
-_READERS: dict[str, Callable[[Path], Drawing]] = {
+_READERS: dict[str, Callable[[Path], tuple[Paths, float | None]]] = {
     ".svg": _read_svg,
     ".dxf": _read_dxf,
     ".csv": _read_csv,

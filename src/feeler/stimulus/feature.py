@@ -21,7 +21,7 @@ import hashlib
 import inspect
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any
@@ -225,7 +225,7 @@ def make_feature(
 
     So ``make_feature("ball", 1.5)`` has radius 1.5 mm, and ``make_feature("box", 1.5,
     half_height=3)`` half-width 1.5 mm. The plain data of ``Feature.to_plain`` may stand for all of
-    it.
+    it. A shape that can be read from a drawing takes ``file`` and that method's parameters instead.
 
     Raises
     ------
@@ -234,7 +234,9 @@ def make_feature(
     """
     values = {**kind, **values} if isinstance(kind, Mapping) else {"kind": kind, **values}
     word: Any = values.pop("kind", None)
-    shape = SHAPES[word]
+    shape: Any = SHAPES[word]
+    if "file" in values and hasattr(shape, "from_file"):
+        return _read_drawing(shape.from_file, values)
     known = {field.name: field for field in fields(shape)}
     if unknown := values.keys() - known.keys():
         raise InvalidInput(
@@ -257,8 +259,8 @@ def parse_feature(text: str, size: float | None = None) -> Feature:
     """A feature from one line: its kind and, after a colon, its fields, as in
     ``box:half_height=3,rounding=0.2``.
 
-    What must be given and is not becomes ``size``. A shape that can be read from a drawing takes
-    that method's parameters beside ``file``: ``outline:file=leaf.svg,width=3``.
+    What must be given and is not becomes ``size``; an outline may also be read from a drawing, as in
+    ``outline:file=leaf.svg,width=3``.
 
     Raises
     ------
@@ -272,15 +274,14 @@ def parse_feature(text: str, size: float | None = None) -> Feature:
             f"{text!r} must be kind:field=value,field=value; {wrong[0]!r} has no value."
         )
     values = {name.strip(): _parse_value(value.strip()) for name, _, value in pairs}
-    reader = getattr(SHAPES[kind], "from_file", None)
-    if "file" not in values or reader is None:
-        return make_feature(kind, size, **values)
-    known = inspect.signature(reader).parameters
+    return make_feature({**values, "kind": kind}, size)
+
+
+def _read_drawing(read: Callable[..., Feature], values: dict[str, Any]) -> Feature:
+    known = [*inspect.signature(read).parameters][1:]
     if unknown := values.keys() - {"file", *known}:
-        raise InvalidInput(
-            f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(list(known)[1:])}."
-        )
-    return reader(str(values.pop("file")), **values)
+        raise InvalidInput(f"a drawing has no {min(unknown)!r}; valid: file, {', '.join(known)}.")
+    return read(str(values.pop("file")), **values)
 
 
 def _parse_value(text: str) -> float | int | str:

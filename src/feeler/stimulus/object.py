@@ -88,20 +88,14 @@ def make_objects(antenna: Antenna, objects: Sequence[Object | Trial]) -> tuple[O
     made = tuple(
         make_object(antenna, item) if isinstance(item, Trial) else item for item in objects
     )
-    check_names(made)
-    pose = np.zeros(3) if not bases or bases[0] is None else bases[0].compute_pose(np.zeros(1))[0]
-    check_clear(antenna, made, pose=pose)
-    return made
-
-
-def check_names(objects: Sequence[Object]) -> None:
-    """Refuse two objects of one name."""
-    twice = [name for name, count in Counter(item.name for item in objects).items() if count > 1]
-    if twice:
+    if twice := [name for name, count in Counter(one.name for one in made).items() if count > 1]:
         raise InvalidInput(
             f"two objects are called {twice[0]!r}; give each its own name=, as forces are told"
             " apart by it."
         )
+    pose = np.zeros(3) if not bases or bases[0] is None else bases[0].compute_pose(np.zeros(1))[0]
+    check_clear(antenna, made, pose=pose)
+    return made
 
 
 @checked
