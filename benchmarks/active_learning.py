@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import softmax
 
 from feeler.active.arena import Arena
-from feeler.active.learned import KIND, OWN, VERSION, make_actor, see
+from feeler.active.learned import OWN, POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.active.observer import MENU, PERIOD, Known, Policy
 from feeler.active.task import SAMPLE, TouchTask
 from feeler.errors import InvalidInput, MissingExtra
@@ -264,4 +264,9 @@ def make_trained(model: Any, deadline: float) -> Policy:
 
 def save_policy(model: Any, path: Path | str, settings: dict[str, Any]) -> None:
     """Write a trained policy's configuration and weights as safetensors."""
-    save_model(Model(kind=KIND, version=VERSION, arrays=read_actor(model), settings=settings), path)
+    save_model(
+        Model(
+            kind=POLICY_KIND, version=POLICY_VERSION, arrays=read_actor(model), settings=settings
+        ),
+        path,
+    )

@@ -16,7 +16,14 @@ from feeler.antenna.antenna import Antenna
 from feeler.errors import FeelerError, InvalidInput
 from feeler.wall.course import Course
 from feeler.wall.distance_map import DistanceMap
-from feeler.wall.following import FOLLOWING, SUBSTEP, Controller, _Runner, follow, make_course_scene
+from feeler.wall.following import (
+    FOLLOWING,
+    RUN_SUBSTEP,
+    Controller,
+    _Runner,
+    follow,
+    make_course_scene,
+)
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import approach
 
@@ -130,7 +137,7 @@ def measure_wall_response(
     if known.undefined:
         raise InvalidInput(f"the '{antenna.name}' antenna gives no map: {known.undefined}.")
     posture = posture.replace(side="right")
-    rest = approach(antenna, posture, [distance], substep=SUBSTEP)
+    rest = approach(antenna, posture, [distance], substep=RUN_SUBSTEP)
     found = []
     for hertz in np.asarray(frequencies, dtype=float):
         omega, course = 2e-3 * np.pi * hertz, Course(lengths=(1e4,), turns=())

@@ -253,7 +253,7 @@ def test_a_lane_that_diverges_is_truncated_and_says_why():
         (lambda: TouchTask(noise=-1.0), "Common.size must be ≥ 0"),
         (lambda: TouchTask(duration=0.0), "TouchTask.duration must be > 0 ms"),
         (lambda: TouchTask("ball"), "TouchTask.antenna must be an Antenna"),
-        (lambda: gymnasium.make("feeler/Touch-v0", colour="red"), "has no 'colour'"),
+        (lambda: gymnasium.make("feeler/Touch-v0", colour="red"), "has no .colour."),
         (lambda: TouchEnv(make_task(), render_mode="human"), "render_mode is 'rgb_array'"),
         (lambda: TouchVectorEnv(make_task(), 1).step({}), r"call reset\(\) before"),
     ],

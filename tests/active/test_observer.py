@@ -8,7 +8,7 @@ from scipy.special import softmax
 from scipy.stats import norm
 
 import feeler
-from feeler.active import Observer, TouchTask, film_policy, parse_policy
+from feeler.active import Arena, Observer, TouchTask, film_policy, parse_policy
 from feeler.errors import InvalidInput
 from feeler.task import Common, Noise
 
@@ -121,6 +121,31 @@ def test_to_look_ahead_changes_nothing_and_standing_still_tells_nothing(observer
     assert np.abs(gains[0][:, 0]).max() < 1e-9
     assert np.all(gains[0][:, 1] > 0.1)
     assert np.all(gains[0] <= 1.0)
+
+
+@pytest.mark.parametrize("copies", [1, 3])
+def test_work_is_what_was_done_since_the_beginning(observer, copies):
+    """Of each touch by itself, in an arena that does nothing else; not a sum of sums."""
+    seen = observer.run(parse_policy("fixed:1.2"), copies)
+    arena = Arena(observer.task, len(observer.starts))
+    for lane, start in enumerate(observer.starts):
+        arena.begin(lane, np.random.default_rng(0), start)
+    for row in range(1, len(seen.time)):
+        for _ in range(5):
+            arena.step(np.tile([1.2, 0.0], (arena.n, 1)))
+        np.testing.assert_allclose(seen.work[row], np.repeat(arena.work, copies), rtol=1e-12)
+    assert seen.work[-1].max() > seen.work[1].max() > 0
+
+
+def test_an_observer_that_was_asked_before_answers_as_a_fresh_one(observer):
+    """Also with policies that remember: what greedy and learned ones felt before is gone."""
+    steered = parse_policy("greedy:10")
+    asked = [observer.run(steered, copies=2) for _ in range(2)]
+    observer.run(parse_policy("random:0"), copies=1, duration=10.0)
+    fresh = make_observer().run(parse_policy("greedy:10"), copies=2)
+    for again in (*asked, observer.run(steered, copies=2)):
+        for name in ("belief", "speed", "work"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(fresh, name))
 
 
 def test_bodies_may_feel_some_touches_only(observer):

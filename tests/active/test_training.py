@@ -10,7 +10,7 @@ import pytest
 
 import feeler
 from feeler.active import Observer, TouchTask, parse_policy
-from feeler.active.learned import KIND, VERSION, make_actor, see
+from feeler.active.learned import POLICY_KIND, POLICY_VERSION, make_actor, see
 from feeler.errors import InvalidInput
 from feeler.studies.contests import load_contest
 from feeler.tensors.models import load_model
@@ -57,7 +57,7 @@ def test_a_little_training_does_better_than_chance_moves_for_the_exact_observer(
 
 def test_stored_weights_do_what_the_trained_model_does(practice, model, tmp_path):
     learning.save_policy(model, tmp_path / "policy.safetensors", {"steps": 768})
-    stored = load_model(tmp_path / "policy.safetensors", kind=KIND, version=VERSION)
+    stored = load_model(tmp_path / "policy.safetensors", kind=POLICY_KIND, version=POLICY_VERSION)
     assert stored.settings["steps"] == 768
     policy, state = make_actor(stored.arrays, DEADLINE), None
     bodies = Practised(practice, DEADLINE, np.random.default_rng(0))

@@ -22,7 +22,7 @@ from feeler.wall import (
 from feeler.wall.course import Course, _measure_turns
 from feeler.wall.following import Run
 from feeler.wall.peak import Peak, find_sweep_peak, place_top
-from feeler.wall.sensitivity import CHOICES, Case
+from feeler.wall.sensitivity import SETUP_CHOICES, Case
 
 N, STEP = 80, 0.5
 ANTENNA = Antenna(
@@ -83,7 +83,7 @@ def test_orders_are_counted_by_every_choice():
     assert table["friction", 0.3] == {"yes": 1, "no": 1, "undefined": 0}
     assert table["friction", 1.0] == {"yes": 0, "no": 1, "undefined": 0}
     assert table["method", "hinge"] == {"yes": 1, "no": 0, "undefined": 0}
-    assert {key for key, _ in table} == {"all", *CHOICES}
+    assert {key for key, _ in table} == {"all", *SETUP_CHOICES}
     assert count_orderings(cases[6:9])["all", ""] == {"yes": 0, "no": 0, "undefined": 1}
     assert count_orderings(cases[:2], names)["all", ""] == {"yes": 0, "no": 0, "undefined": 1}
     assert count_orderings(cases[9:12], names[::-1])["all", ""] == {

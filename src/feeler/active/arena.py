@@ -14,7 +14,7 @@ from feeler.physics.scene import Scene
 from feeler.physics.stepper import MICRO, State
 from feeler.stimulus.base import BaseMotion
 
-BLOCK = 64  # [C] samples of noise that a lane draws at a time
+_BLOCK = 64  # [C] samples of noise that a lane draws at a time
 
 
 class Arena:
@@ -53,8 +53,8 @@ class Arena:
         self._heading = np.zeros(n)
         self._rngs = [np.random.default_rng(0)] * n
         self._window = np.zeros((n, task.window, len(self.sensors)))
-        self._drawn = np.zeros((n, BLOCK, len(self.sensors)))
-        self._used = np.full(n, BLOCK)
+        self._drawn = np.zeros((n, _BLOCK, len(self.sensors)))
+        self._used = np.full(n, _BLOCK)
 
     def save(self) -> tuple[Any, ...]:
         """This moment of all lanes, for :meth:`load`."""
@@ -75,7 +75,7 @@ class Arena:
         ``rng``.
         """
         self.starts[lane] = start = start or self.task.begin(rng)
-        self._rngs[lane], self._used[lane], self.fresh[lane] = rng, BLOCK, True
+        self._rngs[lane], self._used[lane], self.fresh[lane] = rng, _BLOCK, True
         self.base[lane] = self.time[lane] = self.work[lane] = 0.0
         self._heading[lane] = start.scene.base[2]
         rest = start.scene.initial_angle[self.sensors]
@@ -91,7 +91,7 @@ class Arena:
                 self._window[lane, -1] = noisy[0, :, 0]
             return
         for lane in lanes:
-            if self._used[lane] == BLOCK:
+            if self._used[lane] == _BLOCK:
                 self._drawn[lane] = self._rngs[lane].standard_normal(self._drawn.shape[1:])
                 self._used[lane] = 0
         drawn = self._drawn[lanes, self._used[lanes]]
@@ -180,11 +180,8 @@ class Arena:
     def felt(self) -> np.ndarray:
         """What the sensors would say without noise (lane, sensor) [rad]."""
         rest = np.array([start.scene.initial_angle[self.sensors] for start in self.starts])
-        return (
-            rest
-            if self.state is None
-            else np.where(self.fresh[:, None], rest, self.state.angle[:, self.sensors])
-        )
+        now = rest if self.state is None else self.state.angle[:, self.sensors]
+        return np.where(self.fresh[:, None], rest, now)
 
     @property
     def targets(self) -> np.ndarray:
@@ -198,11 +195,9 @@ class Arena:
     @property
     def touching(self) -> np.ndarray:
         """Whether (lane,) the antenna is in contact: what the body is not told."""
-        return (
-            np.zeros(self.n, bool)
-            if self.state is None
-            else np.isfinite(self.state.contact_place) & ~self.fresh
-        )
+        if self.state is None:
+            return np.zeros(self.n, bool)
+        return np.isfinite(self.state.contact_place) & ~self.fresh
 
     @property
     def failed(self) -> list[Exception | None]:

@@ -71,21 +71,29 @@ class TouchVectorEnv(VectorEnv):
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InvalidInput(f"render_mode is 'rgb_array' or None, got {render_mode!r}.")
-        self.task, self.num_envs, self.render_mode, self._decide = (
-            task,
-            num_envs,
-            render_mode,
-            decide,
-        )
+        self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
+        self._decide = decide
         self.arena = Arena(task, num_envs, workers)
-        self.single_observation_space = make_observation_space(task)
-        self.single_action_space = make_action_space(task, decide)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self.single_prediction_target_space = make_target_space(task)
-        self.prediction_target_space = batch_space(self.single_prediction_target_space, num_envs)
+        self.single_observation_space = spaces.Dict(
+            {name: _make_box(each.shape[1:]) for name, each in self.arena.observe().items()}
+        )
+        limits = np.array([task.max_speed, task.max_turn])
+        action = {
+            "action": spaces.Box(-limits, limits, dtype=np.float64),
+            "prediction": _make_box((task.n_outputs,)),
+        }
+        self.single_action_space = spaces.Dict(
+            action | ({"decide": spaces.Discrete(2)} if decide else {})
+        )
+        self.single_prediction_target_space = (
+            spaces.Discrete(task.n_outputs) if task.n_outputs > 1 else _make_box(())
+        )
+        for kind in ("observation", "action", "prediction_target"):
+            space = batch_space(getattr(self, f"single_{kind}_space"), num_envs)
+            setattr(self, f"{kind}_space", space)
         self.loss_fn: Callable[[np.ndarray, np.ndarray], np.ndarray] = task.compute_loss
-        self._ended, self._before = np.zeros(num_envs, bool), np.zeros(num_envs)
+        self._ended = np.zeros(num_envs, bool)
+        self._before = np.zeros(num_envs)
         self._rngs: list[np.random.Generator] = []
 
     def reset(
@@ -97,29 +105,23 @@ class TouchVectorEnv(VectorEnv):
         drawn.
         """
         options = options or {}
-        seeds = (
-            seed
-            if isinstance(seed, list)
-            else [None if seed is None else seed + k for k in range(self.num_envs)]
-        )
-        if not self._rngs:
-            self._rngs = [seeding.np_random(given)[0] for given in seeds]
-        elif seed is not None:
-            self._rngs = [
-                rng if given is None else seeding.np_random(given)[0]
-                for rng, given in zip(self._rngs, seeds, strict=True)
-            ]
+        seeds = seed
+        if not isinstance(seeds, list):
+            seeds = [None if seed is None else seed + k for k in range(self.num_envs)]
+        old = self._rngs or [None] * self.num_envs
+        self._rngs = [
+            seeding.np_random(given)[0] if rng is None or given is not None else rng
+            for rng, given in zip(old, seeds, strict=True)
+        ]
         mask = np.asarray(options.get("reset_mask", np.ones(self.num_envs, bool)))
         for lane in np.flatnonzero(mask):
             self._begin(int(lane), options.get("touch"))
-        return self._observe(), self._inform()
+        return self.arena.observe(), self._inform()
 
     def _begin(self, lane: int, touch: int | None = None) -> None:
-        start = (
-            None
-            if touch is None or not isinstance(self.task, TouchTask)
-            else self.task.make_start(touch)
-        )
+        start = None
+        if touch is not None and isinstance(self.task, TouchTask):
+            start = self.task.make_start(touch)
         self.arena.begin(lane, self._rngs[lane], start)
         self._ended[lane], self._before[lane] = False, 0.0
 
@@ -141,26 +143,23 @@ class TouchVectorEnv(VectorEnv):
         self.arena.step(move, going)
         for lane in np.flatnonzero(self._ended):
             self._begin(int(lane))
-        target, failed = (
-            self.arena.targets,
-            np.array([error is not None for error in self.arena.failed]),
-        )
+        target = self.arena.targets
+        failed = np.array([error is not None for error in self.arena.failed])
         loss = task.compute_loss(prediction, target)
-        base_reward = (
-            -task.time_cost * SAMPLE
-            - task.work_cost * (self.arena.work - self._before)
-            - task.charge(target)
-        )
+        spent = task.work_cost * (self.arena.work - self._before)
+        base_reward = -task.time_cost * SAMPLE - spent - task.charge(target)
         self._before = self.arena.work.copy()
         here = np.isin(np.arange(self.num_envs), going)
-        terminated = here & (
-            self._decisions(actions) | np.array([task.is_over(value) for value in target])
-        )
+        decided = np.zeros(self.num_envs, bool)
+        if self._decide:
+            decided = np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
+        terminated = here & (decided | np.array([task.is_over(value) for value in target]))
         truncated = here & (self.arena.over | failed)
         self._ended = terminated | truncated
         info = self._inform() | {"base_reward": np.where(here, base_reward, 0.0)}
         info["prediction"] = {"target": target, "loss": np.where(here, loss, 0.0)}
-        return self._observe(), np.where(here, base_reward - loss, 0.0), terminated, truncated, info
+        reward = np.where(here, base_reward - loss, 0.0)
+        return self.arena.observe(), reward, terminated, truncated, info
 
     def _read(self, actions: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Moves (lane, 2) and predictions (lane, output)."""
@@ -172,23 +171,12 @@ class TouchVectorEnv(VectorEnv):
         prediction = np.asarray(actions["prediction"], dtype=float)
         wanted = (self.num_envs, self.task.n_outputs)
         if prediction.shape != wanted or not np.isfinite(prediction).all():
-            lane = (
-                ""
-                if prediction.shape != wanted
-                else f" in lane {np.argwhere(~np.isfinite(prediction))[0][0]}"
-            )
+            wrong = np.argwhere(~np.isfinite(prediction))
+            lane = f" in lane {wrong[0][0]}" if prediction.shape == wanted else ""
             raise InvalidInput(
                 f"a prediction is finite numbers {wanted}, got {prediction.shape}{lane}."
             )
         return self.arena.check_action(np.asarray(actions["action"], dtype=float)), prediction
-
-    def _decisions(self, actions: Mapping[str, Any]) -> np.ndarray:
-        if not self._decide:
-            return np.zeros(self.num_envs, bool)
-        return np.asarray(actions["decide"]).reshape(self.num_envs).astype(bool)
-
-    def _observe(self) -> dict[str, np.ndarray]:
-        return self.arena.observe()
 
     def _inform(self) -> dict[str, Any]:
         target = self.arena.targets
@@ -237,24 +225,15 @@ class TouchEnv(gymnasium.Env):
         """Go on by a millisecond; errors as in :meth:`TouchVectorEnv.step`, and after the end."""
         if self.lanes._ended[0]:
             raise InvalidInput("the episode has ended; call reset().")
-        given = (
-            {key: np.asarray(value)[None] for key, value in action.items()}
-            if isinstance(action, Mapping)
-            else {}
-        )
+        action = action if isinstance(action, Mapping) else {}
+        given = {key: np.asarray(value)[None] for key, value in action.items()}
         observation, reward, terminated, truncated, info = self.lanes.step(given)
-        return (
-            _first(observation),
-            float(reward[0]),
-            bool(terminated[0]),
-            bool(truncated[0]),
-            _first(info),
-        )
+        ends = bool(terminated[0]), bool(truncated[0])
+        return _first(observation), float(reward[0]), *ends, _first(info)
 
     def render(self) -> np.ndarray | None:
         """A picture (height, width, 3)."""
-        pictures = self.lanes.render()
-        return pictures[0] if pictures else None
+        return (self.lanes.render() or (None,))[0]
 
 
 def _first(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -265,32 +244,8 @@ def _first(values: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def make_observation_space(task: ActiveTask) -> Any:
-    """``angle`` (window, sensor) [rad], ``base`` (way, heading, speed, turn) and ``time`` [ms]."""
-    n = len(task.first_antenna.sensors)
-    shapes = {"angle": (task.window, n), "base": (4,), "time": (1,)}
-    return spaces.Dict(
-        {name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name, shape in shapes.items()}
-    )
-
-
-def make_action_space(task: ActiveTask, decide: bool = False) -> Any:
-    """``action`` (speed [mm/ms], turn [rad/ms]), ``prediction``, and if asked for ``decide``."""
-    limits = np.array([task.max_speed, task.max_turn])
-    known = {
-        "action": spaces.Box(-limits, limits, dtype=np.float64),
-        "prediction": spaces.Box(-np.inf, np.inf, (task.n_outputs,), np.float64),
-    }
-    return spaces.Dict(known | ({"decide": spaces.Discrete(2)} if decide else {}))
-
-
-def make_target_space(task: ActiveTask) -> Any:
-    """The number of an object, or a value."""
-    return (
-        spaces.Discrete(task.n_outputs)
-        if task.n_outputs > 1
-        else spaces.Box(-np.inf, np.inf, (), np.float64)
-    )
+def _make_box(shape: tuple[int, ...]) -> Any:
+    return spaces.Box(-np.inf, np.inf, shape, np.float64)
 
 
 def make_env(name: str, **fields: Any) -> TouchEnv:
@@ -312,25 +267,17 @@ def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorE
 def _make_task(name: str, fields: dict[str, Any]) -> ActiveTask:
     task = fields.pop("task", None)
     if task is None:
-        known = TASKS[name].__dataclass_fields__
-        if unknown := fields.keys() - known.keys():
-            raise InvalidInput(f"{name} has no {min(unknown)!r}; valid: {', '.join(known)}.")
         return TASKS[name](**fields)
     if fields:
         raise InvalidInput("give either task= or its fields, not both.")
     return task
 
 
-def _register() -> None:
-    """Make the environments known to Gymnasium."""
-    for name in TASKS:
-        if name not in gymnasium.registry:
-            gymnasium.register(
-                name,
-                entry_point="feeler.active.environment:make_env",
-                vector_entry_point="feeler.active.environment:make_vector_env",
-                kwargs={"name": name},
-            )
-
-
-_register()
+for name in TASKS:
+    if name not in gymnasium.registry:
+        gymnasium.register(
+            name,
+            entry_point="feeler.active.environment:make_env",
+            vector_entry_point="feeler.active.environment:make_vector_env",
+            kwargs={"name": name},
+        )

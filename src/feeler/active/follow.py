@@ -10,7 +10,7 @@ from feeler.active.task import ActiveTask, Start
 from feeler.errors import InvalidInput
 from feeler.record import Gt, Unit
 from feeler.wall.course import Course
-from feeler.wall.following import BODY_LOST, FOLLOWING, SUBSTEP, make_course_scene
+from feeler.wall.following import BODY_LOST, FOLLOWING, RUN_SUBSTEP, make_course_scene
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import Approach, approach
 
@@ -57,7 +57,7 @@ class FollowTask(ActiveTask):
             self.first_antenna,
             self.posture.replace(side="right"),
             sorted(self.starts),
-            substep=SUBSTEP,
+            substep=RUN_SUBSTEP,
         )
 
     def begin(self, rng: np.random.Generator) -> Start:

@@ -13,8 +13,8 @@ from feeler.active.observer import MENU, Known, Policy
 from feeler.errors import InvalidInput
 from feeler.tensors.models import Model, load_model
 
-KIND, VERSION = "LearnedPolicy", 1
-WAY, FAST, LONG = (
+POLICY_KIND, POLICY_VERSION = "LearnedPolicy", 1
+_WAY, _FAST, _LONG = (
     20.0,
     1.2,
     150.0,
@@ -29,8 +29,8 @@ def see(known: Known, deadline: float) -> np.ndarray:
     entropy = -(known.belief * np.log(np.maximum(known.belief, 1e-300))).sum(axis=1) / np.log(
         classes
     )
-    time = np.full(n, known.time / LONG), np.full(n, max(deadline - known.time, 0.0) / LONG)
-    own = np.stack([entropy, known.touching, known.way / WAY, known.speed / FAST, *time], axis=1)
+    time = np.full(n, known.time / _LONG), np.full(n, max(deadline - known.time, 0.0) / _LONG)
+    own = np.stack([entropy, known.touching, known.way / _WAY, known.speed / _FAST, *time], axis=1)
     return np.concatenate([known.belief, own], axis=1).astype(np.float32)
 
 
@@ -90,7 +90,7 @@ def _load(seed: int) -> Model:
         raise InvalidInput(
             f"no policy was learned with seed {seed}; there are: {', '.join(known) or 'none'}."
         )
-    return load_model(path, kind=KIND, version=VERSION, trusted=True)
+    return load_model(path, kind=POLICY_KIND, version=POLICY_VERSION, trusted=True)
 
 
 def make_learned(seed: float = 0.0, deadline: float = 50.0) -> Policy:

@@ -23,9 +23,9 @@ from feeler.errors import InvalidInput
 
 MENU = (0.0, 0.03, 0.06, 0.12, 0.3, 0.6, 1.2)  # [C] mm/ms
 PERIOD = 5.0  # [C] ms between two decisions
-TOGETHER = 32  # [C] episodes whose prospects are weighed at a time
-DRAWS = 8  # [C] pairs of drawn noise of a look ahead
-LEAST = 1e-6  # rad; noise of which a sample has less is weighed, and drawn, as this
+_TOGETHER = 32  # [C] episodes whose prospects are weighed at a time
+_DRAWS = 8  # [C] pairs of drawn noise of a look ahead
+_LEAST = 1e-6  # rad; noise of which a sample has less is weighed, and drawn, as this
 Look = Callable[[Arena], None]
 
 
@@ -258,7 +258,7 @@ class Observer:
         return np.stack(felt, axis=1), touched
 
     def _measure_noise(self, felt: np.ndarray) -> np.ndarray:
-        return np.maximum(self.task.measure_noise(felt), LEAST)
+        return np.maximum(self.task.measure_noise(felt), _LEAST)
 
 
 def _split(branch: _Branch, speed: np.ndarray) -> list[_Branch]:
@@ -298,12 +298,12 @@ def expect_gain(
     """
     known = felt.reshape(len(felt), -1)
     spread = np.broadcast_to(sd, felt.shape).reshape(known.shape)
-    half = np.random.default_rng(seed).standard_normal((DRAWS, 1, known.shape[1]))
+    half = np.random.default_rng(seed).standard_normal((_DRAWS, 1, known.shape[1]))
     drawn = known + spread * np.concatenate([half, -half])  # (draw, felt, entry)
     evidence = weigh_touches(drawn, known, spread)  # (draw, felt, candidate)
     members = np.eye(label.max() + 1)[label]
     left = []
-    for some in np.array_split(weight, -(-len(weight) // TOGETHER)):
+    for some in np.array_split(weight, -(-len(weight) // _TOGETHER)):
         with np.errstate(divide="ignore"):
             after = softmax(evidence + np.log(some)[:, None, None, :], axis=3) @ members
         left.append((some * _entropy(after).mean(axis=1)).sum(axis=1))

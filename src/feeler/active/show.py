@@ -21,7 +21,7 @@ from feeler.plotting.look import style
 from feeler.plotting.movie import SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
 
-PEAK = 0.06  # rad; where the colours end [C]
+_PEAK = 0.06  # rad; where the colours end [C]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +59,7 @@ def draw_lane(arena: Arena, lane: int) -> np.ndarray:
         canvas, ax = FigureCanvasAgg(figure), figure.subplots()
         points, angle, antenna = look_at(arena, lane)
         _set_up(ax, arena.starts[lane].scene, points[None])
-        MovingAntenna(antenna, ax, Normalize(0.0, PEAK)).move(points, angle)
+        MovingAntenna(antenna, ax, Normalize(0.0, _PEAK)).move(points, angle)
         ax.set_title(f"{arena.time[lane]:.0f} ms", fontsize=8)
         canvas.draw()
         return np.asarray(canvas.buffer_rgba())[..., :3].copy()
@@ -89,7 +89,7 @@ def write_film(
         left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)
         above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         _set_up(left, film.scene, film.points)
-        antenna = MovingAntenna(film.scene.antenna, left, Normalize(0.0, PEAK))
+        antenna = MovingAntenna(film.scene.antenna, left, Normalize(0.0, _PEAK))
         (pace,) = above.plot([], [], color="#1b1f24")
         above.set(
             xlim=(0, film.time[-1]),

@@ -15,11 +15,11 @@ from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
 RUN_UP = 150.0  # [C] mm of straight wall before the first turn, about 12 wall distances
-MARGIN = 100.0  # mm; the first and the last face go on by this
-THICK = 10.0  # mm; from a face to the back of its block
+_MARGIN = 100.0  # mm; the first and the last face go on by this
+_THICK = 10.0  # mm; from a face to the back of its block
 # mm; a block goes on by this behind the next face where the wall turns towards the body
-OVERLAP = 5.0
-ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
+_OVERLAP = 5.0
+_ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that they stay convex
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,14 +42,14 @@ class Faces(Feature):
         """A block for each stretch that only turns away from the body."""
         along = np.diff(self.corners, axis=0)
         along /= np.hypot(along[:, 0], along[:, 1])[:, None]
-        behind, turn = THICK * along[:, ::-1] * [1.0, -1.0], _measure_turns(along)
+        behind, turn = _THICK * along[:, ::-1] * [1.0, -1.0], _measure_turns(along)
         blocks, first = [], 0
         for last in range(len(along)):
-            if last < len(turn) and turn[last] < 0 and turn[first : last + 1].sum() > -ROUND:
+            if last < len(turn) and turn[last] < 0 and turn[first : last + 1].sum() > -_ROUND:
                 continue
             line = self.corners[first : last + 2].copy()
-            line[0] -= (OVERLAP if first and turn[first - 1] > 0 else 0.0) * along[first]
-            line[-1] += (OVERLAP if last < len(turn) and turn[last] > 0 else 0.0) * along[last]
+            line[0] -= (_OVERLAP if first and turn[first - 1] > 0 else 0.0) * along[first]
+            line[-1] += (_OVERLAP if last < len(turn) and turn[last] > 0 else 0.0) * along[last]
             blocks.append(
                 -np.concatenate([line, [line[-1] + behind[last], line[0] + behind[first]]])
             )
@@ -123,7 +123,7 @@ class Course(Record):
 
 
 def _prolong(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    return end + MARGIN * (end - start) / np.hypot(*(end - start))
+    return end + _MARGIN * (end - start) / np.hypot(*(end - start))
 
 
 @checked

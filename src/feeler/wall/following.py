@@ -21,16 +21,18 @@ from feeler.wall.peak import make_kernel, place_top
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import Approach, approach, make_wall_scene
 
-ENGINE = "rod-inertia"
-PERIOD = 1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
+_ENGINE = "rod-inertia"
+_PERIOD = (
+    1.0  # [C] ms; how often a body feels and steers, or once per timestep where that is longer
+)
 Watch = Callable[[np.ndarray, np.ndarray], None]
 """Called after each period with the body (3,) and the antenna's hinge angles (segment,); what it
 raises ends the run.
 """
 BODY_LOST = 1.0  # [C] mm; a body nearer than this has run into the wall
 # [C] mm; the wall's steps to where a run starts; running forgets it within the settling time
-SUBSTEP = 5.0
-GRID = 0.5  # mm; samples of the smoothed curvature in the loop
+RUN_SUBSTEP = 5.0
+_GRID = 0.5  # mm; samples of the smoothed curvature in the loop
 CALIBRATION = tuple(np.arange(6.0, 22.1, 1.0))  # [C] mm
 SETTLING, LISTENING = 150.0, 50.0  # [C] ms of a calibration run before, and while, the peak is read
 
@@ -125,7 +127,7 @@ def calibrate(
     distances: Sequence[float] | np.ndarray = CALIBRATION,
     *,
     speed: float = 0.45,
-    engine: str = ENGINE,
+    engine: str = _ENGINE,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> DistanceMap:
@@ -136,7 +138,7 @@ def calibrate(
     """
     posture = (posture or FOLLOWING).replace(side="right")
     distances = np.sort(np.asarray(distances, dtype=float))[::-1]
-    sweep = approach(antenna, posture, distances, substep=SUBSTEP)
+    sweep = approach(antenna, posture, distances, substep=RUN_SUBSTEP)
     listened = []
     for distance, angle in zip(sweep.distance, sweep.angle, strict=True):
         runner = _Runner(
@@ -152,7 +154,7 @@ def calibrate(
             peaks.append(runner.feel())
         listened.append(peaks[round(SETTLING / runner.period) - 1 :])
     position = np.array([np.median(p) if np.isfinite(p).all() else np.nan for p in listened])
-    at_base = position < GRID / 2
+    at_base = position < _GRID / 2
     used = np.isfinite(position) & ~at_base
     return fit_distance(
         sweep.distance, position, used, at_base, float(antenna.segment_length.max())
@@ -170,7 +172,7 @@ def follow(
     start: Annotated[float, "> 0"] | None = None,
     distance_map: DistanceMap | None = None,
     oracle: bool = False,
-    engine: str = ENGINE,
+    engine: str = _ENGINE,
     timestep: float | None = None,
     watch: Watch | None = None,
 ) -> Run:
@@ -219,7 +221,7 @@ def follow(
                 f"the '{antenna.name}' antenna gives no map to steer by: {distance_map.undefined}."
                 " Use another antenna or posture, or oracle=True."
             )
-    sweep = approach(antenna, posture, [start], substep=SUBSTEP)
+    sweep = approach(antenna, posture, [start], substep=RUN_SUBSTEP)
     runner = _Runner(make_course_scene(sweep, 0, course), speed, engine, timestep, watch)
     return _run(runner, course, controller, None if oracle else distance_map)
 
@@ -281,9 +283,9 @@ class _Runner:
             [scene], engine=engine, timestep=choose_timestep(timestep, engine)
         )
         self._watch = watch
-        self.period, self.speed = max(PERIOD, self.simulation.timestep), speed
+        self.period, self.speed = max(_PERIOD, self.simulation.timestep), speed
         self.antenna, self._base_angle = scene.antenna, scene.base[2]
-        self._place = np.arange(0.0, self.antenna.hinge_position[-1], GRID)
+        self._place = np.arange(0.0, self.antenna.hinge_position[-1], _GRID)
         self._kernel = make_kernel(self.antenna, self._place)
 
     @property

@@ -10,11 +10,11 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.wall.sweep import Approach
 
-METHODS = ("smooth", "hinge")
-QUANTITIES = ("bend", "total")
+_METHODS = ("smooth", "hinge")
+_QUANTITIES = ("bend", "total")
 SMOOTHING = 1.0  # [C] mm; standard deviation of the smoothing kernel, three to seven segments
-GRID = 0.1  # mm; spacing of the smoothed curve before the parabola
-FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
+_GRID = 0.1  # mm; spacing of the smoothed curve before the parabola
+_FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,8 +91,8 @@ def find_peak(
         ``hinge``: the hinge with the greatest |θ_n / ℓ_n|. ``smooth``: the greatest of the smoothed
         curve, between grid points by a parabola, so finer than a segment.
     """
-    if method not in METHODS:
-        raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(METHODS)}.")
+    if method not in _METHODS:
+        raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(_METHODS)}.")
     angle = np.atleast_2d(np.asarray(angle, dtype=float))
     if angle.shape[1] != antenna.n_segments or not np.all(np.isfinite(angle)):
         raise InvalidInput(
@@ -101,12 +101,12 @@ def find_peak(
     if method == "hinge":
         curve, place = compute_curvature(antenna, angle), antenna.hinge_position
     else:
-        place = np.linspace(0.0, antenna.hinge_position[-1], max(2, round(antenna.length / GRID)))
+        place = np.linspace(0.0, antenna.hinge_position[-1], max(2, round(antenna.length / _GRID)))
         curve = compute_smooth_curvature(antenna, angle, place, smoothing)
     size, row = np.abs(curve), np.arange(len(curve))
     best = size.argmax(axis=1)
     position = place[best] if method == "hinge" else place_top(size, place)
-    faint = size[row, best] < FAINTEST
+    faint = size[row, best] < _FAINTEST
     return Peak(
         position=np.where(faint, np.nan, position),
         curvature=np.where(faint, np.nan, curve[row, best]),
@@ -137,8 +137,8 @@ def find_sweep_peak(
     ``quantity``: ``bend``, beyond the slack shape, as a strain sensor feels it; ``total``, as a
     camera sees it.
     """
-    if quantity not in QUANTITIES:
-        raise InvalidInput(f"unknown quantity {quantity!r}; valid: {', '.join(QUANTITIES)}.")
+    if quantity not in _QUANTITIES:
+        raise InvalidInput(f"unknown quantity {quantity!r}; valid: {', '.join(_QUANTITIES)}.")
     angle = sweep.bend if quantity == "bend" else sweep.angle
     peak = find_peak(sweep.antenna, angle, method=method, smoothing=smoothing)
     return Peak(

@@ -32,7 +32,7 @@ MEASURES = (
     {"quantity": "total", "method": "smooth"},
 )
 
-CHOICES = (
+SETUP_CHOICES = (
     "inter_antennal_angle",
     "reading",
     "friction",
@@ -59,7 +59,7 @@ class Case:
 
     @property
     def choice(self) -> tuple:
-        """What tells the set-up from others, without the antenna, by ``CHOICES``."""
+        """What tells the set-up from others, without the antenna, by ``SETUP_CHOICES``."""
         p = self.posture
         fixed = (
             p.inter_antennal_angle,
@@ -175,6 +175,6 @@ def count_orderings(
             if np.all(np.diff(values) < 0)
             else "no"
         )
-        for key in [("all", ""), *zip(CHOICES, choice, strict=True)]:
+        for key in [("all", ""), *zip(SETUP_CHOICES, choice, strict=True)]:
             table.setdefault(key, {"yes": 0, "no": 0, "undefined": 0})[verdict] += 1
     return table

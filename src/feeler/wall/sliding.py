@@ -21,10 +21,10 @@ from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene
 
-SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
-SLIDE_DURATION = 200.0  # [C] ms
+_SPEED = 0.3  # mm/ms; [P] the paper's medium speed, and within the running speeds of wall following
+_SLIDE_DURATION = 200.0  # [C] ms
 # [C] mm; nearer is at the wall: between force and none an antenna trembles by some 0.001 mm
-CLEARANCE = 0.05
+_CLEARANCE = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,7 +61,7 @@ class WallTouch:
         radius = np.append(self.antenna.radius, self.antenna.radius[-1])
         return (self.posture.sign * self.points[..., 0] + radius).max(
             axis=2
-        ) > self.distance - CLEARANCE
+        ) > self.distance - _CLEARANCE
 
     @property
     def inverted(self) -> np.ndarray:
@@ -109,8 +109,8 @@ def slide(
     posture: Posture | None = None,
     distances: Sequence[float] = DISTANCES[2::4],
     *,
-    speed: float = SPEED,
-    duration: float = SLIDE_DURATION,
+    speed: float = _SPEED,
+    duration: float = _SLIDE_DURATION,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,

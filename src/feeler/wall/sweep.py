@@ -18,10 +18,10 @@ from feeler.stimulus.wall import Wall
 from feeler.wall.posture import Posture, measure_reach
 
 DISTANCES = tuple(np.linspace(25.0, 5.0, 20))  # [C] mm, far to near; the paper states none
-SUBSTEP = 0.5  # mm; the wall moves in steps no longer than this between two equilibria
+_SUBSTEP = 0.5  # mm; the wall moves in steps no longer than this between two equilibria
 # mm; how much nearer than its reach the wall stands to a straight antenna that is laid in a J
-TUCK = 1.0
-ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
+_TUCK = 1.0
+_ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,7 +89,7 @@ def approach(
     posture: Posture | None = None,
     distances: Sequence[float] | np.ndarray = DISTANCES,
     *,
-    substep: float = SUBSTEP,
+    substep: float = _SUBSTEP,
 ) -> Approach:
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig.
     3A, B).
@@ -182,7 +182,7 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
     reach = measure_reach(antenna, base)
     if posture.prebend in ("rest", "none"):
         return _hold(antenna, posture, first), max(first, reach)
-    wall = min(first, reach - TUCK)
+    wall = min(first, reach - _TUCK)
     room = float(antenna.radius.max()) + posture.fold_radius * (1 + np.cos(base))
     if wall < room:
         raise InvalidInput(
@@ -196,7 +196,7 @@ def _begin(antenna: Antenna, posture: Posture, first: float) -> tuple[RodStepper
             wall,
         )
     rod = _hold(antenna, posture, wall, base=(0.0, 0.0, np.pi))
-    for heading in np.linspace(np.pi, base, ROTATION_STEPS + 1)[1:]:
+    for heading in np.linspace(np.pi, base, _ROTATION_STEPS + 1)[1:]:
         rod.settle(base=(0.0, 0.0, heading))
     return rod, wall
 

@@ -24,8 +24,8 @@ from feeler.journal import Journal
 from feeler.provenance import compute_digest, describe_code, make_key
 from feeler.record import Ge, Gt, Len, Record, Unit
 
-FOLDER = files("feeler.studies.contests")
-FIELDS = ("accuracy", "hits", "work")
+_FOLDER = files("feeler.studies.contests")
+_FIELDS = ("accuracy", "hits", "work")
 
 
 class Contest(Record):
@@ -128,7 +128,7 @@ class Contest(Record):
             raise InvalidInput("there is no policy to compare; name at least one.")
         for name in names:
             parse_policy(name)  # refuses what is no policy before anything is run
-        found = np.full((len(FIELDS), len(names), self.sets, len(self.deadlines)), np.nan)
+        found = np.full((len(_FIELDS), len(names), self.sets, len(self.deadlines)), np.nan)
         jobs = [
             (number, k)
             for number, k in product(range(self.sets), range(len(names)))
@@ -146,7 +146,7 @@ class Contest(Record):
         return xr.Dataset(
             {
                 field: (("policy", "set", "deadline"), values)
-                for field, values in zip(FIELDS, found, strict=True)
+                for field, values in zip(_FIELDS, found, strict=True)
             },
             {"policy": names, "deadline": list(self.deadlines)},
             {"antenna": antenna.name},
@@ -183,7 +183,7 @@ def _describe_own(policy: str) -> str:
 
 def load_contest(**changes: Any) -> Contest:
     """The choices of declared.toml, less what ``changes`` replace."""
-    found = tomllib.loads(FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
+    found = tomllib.loads(_FOLDER.joinpath("declared.toml").read_text(encoding="utf-8"))
     return Contest(**found | changes)
 
 
@@ -200,7 +200,7 @@ def load_stored(contest: Contest) -> dict[str, Any]:
     InvalidInput
         They were made with other choices than are declared now.
     """
-    found = json.loads(FOLDER.joinpath("measured.json").read_text(encoding="utf-8"))
+    found = json.loads(_FOLDER.joinpath("measured.json").read_text(encoding="utf-8"))
     for name in ("sets", "known", "copies", "seed", "noise", "duration", "period"):
         if found["declared"][name] != getattr(contest, name):
             raise InvalidInput(

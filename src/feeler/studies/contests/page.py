@@ -19,14 +19,14 @@ from feeler.studies.contests.contest import Contest
 from feeler.studies.contests.judge import judge_energy, judge_learned, judge_steering
 from feeler.studies.tradeoff import average_sets
 
-LEAD = (
+CONTEST_LEAD = (
     "Which of six objects is it? A body moves its antenna towards one of thirty touches, all of"
     " them known to an ideal observer that also knows what its own body did, so that its answers"
     " are Bayes' own. Time is counted from the beginning, the way to the object included. Intervals"
     " are 95 % over sets of touches that were drawn anew."
 )
 
-NEAR = (
+_NEAR = (
     2.0,
     4.0,
 )  # µJ, %, as large as a name: of policies nearer than this only one is named in the picture
@@ -57,7 +57,7 @@ def write_active(
         out / "active.csv", index=False, float_format="%.6g"
     )
     (out / "active.json").write_text(json.dumps(to_json(measured.to_dict())), encoding="utf-8")
-    return write_page(out / "active.html", "How to move in order to know", LEAD, section)
+    return write_page(out / "active.html", "How to move in order to know", CONTEST_LEAD, section)
 
 
 def fill_comparison(
@@ -194,7 +194,7 @@ def _name_best(names: Sequence[str], work: np.ndarray, right: np.ndarray, ax: Ax
         place = float(work[k]), float(right[k])
         beaten = np.any((work <= place[0]) & (right > place[1]))
         if not beaten and all(
-            abs(place[0] - x) > NEAR[0] or abs(place[1] - y) > NEAR[1] for x, y in named
+            abs(place[0] - x) > _NEAR[0] or abs(place[1] - y) > _NEAR[1] for x, y in named
         ):
             named.append(place)
             line = {"arrowstyle": "-", "lw": 0.4, "color": "grey", "relpos": (0, 0.5)}

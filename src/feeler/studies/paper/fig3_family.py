@@ -19,7 +19,7 @@ from feeler.studies.paper.claims import PROFILES, load_claims
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
-from feeler.wall.sensitivity import CHOICES
+from feeler.wall.sensitivity import SETUP_CHOICES
 
 LEAST_DEFINED = 1 / 3
 """Share of the family in which R² must be defined for every profile, or nothing is judged."""
@@ -38,7 +38,7 @@ class Family:
     names: tuple[str, ...]
     """Profiles compared, in the order claimed."""
     choices: tuple[tuple, ...]
-    """What tells a set-up from others, by ``feeler.wall.sensitivity.CHOICES``."""
+    """What tells a set-up from others, by ``feeler.wall.sensitivity.SETUP_CHOICES``."""
     r2: np.ndarray
     """(set-up, profile), NaN where it is undefined."""
     cases: tuple[Case, ...]
@@ -167,7 +167,7 @@ def show(context: Context, section: Section) -> None:
         "Set-ups by the value of each choice that the paper does not state.",
     )
     section.table(
-        [*CHOICES, *(f"R² {name}" for name in family.names)],
+        [*SETUP_CHOICES, *(f"R² {name}" for name in family.names)],
         [[*choice, *map(float, r2)] for choice, r2 in zip(family.choices, family.r2, strict=True)],
         "R² of every set-up. Undefined: the peak stays at one place, mostly the base hinge, or too"
         " few distances hold a J.",

@@ -14,7 +14,7 @@ from feeler.antenna.cockroach import cockroach
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
 from feeler.studies.contests import judge_steering, load_contest, load_stored
-from feeler.studies.contests.page import LEAD, fill_comparison
+from feeler.studies.contests.page import CONTEST_LEAD, fill_comparison
 from feeler.studies.paper.context import Context
 
 AGAIN = "fixed:1.2"  # the stored policy that is run again, on the first set
@@ -27,7 +27,7 @@ def show(context: Context, section: Section) -> None:
     contest = load_contest()
     stored = load_stored(contest)
     section.heading("How to move in order to know")
-    section.text(LEAD)
+    section.text(CONTEST_LEAD)
     observer = contest.make_observer(cockroach(), 0)
     seen = observer.run(parse_policy(AGAIN), contest.copies, contest.deadlines[0])
     kept = float(stored["measured"]["accuracy"].sel(policy=AGAIN).isel(set=0, deadline=0))
