@@ -30,9 +30,9 @@ from feeler.limits import MAX_TEXT, Limits, find_limits
 resource: Any = (
     resolve_name("resource") if find_spec("resource") else None
 )  # where there is none, the clock ends it
-BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
-BLOCK = 16 * 2**20  # bytes sent together
-TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
+_BASE = 512 * 2**20  # bytes for the interpreter and the libraries, beside the numbers
+_BLOCK = 16 * 2**20  # bytes sent together
+_TYPE = re.compile(r"[<>|=]?(?:b1|[iu][1248]|f[248])")
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "HDF5_PLUGIN_PRELOAD": "::",
@@ -140,7 +140,7 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
         content, arrays = resolve_name(function)(path, *words)
         plan = [[name, item.dtype.str, list(map(int, item.shape))] for name, item in arrays.items()]
         for name, kind, _ in plan:
-            if not TYPE.fullmatch(kind):
+            if not _TYPE.fullmatch(kind):
                 raise InvalidInput(
                     f"{name[:60]!r} has the type {kind}; readable are numbers and texts."
                 )
@@ -173,10 +173,10 @@ def _cut(item: Any) -> Iterator[bytes]:
     n_bytes, n_rows, rows = math.prod(item.shape) * item.dtype.itemsize, 1, 1
     if whole := bool(item.shape and n_bytes):
         n_rows, chunk = item.shape[0], (getattr(item, "chunks", None) or (1,))[0]
-        rows = chunk * max(1, BLOCK * n_rows // (chunk * n_bytes))
+        rows = chunk * max(1, _BLOCK * n_rows // (chunk * n_bytes))
     for start in range(0, n_rows, rows):
         raw = (item[start : start + rows] if whole else item[()]).tobytes()
-        yield from (raw[place : place + BLOCK] for place in range(0, len(raw), BLOCK))
+        yield from (raw[place : place + _BLOCK] for place in range(0, len(raw), _BLOCK))
 
 
 def main() -> None:
@@ -185,7 +185,7 @@ def main() -> None:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     limits = {
-        "DATA": int(max_bytes) + BASE,
+        "DATA": int(max_bytes) + _BASE,
         "CPU": math.ceil(float(seconds)),
         "CORE": 0,
         "FSIZE": 0,

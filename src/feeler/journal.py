@@ -12,7 +12,7 @@ from feeler.errors import InvalidInput, StoreError
 from feeler.files import Lock, parse_json, read_bytes
 from feeler.provenance import make_plain, write_plain
 
-MAX_BYTES = 256 * 2**20  # [C] a million antennas
+_MAX_BYTES = 256 * 2**20  # [C] a million antennas
 FIRST_LINE = re.compile(rb'\{"key": "([0-9a-f]{1,16})"\}')
 
 
@@ -130,7 +130,7 @@ def read_journal(path: Path, key: str, of: str = "fit") -> tuple[dict[str, Any],
     InvalidInput
         The file is something else, or belongs to another key.
     """
-    raw = read_bytes(path, MAX_BYTES)
+    raw = read_bytes(path, _MAX_BYTES)
     whole = raw.rfind(b"\n") + 1
     if not whole and _make_first_line(key).startswith(raw):
         return {}, 0  # empty, or its first line was cut

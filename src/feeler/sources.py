@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 SOURCE = Path(__file__).parent
-DATA = (".toml", ".csv", ".npz", ".safetensors")  # files of the package that hold numbers
+_DATA = (".toml", ".csv", ".npz", ".safetensors")  # files of the package that hold numbers
 HOME = re.compile(r"(\w+(?:\.\w+)+):\w+")
 
 Wanted = tuple[str, str | None]
@@ -177,7 +177,7 @@ def parse_module(name: str, path: Path) -> Module:
         digest=compute_hash(ast.dump(tree).encode()),
         imports=tuple(dict.fromkeys(imports)),
         names=names if room else {},
-        texts=tuple(sorted(text for text in texts if text.endswith(DATA))),
+        texts=tuple(sorted(text for text in texts if text.endswith(_DATA))),
         packages=tuple(sorted(tops - sys.stdlib_module_names)),
     )
 
@@ -215,7 +215,7 @@ def _read_import(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[Wa
 
 @cache
 def _list_data(source: Path) -> list[Path]:
-    return [path for path in source.rglob("*") if path.suffix in DATA]
+    return [path for path in source.rglob("*") if path.suffix in _DATA]
 
 
 @cache

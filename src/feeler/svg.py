@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 INK, OBJECT = "#5b3a1e", "#009E73"
-SIZE = 160  # pixels
+_SIZE = 160  # pixels
 
 
 def make_picture(
@@ -27,8 +27,8 @@ def make_picture(
         )
         inside.append(f'<polyline points="{_write(points, low, high)}" {look}/>')
     shown = (
-        f'width="{SIZE * width / max(width, height):.0f}"'
-        f' height="{SIZE * height / max(width, height):.0f}"'
+        f'width="{_SIZE * width / max(width, height):.0f}"'
+        f' height="{_SIZE * height / max(width, height):.0f}"'
     )
     box = f'viewBox="0 0 {width:.6g} {height:.6g}"'
     return (

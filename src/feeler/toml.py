@@ -21,11 +21,11 @@ from feeler.errors import InvalidInput
 from feeler.files import read_bytes
 from feeler.record import Record
 
-MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
+_MAX_BYTES = 4 * 2**20  # [C] 1000 segments with 17 digits take 150 KB
 # characters; tomllib needs a second for the worst text of this length, and for longer ones hours
-SMALL = 16_000
+_SMALL = 16_000
 IN_A_ROW = 5  # numbers of a long list in a line
-R = TypeVar("R", bound=Record)
+_R = TypeVar("_R", bound=Record)
 
 
 @overload
@@ -33,10 +33,10 @@ def read_toml(
     path: str | os.PathLike, kind: None = None, *, schema: str = ""
 ) -> dict[str, Any]: ...
 @overload
-def read_toml(path: str | os.PathLike, kind: type[R], *, schema: str = "", **others: Any) -> R: ...
+def read_toml(path: str | os.PathLike, kind: type[_R], *, schema: str = "", **others: Any) -> _R: ...
 def read_toml(
-    path: str | os.PathLike, kind: type[R] | None = None, *, schema: str = "", **others: Any
-) -> R | dict[str, Any]:
+    path: str | os.PathLike, kind: type[_R] | None = None, *, schema: str = "", **others: Any
+) -> _R | dict[str, Any]:
     """What a TOML file holds, as a record of this kind or as it is.
 
     Parameters
@@ -59,7 +59,7 @@ def read_toml(
     return content if kind is None else make_record(kind, content | others, name)
 
 
-def make_record(kind: type[R], content: Mapping[str, Any], source: str) -> R:
+def make_record(kind: type[_R], content: Mapping[str, Any], source: str) -> _R:
     """A record from the content of a file called ``source``, which is named in errors."""
     try:
         return kind.from_plain(content)
@@ -73,7 +73,7 @@ def make_record(kind: type[R], content: Mapping[str, Any], source: str) -> R:
 
 def read_toml_text(path: str | os.PathLike) -> str:
     """The text of a small UTF-8 file; refuses what is no regular file or too large."""
-    raw = read_bytes(path, MAX_BYTES)
+    raw = read_bytes(path, _MAX_BYTES)
     try:
         return raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -90,7 +90,7 @@ def parse_toml(text: str, source: str = "text") -> dict[str, Any]:
         Not TOML; ``source`` is named.
     """
     try:
-        if len(text) <= SMALL:
+        if len(text) <= _SMALL:
             return tomllib.loads(text)
         from feeler.guard import open_guarded
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from feeler.antenna import Antenna, Exponential
 from feeler.antenna.cockroach import PROFILE_NAMES, cockroach
 from feeler.antenna.file import load_antenna, read_antenna_file, save_antenna, write_antenna
-from feeler.antenna.parse import UNITS, Source, parse_antenna
+from feeler.antenna.parse import FILE_UNITS, Source, parse_antenna
 from feeler.errors import InvalidInput
 
 GOOD = """schema = "feeler.antenna/1"
@@ -48,7 +48,7 @@ hinges = [1, 3]
 
 
 def same(a: Antenna, b: Antenna) -> bool:
-    names = [*UNITS, "sensors"]
+    names = [*FILE_UNITS, "sensors"]
     return a.name == b.name and all(
         getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in names
     )
@@ -97,7 +97,7 @@ def test_units_profiles_and_single_values_are_understood():
     assert file.sources == {"stiffness": Source(tag="P")}
 
 
-@pytest.mark.parametrize(("name", "units"), UNITS.items())
+@pytest.mark.parametrize(("name", "units"), FILE_UNITS.items())
 def test_every_unit_means_what_it_says(name, units):
     for unit, factor in units.items():
         text = write_antenna(cockroach().replace(**{name: np.ones(140)}))

@@ -6,8 +6,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 SOURCE = Path(__file__).parents[2] / "src" / "feeler"
 UNIT = (
     r"(mm|cm|m|px|ms|s|Hz|kHz|°|degrees|rad|radians|%|‰|m/s|mm/s|mm/ms|cm/s|°/s|rad/s|rad/ms|mN|N|mg|g|µJ|mJ|bits|nats|1/mm"
@@ -70,13 +68,15 @@ LABELS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("file", "quantity", "unit"), LABELS, ids=lambda part: part.replace("/", " ")
-)
-def test_a_quantity_has_its_own_unit(file, quantity, unit):
-    rule = next((words for words in OWN if re.search(words, quantity.strip(), re.IGNORECASE)), None)
-    assert rule is not None, f"{file}: no unit is known for {quantity!r}; add it to OWN"
-    assert unit in OWN[rule]
+def find_rule(quantity: str) -> set[str]:
+    """The units that a quantity may have."""
+    found = (rule for rule in OWN if re.search(rule, quantity.strip(), re.IGNORECASE))
+    return OWN.get(next(found, ""), set())
+
+
+def test_a_quantity_has_its_own_unit():
+    """A quantity of which no unit is known is to be added to OWN."""
+    assert [label for label in LABELS if label[2] not in find_rule(label[1])] == []
 
 
 def test_labels_are_found():

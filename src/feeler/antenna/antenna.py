@@ -12,7 +12,7 @@ from feeler.record import Ge, Gt, Record, Unit, freeze
 from feeler.svg import make_picture
 
 MAX_SEGMENTS = 1000
-QUANTITIES = ("segment_mass", "radius", "stiffness", "damping", "rest_angle")
+_QUANTITIES = ("segment_mass", "radius", "stiffness", "damping", "rest_angle")
 N_SENSORS = 56  # [P] recorded points along the flagellum
 
 
@@ -65,7 +65,7 @@ class Antenna(Record):
             raise InvalidInput(
                 f"an antenna has 1 to {MAX_SEGMENTS} segments, got segment_length with {n} values."
             )
-        for name in ("segment_length", *QUANTITIES):
+        for name in ("segment_length", *_QUANTITIES):
             values = getattr(self, name)
             if values.ndim and values.size != n:
                 raise InvalidInput(
@@ -137,7 +137,9 @@ class Antenna(Record):
             raise InvalidInput("give either length [mm], for even segments, or segment_length.")
         lengths = sample_quantity(fields.pop("segment_length", f"{length!r} / N"), n_segments)
         quantities = {
-            k: sample_quantity(v, n_segments, lengths) for k, v in fields.items() if k in QUANTITIES
+            k: sample_quantity(v, n_segments, lengths)
+            for k, v in fields.items()
+            if k in _QUANTITIES
         }
         return cls(segment_length=lengths, **{**fields, **quantities})
 

@@ -27,11 +27,11 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.parse import (
+    ANTENNA_SCHEMA,
     BEAM_UNITS,
+    FILE_UNITS,
     OF_BEAM,
-    SCHEMA,
     SOURCE_KEYS,
-    UNITS,
     AntennaFile,
     Source,
     make_beam,
@@ -84,14 +84,16 @@ def write_antenna(antenna: Antenna, sources: dict[str, Source] | None = None) ->
 
 def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
     """What the file of an antenna holds."""
-    unknown = sources.keys() - UNITS.keys() - {"sensors", *(f"beam.{key}" for key in BEAM_UNITS)}
+    unknown = (
+        sources.keys() - FILE_UNITS.keys() - {"sensors", *(f"beam.{key}" for key in BEAM_UNITS)}
+    )
     if unknown:
         raise InvalidInput(
-            f"no quantity {min(unknown)!r}; sources may name {', '.join(UNITS)}, sensors."
+            f"no quantity {min(unknown)!r}; sources may name {', '.join(FILE_UNITS)}, sensors."
         )
     beam = _find_beam(antenna, sources)
     content: dict[str, Any] = {
-        "schema": SCHEMA,
+        "schema": ANTENNA_SCHEMA,
         "name": antenna.name,
         "n_segments": antenna.n_segments,
     }
@@ -104,7 +106,7 @@ def _describe(antenna: Antenna, sources: dict[str, Source]) -> dict[str, Any]:
             }
             for name, source in beam.items()
         }
-    for name, units in UNITS.items():
+    for name, units in FILE_UNITS.items():
         if beam and name in OF_BEAM:
             continue
         formula = _find_formula(antenna, name, sources.get(name))

@@ -18,9 +18,9 @@ from feeler.errors import InvalidInput
 from feeler.record import Record
 from feeler.toml import parse_toml
 
-SCHEMA = "feeler.antenna/1"
+ANTENNA_SCHEMA = "feeler.antenna/1"
 MAX_NAME, MAX_NOTE = 200, 2000  # [C] characters
-UNITS: dict[str, dict[str, float]] = {
+FILE_UNITS: dict[str, dict[str, float]] = {
     "segment_length": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
     "segment_mass": {"g": 1.0, "kg": 1e3, "mg": 1e-3, "µg": 1e-6},
     "radius": {"mm": 1.0, "cm": 10.0, "m": 1e3, "µm": 1e-3},
@@ -30,10 +30,10 @@ UNITS: dict[str, dict[str, float]] = {
 }
 """Units that a file may use, with the factor to feeler's own, which comes first."""
 BEAM_UNITS: dict[str, dict[str, float]] = {
-    "length": UNITS["radius"],
-    "radius": UNITS["radius"],
-    "width": UNITS["radius"],
-    "thickness": UNITS["radius"],
+    "length": FILE_UNITS["radius"],
+    "radius": FILE_UNITS["radius"],
+    "width": FILE_UNITS["radius"],
+    "thickness": FILE_UNITS["radius"],
     "modulus": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
     "density": {"g/mm³": 1.0, "mg/mm³": 1e-3, "kg/m³": 1e-6, "g/cm³": 1e-3},
     "damping_time": {"ms": 1.0, "s": 1e3, "µs": 1e-3},
@@ -115,16 +115,20 @@ class _Reader:
         self._lines, self._source = text.split("\n"), source
 
     def read(self, content: dict[str, Any]) -> AntennaFile:
-        if content.get("schema") != SCHEMA:
-            self.fail("", "schema", f"must be {SCHEMA!r}, got {str(content.get('schema'))[:60]!r}")
-        self.check_keys("", content, ("schema", "name", "n_segments", "beam", *UNITS, "sensors"))
+        if content.get("schema") != ANTENNA_SCHEMA:
+            self.fail(
+                "", "schema", f"must be {ANTENNA_SCHEMA!r}, got {str(content.get('schema'))[:60]!r}"
+            )
+        self.check_keys(
+            "", content, ("schema", "name", "n_segments", "beam", *FILE_UNITS, "sensors")
+        )
         n = self.whole("", "n_segments", content.get("n_segments"), 1, MAX_SEGMENTS)
         name = self.text("", "name", content.get("name", "custom"))
         values: dict[str, Any] = {}
         sources: dict[str, Source] = {}
         if "beam" in content:
             values, sources = self.beam(self.table("beam", content["beam"]), content, n)
-        for quantity in UNITS:
+        for quantity in FILE_UNITS:
             if quantity in content:
                 table = self.table(quantity, content[quantity])
                 values[quantity], formula = self.quantity(
@@ -137,7 +141,7 @@ class _Reader:
                 self.fail(
                     "",
                     quantity,
-                    f"is missing; a file has the tables {', '.join(UNITS)} and sensors",
+                    f"is missing; a file has the tables {', '.join(FILE_UNITS)} and sensors",
                 )
         sensors = self.table("sensors", content.get("sensors", {}))
         self.check_keys("sensors", sensors, ("hinges", *SOURCE_KEYS))
@@ -179,7 +183,7 @@ class _Reader:
         except InvalidInput as error:
             words = str(error).rstrip(".").removeprefix("Antenna.").removeprefix("Source.")
             quantity = next(
-                (name for name in UNITS if not table and words.startswith(f"{name} ")), ""
+                (name for name in FILE_UNITS if not table and words.startswith(f"{name} ")), ""
             )
             self.fail(table or quantity, key, words, error)
         except (TypeError, ValueError, OverflowError) as error:
@@ -258,7 +262,7 @@ class _Reader:
         self, name: str, table: dict[str, Any], n: int, lengths: np.ndarray | None
     ) -> tuple[np.ndarray, str]:
         """The values, and the formula that gave them."""
-        factor = self.unit(name, table, UNITS[name])
+        factor = self.unit(name, table, FILE_UNITS[name])
         forms = [key for key in ("value", "values", "profile", "formula") if key in table]
         if len(forms) != 1:
             self.fail(
