@@ -80,7 +80,7 @@ def test_planted_orders_are_found_and_put_into_words(data):
     assert words[SPREADS_MORE["speed"], "MSE of tensors"] == "agrees"
     assert words[SPREADS_MORE["profile"], "MSE of tensors"] == "agrees"
     for comparison, curves in data.curves.items():
-        assert {row[2] for row in fig5.list_copies(comparison, curves)} == {"3", "4"}
+        assert {row[2] for row in fig5._list_copies(comparison, curves)} == {"3", "4"}
     assert all("wrong in" in confused.describe() for confused in data.confused.values())
 
 

@@ -200,7 +200,7 @@ def test_ranks_are_drawn_with_the_span_of_their_restarts(ax):
     data = SimpleNamespace(
         ranks=(2, 3), residual=np.array([[0.5, 0.6], [0.2, 0.1]]), entropy=entropy
     )
-    fig4.plot_ranks(data, ax)
+    fig4._plot_ranks(data, ax)
     right = ax.figure.axes[1]
     np.testing.assert_allclose(read(ax.lines[0]), [[2, 0.5], [3, 0.2]])
     np.testing.assert_allclose(read(right.lines[0]), [[2, 2], [3, 3]])
@@ -217,8 +217,8 @@ def test_channels_of_angles_are_in_degrees_and_of_readings_as_they_are(ax):
     recording = SimpleNamespace(
         values=values, quantity="angle", time=np.array([0.0, 2.0, 4.0]), source="robot"
     )
-    fig6.plot_channels(recording, ax, "angle [°]")
-    fig6.plot_channels(SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF")
+    fig6._plot_channels(recording, ax, "angle [°]")
+    fig6._plot_channels(SimpleNamespace(**vars(recording) | {"quantity": "capacitance"}), ax, "pF")
     np.testing.assert_allclose(
         read(ax.lines[0]), np.column_stack([recording.time, np.rad2deg(values[0])])
     )
@@ -249,8 +249,8 @@ def test_lengths_are_in_per_cent_of_the_antenna():
 def test_angular_speeds_are_in_degrees_per_second_over_seconds():
     data = figS2.compute(n_trials=2, seed=3)
     _, trace, box = (figure := Figure()).subplots(1, 3)
-    figS2.plot_trace(data, trace)
-    figS2.plot_box(data, box)
+    figS2._plot_trace(data, trace)
+    figS2._plot_box(data, box)
     left = data.exploration.sweeps[0][0]
     drawn = read(trace.lines[0])
     np.testing.assert_allclose(drawn[:, 0], data.trial.time / 1000)
@@ -266,7 +266,7 @@ def test_the_step_is_drawn_beside_the_published_one(ax):
     data = SimpleNamespace(
         step_time=np.array([-19.0, 0.0, 29.0]), step=np.array([-1.0, 0.4, -0.06])
     )
-    fig2b.plot_step(data, ax)
+    fig2b._plot_step(data, ax)
     np.testing.assert_array_equal(read(ax.lines[0]), np.column_stack([data.step_time, data.step]))
     np.testing.assert_array_equal(read(ax.lines[1]), fig2b.STEP_TRACE)
     assert name(ax) == ("time from the first opposite peak [ms]", "tip displacement / step")

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from feeler.design import find_front
 from feeler.plotting.front import HEIGHT, WIDTH, plot_profile_points
 from feeler.presets import cockroach
-from feeler.studies.paper.open_design import load_stored, plot_fronts
+from feeler.studies.paper.open_design import _load_stored, _plot_fronts
 
 
 def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
@@ -22,7 +22,7 @@ def test_a_profile_stands_at_its_place_and_ten_times_as_stiff_is_its_height():
 
 
 def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
-    stored, reference, figure = load_stored(), cockroach(), Figure()
+    stored, reference, figure = _load_stored(), cockroach(), Figure()
     costs = np.array(stored["front"]["costs"])
     assert (
         len(find_front(costs))
@@ -30,7 +30,7 @@ def test_the_stored_front_holds_no_beaten_design_and_the_picture_shows_it():
         == len(stored["front"]["profiles"])
         == len(stored["front"]["x"])
     )
-    plot_fronts(stored, reference, figure)
+    _plot_fronts(stored, reference, figure)
     left, middle, right = figure.axes
     np.testing.assert_allclose(left.lines[0].get_xydata(), costs[:, 1::-1])
     np.testing.assert_allclose(middle.lines[0].get_xdata(), stored["front"]["force"])

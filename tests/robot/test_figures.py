@@ -42,7 +42,7 @@ def test_fig6_and_s7_say_surrogate_and_simulation(data):
 
 def _texts_of_confusion(data):
     figure = Figure()
-    fig6.plot_confusion(data, figure.subplots())
+    fig6._plot_confusion(data, figure.subplots())
     return _texts(figure)
 
 
@@ -51,10 +51,10 @@ def test_fig6_data_hang_together(data):
     assert len(data.training.labels) == 30
     assert data.raw.source == data.release.source == "surrogate"
     assert data.fit.error < 9e-4
-    differences = figS7.compute_differences(data)
+    differences = figS7._compute_differences(data)
     assert set(differences) == set(data.touches.labels)
     figure = Figure()
-    assert len(fig6.draw_release(data, figure.subplots())(100.0)) == 3
+    assert len(fig6._draw_release(data, figure.subplots())(100.0)) == 3
     assert "100 ms" in _texts(figure)
 
 
@@ -64,7 +64,7 @@ def test_a_difference_is_relative_to_the_simulation_of_the_same_touch():
         labels=[second, first], values=np.array([[[3.0, 4.0]], [[0.0, 2.0]]])
     )
     touches = SimpleNamespace(labels=[first, second], values=np.array([[[0.0, 1.0]], [[3.0, 5.0]]]))
-    found = figS7.compute_differences(SimpleNamespace(training=training, touches=touches))
+    found = figS7._compute_differences(SimpleNamespace(training=training, touches=touches))
     assert found == pytest.approx({first: 0.5, second: 0.2})
 
 

@@ -101,7 +101,7 @@ def test_tensors_that_are_the_same_are_no_distances_told_apart():
             tensors = np.array([np.full((2, 5), 1.0), np.full((2, 5), 1.01), np.full((2, 5), 3.0)])
             return {"curvature": xr.DataArray(tensors)}
 
-    assert fig3.compute_unique_share(Touch) == pytest.approx(1 / 3)
+    assert fig3._compute_unique_share(Touch) == pytest.approx(1 / 3)
 
 
 def test_the_family_is_drawn_with_its_medians():

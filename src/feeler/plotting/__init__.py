@@ -1,20 +1,36 @@
 """Style and primitives: take an Axes, draw, compute nothing."""
 
 from feeler.plotting.bases import plot_bases
-from feeler.plotting.look import style
-from feeler.plotting.movie import write_movie
-from feeler.plotting.posture import make_patch, plot_posture, plot_profiles
+from feeler.plotting.look import PALETTE, PROFILE_COLOURS, mark_places, set_decades, style
+from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
+from feeler.plotting.posture import (
+    OBJECT_COLOUR,
+    MovingAntenna,
+    make_patch,
+    plot_posture,
+    plot_profiles,
+)
 from feeler.plotting.tensor import plot_tensor, plot_tensor_grid
 from feeler.plotting.touch import plot_touch, write_touch_movie, write_touches_movie
 
 __all__ = [
+    "FPS",
+    "OBJECT_COLOUR",
+    "PALETTE",
+    "PROFILE_COLOURS",
+    "SLOWER",
+    "MovingAntenna",
+    "choose_frames",
     "make_patch",
+    "mark_places",
     "plot_bases",
     "plot_posture",
     "plot_profiles",
     "plot_tensor",
     "plot_tensor_grid",
     "plot_touch",
+    "say_clock",
+    "set_decades",
     "style",
     "write_movie",
     "write_touch_movie",

@@ -20,8 +20,7 @@ from feeler.plotting.look import style
 from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
 from feeler.plotting.posture import MovingAntenna, make_patch
 from feeler.plotting.tensor import plot_tensor
-from feeler.stimulus.placement import place
-from feeler.stimulus.trial import Trial
+from feeler.stimulus import Trial, place
 from feeler.tensors.posture import reconstruct_posture, spread_angles
 from feeler.tensors.unit import in_unit
 

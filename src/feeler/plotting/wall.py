@@ -7,10 +7,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
-from feeler.wall.distance_map import DistanceMap
-from feeler.wall.peak import find_peak, find_sweep_peak
-from feeler.wall.sliding import WallTouch
-from feeler.wall.sweep import Approach
+from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_peak
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

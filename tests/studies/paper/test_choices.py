@@ -5,11 +5,11 @@ import pytest
 
 from feeler.studies.paper.choices import (
     CHOICES,
-    choose,
+    _choose,
+    _count_agreement,
+    _iterate_choices,
+    _make_table,
     compute_sensitivity,
-    count_agreement,
-    iterate_choices,
-    make_table,
 )
 
 
@@ -46,16 +46,16 @@ GROUPS = {"spread": make_group(1.3), "tight": make_group(0.1, seed=1)}
 
 
 def test_each_choice_departs_once_from_the_default():
-    single, full = iterate_choices(), iterate_choices(full=True)
+    single, full = _iterate_choices(), _iterate_choices(full=True)
     assert len(single) == 1 + sum(len(values) - 1 for values in CHOICES.values())
     assert len(full) == np.prod([len(values) for values in CHOICES.values()])
     assert all(sum(choices[k] != single[0][k] for k in choices) == 1 for choices in single[1:])
     assert single[0] in full
 
 
-@pytest.mark.parametrize("choices", iterate_choices(), ids=str)
+@pytest.mark.parametrize("choices", _iterate_choices(), ids=str)
 def test_choices_do_what_they_say(choices):
-    arrays, labels = choose(GROUPS, choices)
+    arrays, labels = _choose(GROUPS, choices)
     array = arrays["spread"]
     assert array.shape[0] == len(labels) == (16 if choices["sizes"] == "both" else 8)
     assert array.shape[1] == (12 if choices["sensors"] == "all" else 6)
@@ -68,10 +68,10 @@ def test_choices_do_what_they_say(choices):
 def test_planted_order_agrees_and_its_reverse_does_not():
     reverse = dict(reversed(GROUPS.items()))
     rows = compute_sensitivity({"right": GROUPS, "wrong": reverse}, indices=("pearson", "mse"))
-    counts = count_agreement(rows)
+    counts = _count_agreement(rows)
     assert counts["right", "MSE"] == (len(rows), len(rows))
     assert counts["wrong", "MSE"] == (0, len(rows))
     assert counts["right", "accuracy of tensors"][0] > counts["wrong", "accuracy of tensors"][0]
-    header, cells = make_table(rows)
+    header, cells = _make_table(rows)
     assert cells[-1][header.index("right, MSE")] == f"{len(rows)} of {len(rows)} agree"
     assert len(cells) == len(rows) + 1 and all(len(line) == len(header) for line in cells)

@@ -9,9 +9,9 @@ from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.verdicts import (
     EVIDENCE,
     OTHERS,
+    _name_apart,
     count_verdicts,
     judge,
-    name_apart,
     summarise_counts,
 )
 
@@ -283,8 +283,8 @@ def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
 
 
 def test_keys_are_told_apart_by_what_differs():
-    assert name_apart(("lda.slow", "lda.fast")) == ("slow", "fast")
-    assert name_apart(("a.0.5.x", "a.1.5.x")) == ("0.5", "1.5")
+    assert _name_apart(("lda.slow", "lda.fast")) == ("slow", "fast")
+    assert _name_apart(("a.0.5.x", "a.1.5.x")) == ("0.5", "1.5")
     ordered = judge(
         make_claim(kind="order", keys=("a.slow", "a.fast")), {"a.slow": 1.0, "a.fast": 2.0}, CONTEXT
     )

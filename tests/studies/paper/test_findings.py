@@ -5,11 +5,11 @@ import pytest
 from feeler.studies.paper.claims import load_claims
 from feeler.studies.paper.findings import (
     PLACE,
+    _load_findings,
     fill,
     list_findings,
     list_numbers,
     list_topics,
-    load_findings,
 )
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.verdicts import Judged
@@ -29,7 +29,7 @@ def test_a_sentence_says_the_values_or_nothing(values, said):
 
 
 def test_every_finding_has_a_section_and_numbers_of_its_own():
-    for one in load_findings():
+    for one in _load_findings():
         assert one["section"] in {stage.name for stage in STAGES}
         keys = dict(PLACE.findall(one["words"]))
         assert keys and "{" not in fill(one["words"], {key: 1 for key in keys})

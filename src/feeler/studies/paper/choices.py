@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from feeler.decoding.classifiers import make_lda
-from feeler.decoding.labels import make_labels
-from feeler.decoding.sweep import compute_sweep
+from feeler.decoding import compute_sweep, make_labels, make_lda
 from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report.section import Section
@@ -56,10 +54,10 @@ def compute_sensitivity(
         Noise at one common level for LDA on the tensors.
     """
     rows = []
-    for choices in iterate_choices(full):
+    for choices in _iterate_choices(full):
         verdicts = []
         for claim, groups in comparisons.items():
-            arrays, labels = choose(groups, choices)
+            arrays, labels = _choose(groups, choices)
             verdicts += _judge(
                 claim, arrays, labels, indices or tuple(INDICES), ratio, random_state
             )
@@ -67,7 +65,7 @@ def compute_sensitivity(
     return rows
 
 
-def iterate_choices(full: bool = False) -> list[dict[str, Any]]:
+def _iterate_choices(full: bool = False) -> list[dict[str, Any]]:
     """The default, then every single departure from it; or the full product."""
     if full:
         return [dict(zip(CHOICES, values, strict=True)) for values in product(*CHOICES.values())]
@@ -77,7 +75,7 @@ def iterate_choices(full: bool = False) -> list[dict[str, Any]]:
     ]
 
 
-def choose(
+def _choose(
     groups: Mapping[str, Any], choices: Mapping[str, Any]
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Arrays of every group under one combination, and the labels that all groups share."""
@@ -145,7 +143,7 @@ def _judge(
     return [*verdicts, judge_order(areas, claim=claim, measure="accuracy of tensors")]
 
 
-def count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
+def _count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
     """How many combinations agree (fully) with the claim, and how many there are, by claim and
     measure.
     """
@@ -160,12 +158,12 @@ def count_agreement(rows: list[Row]) -> dict[tuple[str, str], tuple[int, int]]:
     return counts
 
 
-def make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
+def _make_table(rows: list[Row]) -> tuple[list[str], list[list[str]]]:
     """Header and cells: a row per combination with each verdict and its effect size, then how many
     agree.
     """
     default, _ = rows[0]
-    totals = count_agreement(rows)
+    totals = _count_agreement(rows)
     cells = []
     for choices, verdicts in rows:
         changed = [f"{k}: {v}" for k, v in choices.items() if v != default[k]]
@@ -190,7 +188,7 @@ def show(context: Context, section: Section) -> None:
         {"speed": by_speed, "profile": by_profile}, random_state=context.seed
     )
     section.heading("What depends on unstated choices")
-    header, cells = make_table(rows)
+    header, cells = _make_table(rows)
     section.table(
         header,
         cells,

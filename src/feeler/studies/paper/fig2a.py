@@ -2,10 +2,9 @@
 
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
+from feeler.antenna import Antenna, compute_modes
 from feeler.antenna.cockroach import FACTS
 from feeler.antenna.fact import SOURCE_TAGS
-from feeler.antenna.modes import compute_modes
 from feeler.plotting.posture import plot_posture, plot_profiles
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context

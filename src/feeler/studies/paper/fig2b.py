@@ -17,9 +17,16 @@ from feeler.antenna.cockroach import cockroach
 from feeler.experiment.impulse import RADIUS, Impulse, hit
 from feeler.experiment.release import release
 from feeler.physics.engine import DEFAULT_ENGINE
-from feeler.plotting.look import PALETTE, style
-from feeler.plotting.movie import FPS, SLOWER, choose_frames, say_clock, write_movie
-from feeler.plotting.posture import MovingAntenna
+from feeler.plotting import (
+    FPS,
+    PALETTE,
+    SLOWER,
+    MovingAntenna,
+    choose_frames,
+    say_clock,
+    style,
+    write_movie,
+)
 from feeler.report.section import Section
 from feeler.response import measure_free_response
 from feeler.studies.paper.context import Context
@@ -84,11 +91,11 @@ def _peak(impulse: Impulse) -> float:
 def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Step left, impulse right."""
     left, right = figure.subplots(1, 2)
-    plot_step(data, left)
+    _plot_step(data, left)
     _plot_impulse(data, right)
 
 
-def plot_step(data: SimpleNamespace, ax) -> None:
+def _plot_step(data: SimpleNamespace, ax) -> None:
     """Free response of the tip after the step."""
     ax.plot(data.step_time, data.step, color=PALETTE[1], label="feeler")
     ax.plot(*STEP_TRACE.T, "o", color=PALETTE[0], label="published simulation, digitised")

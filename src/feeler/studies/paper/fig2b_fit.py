@@ -75,7 +75,7 @@ def _draw_out(base: float | np.ndarray, rate: float | np.ndarray) -> np.ndarray:
     return base * np.exp(rate * np.arange(N_HINGES))
 
 
-def plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
+def _plot_profiles(profiles: Profiles, figure: Figure | SubFigure) -> None:
     """Error of the best fit with one parameter held; a gap where no antenna could be measured."""
     axes = figure.subplots(1, len(profiles.names), sharey=True, squeeze=False)[0]
     for ax, name, value, error in zip(
@@ -194,7 +194,7 @@ def _show_directions(section: Section, found: SimpleNamespace) -> None:
             "fig2b_error_profiles",
             "Least error with one parameter held and the others refitted; dashed: the paper's"
             " error.",
-            lambda figure: plot_profiles(profiles, figure),
+            lambda figure: _plot_profiles(profiles, figure),
             height=2.6,
             numbers={name: getattr(profiles, name) for name in ("names", "value", "error")},
         )

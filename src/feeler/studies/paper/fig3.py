@@ -171,8 +171,8 @@ def _show_slides(section: Section, data: SimpleNamespace) -> None:
     )
     words = [f"{name} {s.inverted.sum()} of {s.contact.sum()}" for name, s in shapes.items()]
     first = next(iter(data.far_slides.values()))
-    section.values["wall.unique_share"] = compute_unique_share(first)
-    section.values["wall.unique_share.twentieth"] = compute_unique_share(first, APART / 2)
+    section.values["wall.unique_share"] = _compute_unique_share(first)
+    section.values["wall.unique_share.twentieth"] = _compute_unique_share(first, APART / 2)
     section.text(
         "The inverted J still stands after sliding, of the distances in contact:"
         f" {', '.join(words)}."
@@ -201,7 +201,7 @@ def _list_maps(section: Section, data: SimpleNamespace) -> None:
     )
 
 
-def compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
+def _compute_unique_share(touch: WallTouch, apart: float = APART) -> float | None:
     """Share of the distances in contact whose sliding tensor differs from every other's by more
     than ``apart`` of itself.
     """

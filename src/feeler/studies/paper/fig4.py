@@ -21,14 +21,12 @@ from feeler.encoding import (
     reconstruct,
 )
 from feeler.encoding.inputs import check_choice
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.look import PALETTE
+from feeler.plotting import PALETTE, plot_bases
 from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.scale import Scale
-from feeler.tensors.scaling import rectify
-from feeler.tensors.unit import in_unit
+from feeler.tensors import in_unit, rectify
 
 MAIN_RANK = 3  # [P]
 
@@ -148,7 +146,7 @@ def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:
     return picked
 
 
-def plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
+def _plot_ranks(data: SimpleNamespace, ax: Axes) -> None:
     """Fig. 4B: residual and activation entropy by the number of bases; bars span the restarts."""
     ranks = np.array(data.ranks)
     right = ax.twinx()
@@ -199,7 +197,7 @@ def plot(data: SimpleNamespace, figure: Figure) -> None:
     """The whole figure: B top left, C below, D on the right; needs about 7.2 × 7 inches."""
     left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1), squeeze=False).flat
     top, bottom = left.subfigures(2, 1, height_ratios=(1, 1.9), squeeze=False).flat
-    plot_ranks(data, top.subplots())
+    _plot_ranks(data, top.subplots())
     top.suptitle("B", x=0.02, ha="left", weight="bold")
     sets = {
         f"M = {len(encoder.components_)}": encoder.components_ for encoder in data.encoders.values()

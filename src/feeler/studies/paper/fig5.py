@@ -124,7 +124,7 @@ def show(context: Context, section: Section) -> None:
     )
     section.table(
         ["by", "code", "copies", "noise [%]", "accuracy [%], mean over the noise", "null [%]"],
-        [row for c, curves in data.curves.items() for row in list_copies(c, curves)],
+        [row for c, curves in data.curves.items() for row in _list_copies(c, curves)],
         "Accuracy depends on how many noisy copies of each tensor there are. The null is one tensor"
         " repeated.",
     )
@@ -158,7 +158,7 @@ def _collect_values(
     return values
 
 
-def list_copies(comparison: str, curves: Curves) -> list[list[str]]:
+def _list_copies(comparison: str, curves: Curves) -> list[list[str]]:
     """Rows of accuracy after noise of the paper's kind: comparison, code, copies, noise, each
     group, null.
     """

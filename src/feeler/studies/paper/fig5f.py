@@ -16,8 +16,7 @@ from feeler.encoding import (
     locate_components,
     map_locations,
 )
-from feeler.plotting.bases import plot_bases
-from feeler.plotting.look import PALETTE
+from feeler.plotting import PALETTE, plot_bases
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, load_tensors

@@ -15,12 +15,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 
 from feeler.dispersion import INDICES
-from feeler.plotting.look import PALETTE, style
-from feeler.plotting.movie import say_clock, write_movie
+from feeler.plotting import PALETTE, say_clock, style, write_movie
 from feeler.plotting.tensor import plot_tensor as draw_tensor
 from feeler.report import Section, make_spread
-from feeler.robot import Recording, Touches, compute_tip, make_robot
-from feeler.robot.comparison import compute_comparison
+from feeler.robot import Recording, Touches, compute_comparison, compute_tip, make_robot
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig6_data import load
 
@@ -38,8 +36,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     slow_ball = data.touches.labels.index(("ball", 0.9, 0.027))
     a = rows[0].subplots(1, 3, width_ratios=(1, 1.2, 1.2))
     _plot_layout(a[0])
-    plot_channels(data.raw, a[1], "capacitance [pF]")
-    plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
+    _plot_channels(data.raw, a[1], "capacitance [pF]")
+    _plot_channels(data.touches.recordings[slow_ball], a[2], "hinge angle [°]")
     rows[0].suptitle(
         "A  surrogate robot, a ball at the tip at 0.027 m/s; colours: hinges as on the left",
         **title,
@@ -57,7 +55,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         plot_tensor(angle, ax, name, limit)
     rows[2].colorbar(pair[0].images[0], ax=pair, label="hinge angle [°]", pad=0.01)
     rows[2].suptitle("D  the same touch as a tensor, aligned on the tip's first peak", **title)
-    plot_confusion(data, rows[3].subplots())
+    _plot_confusion(data, rows[3].subplots())
     shown = [_plot_gap, *[_plot_closing] * bool(data.variants or data.shots), _plot_early]
     for letter, draw, ax in zip(
         "FGH", shown, np.atleast_1d(rows[4].subplots(1, len(shown))), strict=False
@@ -79,7 +77,7 @@ def _plot_layout(ax: Axes) -> None:
     ax.set(xlabel="from hinge 1 [mm]", yticks=[], aspect="equal", title="8 hinges")
 
 
-def plot_channels(recording: Recording, ax: Axes, label: str) -> None:
+def _plot_channels(recording: Recording, ax: Axes, label: str) -> None:
     """Channels over time, coloured from base to tip."""
     values = np.rad2deg(recording.values) if recording.quantity == "angle" else recording.values
     for k, channel in enumerate(values):
@@ -115,7 +113,7 @@ def _plot_release(data: SimpleNamespace, ax: Axes) -> None:
     ax.legend(loc="upper right", ncols=2)
 
 
-def draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
+def _draw_release(data: SimpleNamespace, ax: Axes) -> Callable[[float], list]:
     """Movie S4: a function that moves both shapes to a time [ms] after the release and returns what
     it changed.
     """
@@ -154,7 +152,7 @@ def _plot_grid(training: Touches, ax: Axes) -> None:
     ax.set_title("C  simulation: 30 classes (ball blue, box orange)", loc="left")
 
 
-def plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
+def _plot_confusion(data: SimpleNamespace, ax: Axes) -> None:
     """Panel E: six tip contacts of all surrogate robots at one reality gap, and what was read."""
     classes = sorted(set(data.training.labels))
     true = sorted(set(data.score.true))
@@ -292,7 +290,7 @@ def show(context: Context, section: Section) -> None:
 def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> None:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-        move = draw_release(data, figure.subplots())
+        move = _draw_release(data, figure.subplots())
         fps = context.effort.fps
         times = np.arange(0.0, RELEASE_SPAN, 1000 / fps / RELEASE_SLOWER)
         path = section.folder / "movieS4_release.mp4"

@@ -50,8 +50,8 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
     """Draw the tracks, the angles and speeds of one trial, and the box plot of all trials."""
     path, trace, box = figure.subplots(1, 3, width_ratios=(1.1, 1.6, 1.0))
     _plot_path(data.trial, path)
-    plot_trace(data, trace)
-    plot_box(data, box)
+    _plot_trace(data, trace)
+    _plot_box(data, box)
     if data.exploration.source == "synthetic":
         figure.suptitle(
             "Synthetic tracks with a planted mean of 86.67 °/s, not animal data", fontsize=8
@@ -66,7 +66,7 @@ def _plot_path(tracks: Tracks, ax) -> None:
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def plot_trace(data: SimpleNamespace, ax) -> None:
+def _plot_trace(data: SimpleNamespace, ax) -> None:
     """Angular speed of both antennae in the first trial, peaks marked."""
     for side, colour, sweeps in zip(SIDES, PALETTE[:2], data.exploration.sweeps[0], strict=True):
         ax.plot(
@@ -77,7 +77,7 @@ def plot_trace(data: SimpleNamespace, ax) -> None:
     ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
-def plot_box(data: SimpleNamespace, ax) -> None:
+def _plot_box(data: SimpleNamespace, ax) -> None:
     """Average maximum angular speed per side, a dot per trial, the paper's mean as a line."""
     speeds = [column[np.isfinite(column)] for column in _degrees(data.exploration.mean_peak).T]
     ax.boxplot(speeds, tick_labels=SIDES, medianprops={"color": "#CC0000"}, showfliers=False)

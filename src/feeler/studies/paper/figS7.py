@@ -13,7 +13,7 @@ from feeler.studies.paper.fig6 import plot_tensor
 from feeler.studies.paper.fig6_data import load
 
 
-def compute_differences(data: SimpleNamespace) -> dict[tuple, float]:
+def _compute_differences(data: SimpleNamespace) -> dict[tuple, float]:
     """Relative difference ‖surrogate − simulation‖ / ‖simulation‖ of the aligned tensors, per
     contact.
     """
@@ -34,7 +34,7 @@ def plot(data: SimpleNamespace, figure: Figure | SubFigure) -> None:
         for values in (data.training.values, data.touches.values)
     )
     for (label, difference), (above, below) in zip(
-        compute_differences(data).items(), axes.T, strict=True
+        _compute_differences(data).items(), axes.T, strict=True
     ):
         feature, _, speed = label
         for ax, touches, name in (
@@ -52,7 +52,7 @@ def show(context: Context, section: Section) -> None:
     """The six contacts, and how much they differ."""
     data = load(context)
     differences = {
-        " ".join(map(str, label)): value for label, value in compute_differences(data).items()
+        " ".join(map(str, label)): value for label, value in _compute_differences(data).items()
     }
     section.figure(
         "figS7_tensors",

@@ -63,7 +63,7 @@ def _load() -> dict[str, list[dict[str, str]]]:
 
 
 @cache
-def load_findings() -> tuple[dict[str, str], ...]:
+def _load_findings() -> tuple[dict[str, str], ...]:
     """Every finding of findings.toml: its ``name``, the ``section`` that shows it, and its
     ``words``.
     """
@@ -89,5 +89,5 @@ def _read(value: Any) -> float | None:
 def list_findings(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Section and sentence of every finding that this run can fill."""
     return [
-        (one["section"], words) for one in load_findings() if (words := fill(one["words"], values))
+        (one["section"], words) for one in _load_findings() if (words := fill(one["words"], values))
     ]

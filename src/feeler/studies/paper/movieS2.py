@@ -1,12 +1,10 @@
 """Movie S2: a tensor grows, slow beside fast on one clock; and each speed by itself."""
 
 from feeler.experiment.touch import DURATION, touch
-from feeler.plotting.movie import SLOWER
-from feeler.plotting.touch import write_touch_movie, write_touches_movie
+from feeler.plotting import SLOWER, write_touch_movie, write_touches_movie
 from feeler.report.section import Section
+from feeler.stimulus import Ball, Trial
 from feeler.stimulus.ninety import SPEEDS
-from feeler.stimulus.shapes import Ball
-from feeler.stimulus.trial import Trial
 from feeler.studies.paper.context import Context
 
 LASTING = {

@@ -16,16 +16,20 @@ from matplotlib.patches import Polygon, Rectangle
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
-from feeler.plotting.look import style
-from feeler.plotting.movie import FPS, choose_frames, say_clock, write_movie
-from feeler.plotting.posture import OBJECT_COLOUR, MovingAntenna
+from feeler.plotting import (
+    FPS,
+    OBJECT_COLOUR,
+    MovingAntenna,
+    choose_frames,
+    say_clock,
+    style,
+    write_movie,
+)
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
-from feeler.wall.course import Course
+from feeler.wall import Course, WallTouch, find_peak
 from feeler.wall.following import FOLLOWING, Run, Watch, follow
-from feeler.wall.peak import find_peak
-from feeler.wall.sliding import WallTouch
 
 APPROACH_SLOWER, FOLLOW_SLOWER = 15.0, 10.0  # times slower than life: 3 to 12 s of movie
 MARK: dict[str, Any] = {"marker": "o", "ls": "", "color": "#CC0000", "ms": 5, "zorder": 6}

@@ -28,8 +28,7 @@ from feeler.information import (
 )
 from feeler.plotting.look import PALETTE, mark_places
 from feeler.report.section import Section
-from feeler.stimulus.feature import make_feature
-from feeler.stimulus.trial import Trial
+from feeler.stimulus import Trial, make_feature
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.open_gradient import load_questions
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE

@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.modes import compute_modes
+from feeler.antenna import Antenna, compute_modes
 from feeler.design import Constraints, DesignTask, score
 from feeler.experiment.touch import touch
 from feeler.plotting.front import plot_profile_points
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
-from feeler.stimulus.shapes import Ball
-from feeler.stimulus.trial import Trial
+from feeler.stimulus import Ball, Trial
 from feeler.studies.paper.context import Context
 from feeler.task.noise import Common, Relative
 from feeler.tensors.unit import in_unit
@@ -34,14 +32,14 @@ LIVE = DesignTask(
 FLOORS = {"one floor of 0.1 rad": Common(0.1), "relative, 1 peak": Relative(1.0)}
 
 
-def load_stored() -> dict[str, Any]:
+def _load_stored() -> dict[str, Any]:
     """What benchmarks/design.py found; its searches take an hour, so that a report reads them."""
     return json.loads(
         files("feeler.studies.paper").joinpath("open_design.json").read_text(encoding="utf-8")
     )
 
 
-def make_floppy(antenna: Antenna) -> Antenna:
+def _make_floppy(antenna: Antenna) -> Antenna:
     """The same with a distal fifth that is ever softer, to a twentieth, and hardly damped."""
     ramp = np.interp(antenna.hinge_position / antenna.length, (0.8, 1.0), (0.0, 1.0))
     return antenna.replace(
@@ -88,7 +86,7 @@ def plot(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     axes[3].set(xlabel="antennas simulated", ylabel="missing bits, optimiser's draws")
 
 
-def plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
+def _plot_fronts(stored: dict[str, Any], reference: Antenna, figure: Figure) -> None:
     """Missing bits against settling time, peak force and number of sensors; each antenna is its
     stiffness profile.
     """
@@ -138,7 +136,7 @@ def _plot_cheat(tips: dict[str, np.ndarray], figure: Figure) -> None:
     ax.legend()
 
 
-def collect_values(stored: dict[str, Any]) -> dict[str, Any]:
+def _collect_values(stored: dict[str, Any]) -> dict[str, Any]:
     """The numbers that claims are held against."""
     final, found = stored["final"], {}
     for speed, mean, half in zip(final["speeds"], final["fewer"], final["half"], strict=True):
@@ -149,8 +147,8 @@ def collect_values(stored: dict[str, Any]) -> dict[str, Any]:
 
 def show(context: Context, section: Section) -> None:
     """What was searched and stored, and the cheat, made here."""
-    stored = load_stored()
-    section.values.update(collect_values(stored))
+    stored = _load_stored()
+    section.values.update(_collect_values(stored))
     section.text(
         "Searched and judged by benchmarks/design.py, whose choices stand in"
         " benchmarks/design.toml, written down before any final touch was looked at. That takes an"
@@ -201,12 +199,12 @@ def show(context: Context, section: Section) -> None:
         " settling time and peak force; each is drawn as its stiffness over the paper's, from base"
         " to tip (a level line is the paper's). Right: the paper's antenna (black) and the best"
         " spline, test draws, against the number of sensors, chosen by D-optimality.",
-        lambda figure: plot_fronts(stored, context.antenna, figure),
+        lambda figure: _plot_fronts(stored, context.antenna, figure),
         height=3.0,
         numbers=front,
     )
     section.heading("How an objective cheats")
-    antennas = [context.antenna, make_floppy(context.antenna)]
+    antennas = [context.antenna, _make_floppy(context.antenna)]
     tips = _bend_tips(antennas)
     section.figure(
         "cheat",

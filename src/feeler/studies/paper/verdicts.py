@@ -151,7 +151,7 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
 def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> Judged:
     known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.shows))
     found = [values[key] for key in keys if values.get(key) is not None]
-    names = name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
+    names = _name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
     ours = (
         "; ".join(" ".join(pair) for pair in zip(names, map(_show, found), strict=True))
         if names
@@ -179,7 +179,7 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
     return say(verdict, why)
 
 
-def name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
+def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
     """What tells keys apart: ``lda.slow`` and ``lda.fast`` are slow and fast. A point between
     digits divides nothing.
     """

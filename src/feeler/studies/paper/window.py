@@ -8,8 +8,7 @@ import xarray as xr
 
 from feeler.decoding.labels import make_labels
 from feeler.experiment.touch import DURATION
-from feeler.tensors.scaling import rectify
-from feeler.tensors.unit import in_unit
+from feeler.tensors import in_unit, rectify
 
 WINDOWS = ("380 ms window", "complete touches")
 """The paper's, and each profile's own shortest full one with equal sample counts."""
@@ -48,7 +47,7 @@ def measure_window(tensors: xr.Dataset, duration: float = DURATION) -> SimpleNam
     )
 
 
-def resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
+def _resample(tensors: xr.Dataset, end: float, n_samples: int) -> np.ndarray:
     """Rectified angles (trial, sensor, time) from 0 to ``end`` [ms] at so many samples, by linear
     interpolation.
     """
@@ -64,5 +63,5 @@ def complete_arrays(tensors: Mapping[str, xr.Dataset]) -> dict[str, np.ndarray]:
     arrays = {}
     for name, data in tensors.items():
         order = np.argsort(make_labels(data), kind="stable")
-        arrays[name] = resample(data, measure_window(data).end, round(DURATION))[order]
+        arrays[name] = _resample(data, measure_window(data).end, round(DURATION))[order]
     return arrays
