@@ -131,3 +131,19 @@ def test_what_is_clear_at_the_start_may_be_met_a_millisecond_later():
     carried = Trial(feature=BALL, location=0.5, speed=0.3, base=BaseMotion(velocity=(1.0, 0.0)))
     near = Object(feature=BALL, place=(0.7, 20.0), forward=(-1.0, 0.0), name="near")
     assert [item.name for item in make_objects(ANTENNA, [carried, near])] == [BALL.name, "near"]
+
+
+@pytest.mark.parametrize("forward", [(1.0, 0.0), (0.0, -1.0), (0.6, 0.8)])
+@pytest.mark.parametrize(
+    ("feature", "back"),
+    [(Ball(radius=1.5), 1.5), (Box(half_width=1.0, half_height=2.0, rounding=0.5), 2.5)],
+)
+def test_an_object_stands_with_its_foremost_point_at_its_place(feature, back, forward):
+    item = Object(feature=feature, place=(3.0, -1.0), forward=forward)
+    np.testing.assert_allclose(item.centre + back * np.array(forward), item.place, atol=1e-12)
+
+
+def test_an_object_in_the_antenna_is_told_where_its_middle_is():
+    item = Object(feature=Ball(radius=2.0), place=(1.0, 20.0))
+    with pytest.raises(InvalidInput, match=r"foremost point, and its middle is at \(-1, 20\) mm"):
+        make_objects(presets.cockroach(), [item])

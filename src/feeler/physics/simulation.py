@@ -218,7 +218,7 @@ class Simulation:
 
     @property
     def place(self) -> np.ndarray:
-        """Where each object's frame is (object, 2) [mm]."""
+        """Where each object's ``place`` is, its foremost point (object, 2) [mm]."""
         return self._lanes.state.place[0]
 
     @property

@@ -22,7 +22,7 @@ class State:
     force: np.ndarray
     """Contact force of each object on the antenna (lane, object, 2) [N]."""
     place: np.ndarray
-    """Place of each object's frame (lane, object, 2) [mm]."""
+    """Place of each object, its foremost point (lane, object, 2) [mm]."""
     forward: np.ndarray
     """First axis of each object's frame (lane, object, 2)."""
     object_work: np.ndarray

@@ -21,6 +21,10 @@ from feeler.stimulus.trial import FRICTION, Trial
 class Object(Record):
     """A feature with a place and a motion; nothing that it touches can slow it.
 
+    ``place`` is where the foremost point of the shape is (its surface, not its middle): a ball of
+    radius r around the point c, facing ``forward``, has ``place`` = c + r · ``forward``.
+    ``centre`` says where the middle is.
+
     Plain data, as ``to_plain`` gives it, makes the same object: ``Object(**plain)``.
 
     Raises
@@ -32,13 +36,13 @@ class Object(Record):
     feature: Feature
     """What it is."""
     place: tuple[float, float] = (0.0, 0.0)
-    """Its frame's origin at time 0 [mm]."""
+    """Its foremost point at time 0 [mm]: the origin of its frame, about which it turns."""
     forward: tuple[float, float] = (1.0, 0.0)
     """Unit vector: the first axis of its frame at time 0."""
     velocity: tuple[float, float] = (0.0, 0.0)
-    """Velocity of its frame's origin [mm/ms]; it does not turn with the object."""
+    """Velocity of its ``place`` [mm/ms]; it does not turn with the object."""
     turn: float = 0.0
-    """Turn rate about the frame's origin [rad/ms], positive from +y towards +x, as angles are."""
+    """Turn rate about its ``place`` [rad/ms], positive from +y towards +x, as angles are."""
     friction: Annotated[float, Ge(0)] = FRICTION
     """Coefficient of sliding friction."""
     name: str = ""
@@ -51,6 +55,13 @@ class Object(Record):
                 f"Object.forward must be a unit vector, got {self.forward} of length {size:g}."
             )
         vars(self)["name"] = self.name or self.feature.name
+
+    @property
+    def centre(self) -> np.ndarray:
+        """The middle (2,) [mm] of its shape's bounding box at time 0."""
+        corners, (x, y) = np.concatenate(self.feature.parts), self.forward
+        along, across = (corners.min(axis=0) + corners.max(axis=0)) / 2
+        return np.asarray(self.place) + [along * x - across * y, along * y + across * x]
 
 
 @checked
@@ -117,5 +128,6 @@ def check_clear(
         if gap <= 0:
             raise InvalidInput(
                 f"the object {item.name!r} starts inside the antenna, or touching it (clearance"
-                f" {gap:.3g} mm). Move its place away from the antenna."
+                f" {gap:.3g} mm). Move its place away from the antenna; that is its foremost point,"
+                f" and its middle is at ({item.centre[0]:.3g}, {item.centre[1]:.3g}) mm."
             )

@@ -15,11 +15,11 @@ class Ball(Feature):
 
     @property
     def rounding(self) -> float:
-        """The radius [mm]: the core is the centre."""
+        """The radius [mm]: the core is a point."""
         return self.radius
 
     def make_parts(self) -> list:
-        """The centre."""
+        """The one point, which is set back by the radius."""
         return [[(0.0, 0.0)]]
 
 
