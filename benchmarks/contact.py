@@ -12,8 +12,8 @@ import numpy as np
 
 from feeler.physics.clock import Clock
 from feeler.physics.contact import CONTACTS
+from feeler.physics.run import simulate
 from feeler.physics.scene import Scene, make_scene
-from feeler.physics.simulate import simulate
 from feeler.presets import cockroach
 from feeler.stimulus import Trial, make_feature
 from feeler.stimulus.ninety import trials

@@ -20,8 +20,8 @@ import numpy as np
 
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact
+from feeler.physics.run import simulate
 from feeler.physics.scene import Motion, Scene, make_scene
-from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, make_feature, make_grid
 

@@ -23,8 +23,8 @@ from feeler.antenna.modes import compute_mass_matrix
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE
+from feeler.physics.run import simulate
 from feeler.physics.scene import Scene, make_scene
-from feeler.physics.simulate import simulate
 from feeler.stimulus.feature import make_feature
 from feeler.stimulus.trial import Trial
 

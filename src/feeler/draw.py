@@ -44,6 +44,13 @@ def check_count(n: object) -> int:
     return int(n)
 
 
+def check_seed(seed: object) -> int:
+    """A root of seeds: a whole number ≥ 0."""
+    if isinstance(seed, bool) or not (isinstance(seed, int | np.integer) and seed >= 0):
+        raise InvalidInput(f"seed must be a whole number ≥ 0, got {seed!r}.")
+    return int(seed)
+
+
 def draw_shares(seed: int, name: str, n: int, again: int = 0) -> np.ndarray:
     """``n`` numbers (n,) uniform in [0, 1) of the stream of this name; a longer stream begins with
     a shorter one.
@@ -51,9 +58,7 @@ def draw_shares(seed: int, name: str, n: int, again: int = 0) -> np.ndarray:
     The streams are Philox counters (Salmon et al. 2011, doi:10.1145/2063384.2063405), one for each
     seed, name and ``again``, so that nothing that is drawn depends on what else is.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InvalidInput(f"seed must be a whole number ≥ 0, got {seed!r}.")
-    root = np.random.SeedSequence([int(seed), *name.encode()], spawn_key=(again,))
+    root = np.random.SeedSequence([check_seed(seed), *name.encode()], spawn_key=(again,))
     return np.random.Generator(np.random.Philox(root)).random(n)
 
 

@@ -60,7 +60,7 @@ def test_nothing_that_may_be_missing_is_imported_unguarded():
 def test_workers_do_without_limits_where_there_are_none():
     code = (
         "import sys; sys.modules['resource'] = None\n"
-        "import feeler.execute.processes as p, feeler.physics.simulate\n"
+        "import feeler.execute.processes as p, feeler.physics.run\n"
         "assert p.resource is None\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -17,9 +17,8 @@ from feeler.physics.chain.fields import B_PULL_X
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, compute_invweight, get_contact
 from feeler.physics.engine import ENGINES, get_engine
-from feeler.physics.run import advance, run_scene
+from feeler.physics.run import advance, run_scene, simulate
 from feeler.physics.scene import Motion, Path, Scene, make_scene
-from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, Wall, make_feature
 from feeler.stimulus.clearance import compute_clearance

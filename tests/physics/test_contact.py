@@ -10,8 +10,8 @@ import pytest
 
 from feeler.physics.clock import Clock
 from feeler.physics.contact import CONTACTS, DEFAULT_CONTACT, HARDEST, Contact, get_contact
+from feeler.physics.run import simulate
 from feeler.physics.scene import Scene, make_scene
-from feeler.physics.simulate import simulate
 from feeler.presets import make_preset
 from feeler.stimulus import Trial, make_feature
 from feeler.stimulus.ninety import trials

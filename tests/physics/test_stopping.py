@@ -14,9 +14,8 @@ from feeler.errors import InvalidInput, SimulationDiverged
 from feeler.execute import ThreadExecutor, run_groups
 from feeler.physics.clock import Clock
 from feeler.physics.engine import ENGINES
-from feeler.physics.run import run_group, run_scene
+from feeler.physics.run import run_group, run_scene, simulate
 from feeler.physics.scene import Motion, Scene, make_scene
-from feeler.physics.simulate import run_lanes, simulate
 from feeler.stimulus import Trial, make_feature
 
 from .scenes import CHAINS, DYNAMIC
@@ -76,7 +75,7 @@ def test_a_diverging_trial_ends_alone_with_its_name_and_time(engine):
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_first_ctrl_c_keeps_what_is_finished(engine):
     told = []
-    run, groups = partial(run_lanes, clock=SHORT, engine=engine), [[index] for index in range(40)]
+    run, groups = partial(run_group, clock=SHORT, engine=engine), [[index] for index in range(40)]
     with ThreadExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         for _, outcomes in run_groups(run, groups, lambda group: [stub()], executor=executor):
             told += outcomes

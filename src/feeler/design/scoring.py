@@ -35,9 +35,9 @@ from feeler.execute import Executor
 from feeler.execute.threads import hold_blas
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
+from feeler.physics.run import expect_motions
+from feeler.physics.run import simulate as run_scenes
 from feeler.physics.scene import Scene
-from feeler.physics.simulate import expect_motions
-from feeler.physics.simulate import simulate as run_scenes
 from feeler.stimulus.object import Object, make_object
 from feeler.stimulus.trial import LEAD
 from feeler.task.noise import Common

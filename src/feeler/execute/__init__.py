@@ -2,9 +2,8 @@
 interface.
 """
 
-from feeler.execute.batch import Executor, Outcome, run_batch
+from feeler.execute.batch import Executor, Outcome, run_batch, run_groups
 from feeler.execute.cluster import ClusterExecutor, open_cluster
-from feeler.execute.groups import run_groups
 from feeler.execute.processes import CRASHES, OutOfMemory, ProcessExecutor, WorkerCrashed
 from feeler.execute.threads import ThreadExecutor
 

@@ -3,7 +3,7 @@
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -187,3 +187,28 @@ class _Interrupt:
             "\nstopping after the trials that are running; press Ctrl-C again to stop at once",
             file=sys.stderr,
         )
+
+
+def run_groups(
+    function: Callable[[Any], Any],
+    groups: Sequence[Sequence[int]],
+    pick: Callable[[Sequence[int]], Any],
+    *,
+    executor: Executor | None = None,
+) -> Iterator[tuple[Sequence[int], Any]]:
+    """(group, ``function(pick(group))`` or the error that ended it), as groups finish.
+
+    ``pick`` is called when a group is handed out, so that what it makes does not pile up. Items of
+    a group that crashes its worker twice are run again one by one, so that only the guilty one is
+    lost.
+    """
+    while groups:
+        items = ((number, pick(group)) for number, group in enumerate(groups))
+        alone: list[Sequence[int]] = []
+        for done in run_batch(function, items, executor=executor):
+            group = groups[done.index]
+            if isinstance(done.error, CRASHES) and len(group) > 1:
+                alone += [[index] for index in group]
+            else:
+                yield group, done.value if done.error is None else done.error
+        groups = alone

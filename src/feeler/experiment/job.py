@@ -14,14 +14,12 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.errors import StoreError
-from feeler.experiment.seed import spawn_seed
-from feeler.physics.accuracy import TOGETHER
+from feeler.physics.accuracy import TOGETHER, run_accurately
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact
 from feeler.physics.engine import get_engine
-from feeler.physics.run import make_groups
-from feeler.physics.scene import Motion, make_scene
-from feeler.physics.simulate import run_lanes
+from feeler.physics.run import Result, make_groups, run_group
+from feeler.physics.scene import Motion, Scene, make_scene
 from feeler.provenance import compute_digest, describe_code, list_versions, make_plain
 from feeler.stimulus.base import BaseMotion
 from feeler.stimulus.trial import Trial
@@ -153,7 +151,7 @@ class Job:
             return []
         pairs = zip(indices, trials, strict=True)
         return [
-            make_plain(trial) | {"seed": spawn_seed(self.seed, index)} for index, trial in pairs
+            make_plain(trial) | {"seed": _spawn_seed(self.seed, index)} for index, trial in pairs
         ]
 
     def make_tensors(
@@ -169,7 +167,7 @@ class Job:
             "base": [describe_base(trial.base) for trial in trials],
             **self._label_antennas(indices),
             "source": ["simulation"] * len(trials),
-            "seed": [spawn_seed(self.seed, index) for index in indices],
+            "seed": [_spawn_seed(self.seed, index) for index in indices],
         }
         return stack_readings(
             self.antenna, self.clock.time, readings, trials=labels, attrs=self.attrs
@@ -222,3 +220,19 @@ def describe_base(base: BaseMotion | None) -> str:
     if base.time is not None:
         return f"path {compute_digest(base)[:8]}"
     return f"velocity {base.velocity[0]:g} {base.velocity[1]:g} mm/ms, turn {base.turn:g} rad/ms"
+
+
+def run_lanes(
+    scenes: list[Scene], clock: Clock, engine: str, accuracy: float | None = None
+) -> list[Result]:
+    """Motions of scenes that fit the lanes of an engine; with ``accuracy`` each timestep is chosen
+    by it, not the clock.
+    """
+    if accuracy is None:
+        return run_group(scenes, clock, engine)
+    return run_accurately(scenes, clock.duration, clock.sample_interval, engine, accuracy)
+
+
+def _spawn_seed(seed: int, index: int) -> int:
+    """The child seed of trial number ``index``, whatever the others are."""
+    return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1, np.uint32)[0])

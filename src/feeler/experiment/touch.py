@@ -14,11 +14,11 @@ import xarray as xr
 from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.checked import checked
+from feeler.draw import check_seed
 from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
 from feeler.experiment.job import Job, fingerprint_code
-from feeler.experiment.seed import check_seed
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
 from feeler.physics.contact import Contact, get_contact

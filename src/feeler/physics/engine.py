@@ -1,8 +1,11 @@
 """Engines by name. Each is imported when first asked for, so that analysis needs no simulator."""
 
-from collections.abc import Callable, Sequence
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from threading import Timer
 
 from feeler.physics.contact import Contact
 from feeler.physics.scene import Scene
@@ -58,3 +61,28 @@ def get_engine(name: str) -> Engine:
 def choose_timestep(timestep: float | None, engine: str) -> float:
     """The timestep [ms], by default the engine's own."""
     return get_engine(engine).timestep if timestep is None else timestep
+
+
+PATIENCE = 1.5  # s; loading compiled code from the cache is faster
+
+
+_known: set[object] = set()
+
+
+@contextmanager
+def announce_compiling(engine: str, lanes: int = 1) -> Iterator[None]:
+    """Around an engine's first call for a number of lanes: log that it compiles, if that takes
+    longer than PATIENCE.
+    """
+    message = (
+        f"compiling the {engine} engine for this machine; it happens once and takes about 15 s"
+    )
+    timer = Timer(PATIENCE, lambda: logging.getLogger("feeler").warning(message))
+    timer.daemon = True
+    if (engine, lanes) not in _known:
+        timer.start()
+    try:
+        yield
+        _known.add((engine, lanes))
+    finally:
+        timer.cancel()

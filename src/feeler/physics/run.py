@@ -1,12 +1,14 @@
-"""From the beginning to the end: scenes of one group stepped to a clock and sampled."""
+"""From the beginning to the end: scenes stepped to a clock and sampled, one group or many at once."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from threading import Event
 from typing import Any
 
 import numpy as np
 
 from feeler.errors import SimulationDiverged
+from feeler.execute import Executor, ThreadExecutor, run_groups
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, Engine, get_engine
 from feeler.physics.scene import Motion, Scene
@@ -201,3 +203,43 @@ def explain_end(
     return stepper.explain(lane) or SimulationDiverged(
         stepper.scenes[lane].label, time, angle, velocity, stepper.advice
     )
+
+
+def simulate(
+    scenes: Iterable[Scene],
+    clock: Clock,
+    *,
+    engine: str = DEFAULT_ENGINE,
+    workers: int | None = None,
+    executor: Executor | None = None,
+) -> list[Result]:
+    """Motions in the order of ``scenes``; a scene that failed gives its error (mostly
+    SimulationDiverged) instead.
+
+    Engines release Python's lock while they step, so workers are threads unless an ``executor``
+    (processes, a Dask client) is handed in. On Ctrl-C no new scene starts.
+    """
+    scenes = list(scenes)
+    groups = make_groups(scenes, get_engine(engine))
+    results: list[Result] = [RuntimeError("never run")] * len(scenes)
+    own = ThreadExecutor(workers) if executor is None else None
+    run = partial(run_group, clock=clock, engine=engine)
+    try:
+        for group, found in run_groups(
+            run, groups, lambda group: [scenes[i] for i in group], executor=executor or own
+        ):
+            values = [found] * len(group) if isinstance(found, Exception) else found
+            for index, result in zip(group, values, strict=True):
+                results[index] = result
+    finally:
+        if own is not None:
+            own.kill()
+    return results
+
+
+def expect_motions(results: Sequence[Result | None]) -> list[Motion]:
+    """All results as motions; the first that is an error is raised."""
+    for result in results:
+        if isinstance(result, Exception):
+            raise result
+    return [result for result in results if isinstance(result, Motion)]

@@ -100,8 +100,8 @@ def simulate_pairs(
         The first touch that left the finite numbers.
     """
     from feeler.physics.clock import Clock
+    from feeler.physics.run import expect_motions, simulate
     from feeler.physics.scene import make_scene
-    from feeler.physics.simulate import expect_motions, simulate
 
     step = choose_timestep(timestep, engine)
     durations = [duration or choose_duration(trial, reach) for _, trial in pairs]

@@ -61,7 +61,7 @@ class Object(Record):
         """The middle (2,) [mm] of its shape's bounding box at time 0."""
         corners, (x, y) = np.concatenate(self.feature.parts), self.forward
         along, across = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        return np.asarray(self.place) + [along * x - across * y, along * y + across * x]
+        return np.add(self.place, (along * x - across * y, along * y + across * x))
 
 
 @checked

@@ -14,9 +14,8 @@ from feeler.errors import InvalidInput
 from feeler.execute import Executor
 from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.physics.run import Result
+from feeler.physics.run import Result, expect_motions, simulate
 from feeler.physics.scene import Motion, Scene
-from feeler.physics.simulate import expect_motions, simulate
 from feeler.tensors.dataset import make_motion_tensors
 from feeler.wall.posture import Posture
 from feeler.wall.sweep import DISTANCES, Approach, approach, make_wall_scene

@@ -9,7 +9,7 @@ from feeler.physics.chain import fields as f
 from feeler.physics.chain.model import ChainModel, make_model, stack_shapes
 from feeler.physics.chain.step import Tables, make_handle, record_many, step_many
 from feeler.physics.chain.sweep import move
-from feeler.physics.compiling import announce_compiling
+from feeler.physics.engine import announce_compiling
 from feeler.physics.scene import Scene
 from feeler.physics.stepper import Contacts, State, Stepper
 

@@ -22,10 +22,10 @@ from feeler.physics.chain.lanes import (
     get,
     pick,
     put,
+    sincos,
     smaller,
     spread,
 )
-from feeler.physics.chain.turn import sincos
 
 
 @lean

@@ -99,7 +99,12 @@ def _advance(model, lane, timestep, inertia, bold):
         item[f.O_Y] += timestep * item[f.O_VY]
         turned = timestep * item[f.O_TURN]
         if turned != 0.0:
-            c, s, x, y = math.cos(turned), math.sin(turned), item[f.O_FORWARD_X], item[f.O_FORWARD_Y]
+            c, s, x, y = (
+                math.cos(turned),
+                math.sin(turned),
+                item[f.O_FORWARD_X],
+                item[f.O_FORWARD_Y],
+            )
             item[f.O_FORWARD_X], item[f.O_FORWARD_Y] = c * x + s * y, c * y - s * x
     place_faces(model, lane)
     done, _, _, _ = take(model, lane, before, timestep, inertia, bold, TOLERANCE)

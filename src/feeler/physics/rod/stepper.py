@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from feeler.errors import InvalidInput
-from feeler.physics.compiling import announce_compiling
+from feeler.physics.engine import announce_compiling
 from feeler.physics.rod import fields as f
 from feeler.physics.rod.march import march, relax
 from feeler.physics.rod.model import FIRMNESS, SOFT, RodLane, make_rod_lane, make_rod_model

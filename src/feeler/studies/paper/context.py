@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.experiment.seed import check_seed
+from feeler.draw import check_seed
 from feeler.physics.clock import Clock
 from feeler.physics.contact import get_contact
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
