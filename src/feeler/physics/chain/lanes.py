@@ -272,19 +272,9 @@ def fma(typing, a, b, c):
 
 
 if config.DISABLE_JIT:  # nothing is compiled: the same functions for Python's own numbers
-    from feeler.physics.chain.plain import (  # type: ignore[assignment]  # noqa: F401
-        beside,
-        choose,
-        everywhere,
-        floor,
-        fma,
-        get,
-        pick,
-        put,
-        smaller,
-        spread,
-    )
+    from feeler.physics.chain.plain import PLAIN
 
+    globals().update(PLAIN)
 
 # π/2 in three parts of 33 bits, so that subtracting small multiples is exact (Cody & Waite 1980)
 _HALF_PI_1, _HALF_PI_2, _HALF_PI_3 = (
