@@ -66,7 +66,8 @@ def _make_crate(
     licence = str(tensors.attrs.get("licence", LICENCE))
     words = (
         description
-        or f"Simulated touches of insect-like antennae: {sizes}, {tensors.sizes.get('time', 0)} samples each."
+        or f"Simulated touches of insect-like antennae: {sizes},"
+        f" {tensors.sizes.get('time', 0)} samples each."
     )
     variables = [_describe(str(key), item) for key, item in tensors.variables.items()]
     root: dict[str, Any] = {

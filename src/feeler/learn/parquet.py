@@ -129,7 +129,7 @@ def _make_rows(
     codes: np.ndarray,
     sums: list[np.ndarray],
 ) -> Iterator[Any]:
-    """Tables of all samples; each block's least, greatest, sum and squares are added to ``sums``."""
+    """Tables of all samples; each block's least, greatest, sum and squares join ``sums``."""
     n_sensors, n_samples = tensors.sizes["sensor"], tensors.sizes["time"]
     time = in_unit(tensors["time"], "s").values
     for start in range(rows.start, rows.stop, BLOCK):

@@ -10,9 +10,19 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 
 SHARES = {"train": 0.8, "validate": 0.1, "test": 0.1}  # [C]
+# what two touches share that differ in nothing but noise
 TWIN = (
-    "feature", "size", "location", "speed", "approach", "side", "lead", "friction", "base", "antenna"
-)  # what two touches share that differ in nothing but noise  # fmt: skip
+    "feature",
+    "size",
+    "location",
+    "speed",
+    "approach",
+    "side",
+    "lead",
+    "friction",
+    "base",
+    "antenna",
+)
 # [C] equal pieces into which the range of a number is cut: touches of one piece are on one side
 CUTS = 20
 

@@ -48,7 +48,7 @@ class Views:
         return reconstruct_posture(self._tensors, self.antenna if antenna is None else antenna)
 
     def plot(self, trial: int = 0, variable: str = "curvature", ax: Any = None) -> Any:
-        """One trial as an image, sensors from base to tip against time; gives the matplotlib Axes."""
+        """One trial as an image, sensors from base to tip against time; the matplotlib Axes."""
         return resolve_name(f"{VIEWS}:plot_trial")(self._tensors, trial, variable, ax)
 
     def movie(

@@ -88,8 +88,9 @@ def detect(path: str | os.PathLike) -> str:
 def find_formats(
     path: str | os.PathLike, also: Mapping[str, Format] | None = None
 ) -> dict[str, Format]:
-    """The formats that a file may have by its beginning, the likeliest first: of ``FORMATS``, and of
-    those in ``also``.
+    """The formats that a file may have by how it begins, the likeliest first.
+
+    They are looked for in ``FORMATS``, then in ``also``.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from feeler.tensors.readers import DESCRIPTION
 
 
 def save_netcdf(dataset: xr.Dataset, path: str | os.PathLike) -> None:
-    """Write a Dataset as NetCDF-4; ``feeler_description`` among the attributes restores it exactly."""
+    """Write a Dataset as NetCDF-4; its attribute ``feeler_description`` restores it exactly."""
     path, dataset = Path(path), complete(dataset)
     description = describe(dataset)
     plain = dataset.copy(deep=False)

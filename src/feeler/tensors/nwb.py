@@ -182,7 +182,7 @@ def make_subject(
 
 
 def _make_clock(dataset: xr.Dataset) -> Callable[[int], dict[str, Any]]:
-    """Trial → its place on the session's clock [s], as start and rate where the samples are even."""
+    """Trial → its place on the session's clock [s]: start and rate where samples are even."""
     seconds = dataset.time.values * 1e-3
     length = float(seconds[-1] - seconds[0]) + PAUSE
     step = np.diff(seconds)

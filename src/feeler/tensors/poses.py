@@ -133,7 +133,7 @@ def _find(group: Any, kind: str) -> dict[str, Any]:
 
 
 class _Plain(pickle.Unpickler):
-    """Lists, tuples, texts and numbers: nothing in the file can name anything that would be called."""
+    """Lists, tuples, texts and numbers: nothing in the file can name what would be called."""
 
     def find_class(self, module: str, name: str) -> Any:
         raise InvalidInput(f"its column names call {module}.{name}; only plain texts are read.")

@@ -166,5 +166,5 @@ def list_required(dim: str) -> tuple[str, ...]:
 
 
 def derive_curvature(angle: Any, segment_length: Any) -> Any:
-    """Curvature [1/mm] from angle [rad] and, along the same dims, the length [mm] of the segments."""
+    """Curvature [1/mm] from angle [rad] and the length [mm] of the segments, of the same dims."""
     return angle / segment_length

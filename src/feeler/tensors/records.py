@@ -145,7 +145,7 @@ def check_same(layout: Layout, other: Layout) -> None:
 
 
 def compute_sum(raw: bytes) -> str:
-    """A digest of a file; no CRC-32C, which is the same number for everything that ends in its own."""
+    """A digest of a file; no CRC-32C, which is one number for all that ends in its own."""
     return hashlib.blake2b(raw, digest_size=16).hexdigest()
 
 

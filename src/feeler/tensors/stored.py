@@ -58,7 +58,7 @@ def _read_numbers(array: Any, path: Path, length: np.ndarray | None, key: tuple)
 
 
 def _read_texts(path: Path, name: str, label: Label, width: int, key: tuple) -> np.ndarray:
-    """A label of all trials of a store, from its array, or from the records where that is damaged."""
+    """A label of all trials, from its array, or from the records where that is damaged."""
     try:
         texts = np.asarray(_open_copies(path)[name].oindex[key]).astype(TEXT)
     except Exception:  # a copy, and the records have it all

@@ -57,9 +57,12 @@ def save_poses(
     if unknown := [name for edge in edges for name in edge if name not in names]:
         raise InvalidInput(f"an edge joins {unknown[0]!r}; the tracks hold {', '.join(names)}.")
     file = make_nwb(
-        identifier, session_start, words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
-        about=f"{len(trials)} films of tracked landmarks; missing places are NaN", subject=make_subject(subject),
-    )  # fmt: skip
+        identifier,
+        session_start,
+        words=f"feeler: {', '.join(sorted({one.source for one in trials}))} landmarks",
+        about=f"{len(trials)} films of tracked landmarks; missing places are NaN",
+        subject=make_subject(subject),
+    )
     from ndx_pose import Skeleton, Skeletons
 
     places = np.array(
