@@ -245,7 +245,7 @@ class TouchNetwork(Reader):
             )
 
 
-def _make_network(torch: Any, shape: tuple[int, int], n_classes: int) -> Any:
+def _make_network(torch: Any, shape: tuple[int, ...], n_classes: int) -> Any:
     """The layers, softmax left to the loss."""
     height, width = ((n + 2 * _PADDING - _KERNEL + 1) // _POOL for n in shape)
     layers = torch.nn.Sequential(

@@ -116,15 +116,16 @@ def compute_curves(
         and so are not asked about noise that is added before encoding.
     """
     noises = tuple(NOISES) if noises is None else tuple(noises)
-    if isinstance(reader, str):
-        reader = None if reader == "lda" else READERS[reader]()
-    told = getattr(reader, "knows_noise", False)
+    # None: each sweep makes an LDA with as many components as its copies can give
+    fixed: Any = None if reader == "lda" else reader
+    fixed = READERS[fixed]() if isinstance(fixed, str) else fixed
+    told = getattr(fixed, "knows_noise", False)
     peaks = {
         kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds
     }
 
     def sweep(codes: Mapping[str, np.ndarray], labels: np.ndarray, kind: str) -> dict[Curve, Sweep]:
-        return _sweep_kind(codes, labels, kind, noises, peaks[kind], plan, random_state, reader)
+        return _sweep_kind(codes, labels, kind, noises, peaks[kind], plan, random_state, fixed)
 
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
@@ -134,7 +135,7 @@ def compute_curves(
     # noise on tensors is no known noise of their codes
     if plan.before_repeats and not told:
         before = [kind for kind in kinds if kind == "sparse"]
-        sweeps |= _sweep_before(groups, before, noises, plan, random_state, reader)
+        sweeps |= _sweep_before(groups, before, noises, plan, random_state, fixed)
     reference = next(iter(groups))
     fits = {}
     if "joint" in kinds:

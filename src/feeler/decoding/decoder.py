@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.special import logsumexp
 
+from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
 from feeler.decoding.stream import OnsetFinder, Stream, StreamState
 from feeler.errors import FeelerError, InvalidInput
@@ -120,7 +121,7 @@ class StreamDecoder(Reader):
         self.classes_, self.n_sensors_ = list(classes), int(n_sensors)
         return self
 
-    def fit(self, X: Sequence[np.ndarray], y: Sequence[tuple]) -> "StreamDecoder":
+    def fit(self, X: Sequence[np.ndarray], y: Labels) -> "StreamDecoder":
         """Learn from touches (sensor, time) of any durations that start at rest.
 
         Touches without contact are left out; several touches of one class give its spread.

@@ -121,7 +121,8 @@ class Reader(ClassifierMixin, BaseEstimator):
 
     def _keep(self, X: Any, y: Any) -> None:
         """Remember what is taught, for deadlines that may be asked for later."""
-        self._taught, self._parts = (X, y), {}
+        self._taught = (X, y)
+        self._parts: dict[int, Reader] = {}
         self.shape_ = _get_shape(X)
 
     def _require(self, X: Any = None) -> None:
@@ -132,7 +133,8 @@ class Reader(ClassifierMixin, BaseEstimator):
             raise _NotFitted(
                 "the reader was asked before it was fitted; call fit(tensors, labels) first."
             ) from None
-        known, given = getattr(self, "shape_", ()), _get_shape(X)
+        known: tuple[int, ...] = getattr(self, "shape_", ())
+        given = _get_shape(X)
         if len(known) == len(given) == 2 and known != given:
             raise InvalidInput(
                 f"the reader learned tensors of {known[0]} sensors × {known[1]} samples, got"

@@ -207,9 +207,9 @@ def compute_sweep(
                 model.set_params(noise=noises[k])
                 train = (_encode(sets[0], encode), sets[1])
             model.fit(_shape(train[0], model), train[1])
-            true, found = _answer(model, *test, place)
+            true, found = _answer(model, test, place)
             noisy[k, r] = np.mean(found == true)
-            clean[k, r] = np.mean(np.equal(*_answer(model, *originals, place)))
+            clean[k, r] = np.mean(np.equal(*_answer(model, originals, place)))
             named = found >= 0
             np.add.at(confusion[r, k], (true[named], found[named]), 1)
             kept_noisy[k, r], kept_clean[k, r] = _measure_kept(model, originals[0])
@@ -296,8 +296,9 @@ def _shape(codes: np.ndarray, model: Any) -> np.ndarray:
     return codes if isinstance(model, Reader) else codes.reshape(len(codes), -1)
 
 
-def _answer(model, codes, labels, place: dict[Any, int]) -> tuple[np.ndarray, np.ndarray]:
+def _answer(model, trials, place: dict[Any, int]) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the true and of the named classes; −1 for a touch in which no contact was seen."""
+    codes, labels = trials
     named = model.predict(_shape(codes, model))
     true, found = (np.array([place.get(one, -1) for one in each]) for each in (labels, named))
     return true, found

@@ -16,6 +16,7 @@ from scipy.stats import binomtest
 from sklearn.svm import SVC
 
 from feeler.decoding.classifiers import spread_votes
+from feeler.decoding.labels import Labels
 from feeler.decoding.reader import NO_CONTACT, Reader
 from feeler.errors import InvalidInput
 
@@ -147,7 +148,7 @@ class TransferClassifier(Reader):
         self.C = C
         self.random_state = random_state
 
-    def fit(self, X: np.ndarray, y: Sequence[tuple]) -> "TransferClassifier":
+    def fit(self, X: np.ndarray, y: Labels) -> "TransferClassifier":
         """Train on tensors (trial, sensor, time); several of them may share a label."""
         X = _check_tensors(X)
         self._keep(X, y)

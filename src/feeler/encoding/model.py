@@ -259,7 +259,8 @@ class ConvolutiveNMF(TransformerMixin, BaseEstimator):
             check_size(tensors, self.n_components, self.n_lags)
             rng = make_generators(self.random_state, 1)[0]
             start = start_bases(tensors, self.n_components, self.n_lags, self.init, rng)
-            self._sums, self.components_, self.n_sensors_in_ = (0.0, 0.0), start, tensors.shape[1]
+            self._sums: tuple[np.ndarray | float, np.ndarray | float] = (0.0, 0.0)
+            self.components_, self.n_sensors_in_ = start, tensors.shape[1]
         self._check_against_bases(tensors)
         with open_pool(_count_threads(self.n_jobs)) as run:
             self.components_, self._sums = learn_batch(
