@@ -50,7 +50,7 @@ VALUES = {
 
 def test_the_first_screen_shows_the_run_s_own_numbers():
     assert [number for number, _ in list_numbers(VALUES)] == ["0.31 : 0.62", "18% : 45%", "91%"]
-    (slow, size, null), words = list_numbers(VALUES), list_topics(VALUES, [])[0].words
+    (slow, size, null), words = list_numbers(VALUES), list_topics(VALUES, [])[0]["words"]
     assert (
         "slow : fast" in slow[1] and "exponential : constant" in size[1] and "identical" in null[1]
     )
@@ -68,7 +68,7 @@ def test_the_first_screen_shows_the_run_s_own_numbers():
 def test_a_topic_counts_the_verdicts_of_its_own_claims_of_the_paper():
     claims = load_claims()
     judged = [Judged(claim=claim, verdict="partly", ours="", why="") for claim in claims]
-    counts = [topic.counts["partly"] for topic in list_topics({}, judged)]
+    counts = [topic["counts"]["partly"] for topic in list_topics({}, judged)]
     prefixes = (
         ("speed-", "lda-speed", "cnn-speed"),
         ("profile-", "lda-profile", "cnn-profile", "entropy-order", "wall-order"),
@@ -79,4 +79,4 @@ def test_a_topic_counts_the_verdicts_of_its_own_claims_of_the_paper():
         for words in prefixes
     ]
     assert counts == expected and min(counts) > 0
-    assert all(topic.words == "" for topic in list_topics({}, judged))
+    assert all(topic["words"] == "" for topic in list_topics({}, judged))

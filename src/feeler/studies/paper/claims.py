@@ -2,13 +2,14 @@
 the rules.
 """
 
-import tomllib
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Annotated, Any, Literal
 
 from feeler.errors import InvalidInput
+from feeler.record import OneOf, Record
 from feeler.studies.scale import SCALES
+from feeler.toml import make_record, parse_toml
 
 PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
 READ_BETTER = {
@@ -19,14 +20,10 @@ SPREADS_MORE = {
     "speed": "slower touch spreads tensors more",
     "profile": "exponential spreads tensors most, constant least",
 }
-KINDS = ("value", "order", "dip", "above", "below", "share", "none")
-STANDINGS = ("evidence", "by construction", "circular")
-WHOSE = ("paper", "ours")
 FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Claim:
+class Claim(Record):
     """One claim: what is said and where, its value, and how ours is held against it.
 
     ``kind`` is ``value`` (within ``tolerance`` of ``target``, relative), ``order`` (``keys`` rise
@@ -40,7 +37,7 @@ class Claim:
     says: str
     paper: str = "–"
     tag: str
-    kind: str
+    kind: Literal["value", "order", "dip", "above", "below", "share", "none"]
     section: str
     figure: str = ""
     """The figure that it speaks of, and beside which it stands; empty: it stands at the end of its
@@ -50,11 +47,11 @@ class Claim:
     """Values it is judged by; where there are ``definitions``, each holds ``{definition}``."""
     target: float = 0.0
     tolerance: float = 0.0
-    due: str = "smoke"
+    due: Annotated[str, OneOf(SCALES)] = "smoke"
     """Least scale that computes enough to judge it."""
-    whose: str = "paper"
+    whose: Literal["paper", "ours"] = "paper"
     """``paper``, or ``ours``: counted by themselves."""
-    standing: str = "evidence"
+    standing: Literal["evidence", "by construction", "circular"] = "evidence"
     """Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and
     ``circular`` (its target was derived from the same constants) do not, and ``why`` says what it
     stems from."""
@@ -64,7 +61,7 @@ class Claim:
     """
     null: tuple[str, ...] = ()
     """For each key what the same pipeline reaches on identical touches."""
-    apart: str = "greater"
+    apart: Literal["greater", "less"] = "greater"
     """Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``."""
     shows: tuple[str, ...] = ()
     """Further values that stand beside it, and are not judged."""
@@ -74,20 +71,7 @@ class Claim:
     only there.
     """
 
-    def __post_init__(self) -> None:
-        SCALES[self.due]  # refuses what is no scale
-        choices = (
-            ("kind", KINDS),
-            ("standing", STANDINGS),
-            ("whose", WHOSE),
-            ("apart", ("greater", "less")),
-        )
-        for name, valid in choices:
-            if (value := getattr(self, name)) not in valid:
-                raise InvalidInput(
-                    f"claim {self.id!r} has the unknown {name} {value!r}; valid:"
-                    f" {', '.join(valid)}."
-                )
+    def _check(self) -> None:
         if (self.standing != "evidence" or self.kind == "none") and not self.why:
             raise InvalidInput(
                 f"claim {self.id!r} carries no evidence and says not why; add a sentence as `why`."
@@ -115,17 +99,17 @@ class Claim:
 
 
 @cache
+def read_declared(name: str) -> dict[str, Any]:
+    """What a TOML file of this folder declares."""
+    text = files("feeler.studies.paper").joinpath(name).read_text(encoding="utf-8")
+    return parse_toml(text, name)
+
+
+@cache
 def load_claims() -> tuple[Claim, ...]:
     """Every claim of claims.toml (the paper's), then of own_claims.toml (ours)."""
-    return tuple(_make(entry, whose) for whose, name in FILES.items() for entry in _read(name))
-
-
-def _read(name: str) -> list[dict]:
-    return tomllib.loads(files("feeler.studies.paper").joinpath(name).read_text(encoding="utf-8"))[
-        "claim"
-    ]
-
-
-def _make(entry: dict, whose: str) -> Claim:
-    lists = {key: tuple(value) for key, value in entry.items() if isinstance(value, list)}
-    return Claim(**entry | lists, whose=whose)
+    return tuple(
+        make_record(Claim, entry | {"whose": whose}, f"{name}, claim {entry.get('id')}")
+        for whose, name in FILES.items()
+        for entry in read_declared(name)["claim"]
+    )

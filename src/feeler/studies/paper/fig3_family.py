@@ -2,11 +2,8 @@
 are judged.
 """
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +12,7 @@ from matplotlib.axes import Axes
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import PROFILES, load_claims
+from feeler.studies.paper.claims import PROFILES, load_claims, read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
@@ -62,16 +59,9 @@ class Family:
         return float(np.mean(holds))
 
 
-@cache
-def _read() -> dict:
-    return tomllib.loads(
-        files("feeler.studies.paper").joinpath("claims.toml").read_text(encoding="utf-8")
-    )["wall_family"]
-
-
 def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
     """Postures and measures of the declared family, or of the part that a smaller scale runs."""
-    family = dict(_read())
+    family = dict(read_declared("claims.toml")["wall_family"])
     parts, measures = family.pop("part"), family.pop("measure")
     axes = family | (parts[part] if part else {})
     return (

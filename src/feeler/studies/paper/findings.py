@@ -3,36 +3,26 @@ run's own numbers.
 """
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
+from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.verdicts import EVIDENCE, Judged
 
+FINDINGS = "findings.toml"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 """``{key of a value:format}``"""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Topic:
-    """A sentence of the first screen with how its claims fared."""
+def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, Any]]:
+    """The first screen's sentences: ``title``, ``section``, ``words`` and ``counts``.
 
-    title: str
-    section: str
-    words: str
-    counts: Mapping[str, int]
-    """How many of its claims got each verdict that is evidence."""
-
-
-def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[Topic]:
-    """The first screen's sentences, filled with the run's values; without them the counts speak for
-    themselves.
+    The words are filled with the run's values, and empty without them; the counts say how many
+    claims of the topic got each verdict that is evidence.
     """
     topics = []
-    for one in _load()["topic"]:
+    for one in read_declared(FINDINGS)["topic"]:
         chosen = [
             found
             for found in judged
@@ -42,7 +32,7 @@ def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[Top
             verdict: sum(found.verdict == verdict for found in chosen) for verdict in EVIDENCE
         }
         words = fill(" ".join(one["words"].split()), values)
-        topics.append(Topic(title=one["title"], section=one["section"], words=words, counts=counts))
+        topics.append(one | {"words": words, "counts": counts})
     return topics
 
 
@@ -50,16 +40,9 @@ def list_numbers(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The first screen's numbers that this run has, each with what it is."""
     found = [
         (fill(one["number"], values), fill(" ".join(one["words"].split()), values))
-        for one in _load()["number"]
+        for one in read_declared(FINDINGS)["number"]
     ]
     return [(number, words) for number, words in found if number and words]
-
-
-@cache
-def _load() -> dict[str, list[dict[str, str]]]:
-    return tomllib.loads(
-        files("feeler.studies.paper").joinpath("findings.toml").read_text(encoding="utf-8")
-    )
 
 
 @cache
@@ -68,7 +51,8 @@ def _load_findings() -> tuple[dict[str, str], ...]:
     ``words``.
     """
     return tuple(
-        {key: " ".join(text.split()) for key, text in one.items()} for one in _load()["finding"]
+        {key: " ".join(text.split()) for key, text in one.items()}
+        for one in read_declared(FINDINGS)["finding"]
     )
 
 

@@ -2,9 +2,7 @@
 paper).
 """
 
-import tomllib
 from collections.abc import Mapping
-from importlib.resources import files
 from itertools import product
 from typing import Any
 
@@ -17,6 +15,7 @@ from feeler.information import compute_information, find_noise, scale_peaks
 from feeler.plotting.look import PALETTE
 from feeler.report import Section, make_interval
 from feeler.stimulus.ninety import LOCATIONS
+from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.study import Study
 from feeler.studies.tradeoff import average_sets, load_declared
@@ -30,8 +29,7 @@ def load_questions(part: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     """The choices of open_questions.toml on ``gradient`` or ``regression``, less what a scale
     changes.
     """
-    text = files("feeler.studies.paper").joinpath("open_questions.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)[part] | dict(changes)
+    return read_declared("open_questions.toml")[part] | dict(changes)
 
 
 def _make_graded(reference: Antenna, rate: float) -> Antenna:

@@ -5,10 +5,8 @@ numbers.
 import json
 import os
 import platform
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
 from feeler.report.page import Part, embed, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
+from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.findings import list_findings, list_numbers, list_topics
 from feeler.studies.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
@@ -54,7 +53,10 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
         title = "The paper's measures, of this antenna"
         first = Part(name="claims", title=title, body=templates.measures(claims))
     names = [str(name).removesuffix(".mp4") for name in made]
-    body = templates.places([{"prefix": "", "note": ""} | place for place in _load_places()], names)
+    body = templates.places(
+        [{"prefix": "", "note": ""} | place for place in read_declared("places.toml")["place"]],
+        names,
+    )
     places = Part(name="places", title="Every figure and movie", body=body)
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
     body = templates.methods(
@@ -77,11 +79,10 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
 def _fill_verdicts(
     templates: Any, claims: list[Judged], findings: list[tuple[str, str]], made: Mapping[str, str]
 ) -> Any:
-    paper, ours = count_verdicts(claims), count_verdicts(claims, "ours")
-    counts = {word: paper[word] for word in EVIDENCE}
-    return templates.verdicts(
-        claims, counts, {word: paper[word] for word in OTHERS}, ours, findings, made
-    )
+    paper = count_verdicts(claims)
+    evidence, others = ({word: paper[word] for word in words} for words in (EVIDENCE, OTHERS))
+    ours = count_verdicts(claims, "ours")
+    return templates.verdicts(claims, evidence, others, ours, findings, made)
 
 
 def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Markup:
@@ -129,12 +130,6 @@ def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dic
         )
         groups.setdefault(place, []).append(judged)
     return {place: templates.beside(found, place) for place, found in groups.items()}
-
-
-def _load_places() -> list[dict[str, str]]:
-    return tomllib.loads(
-        files("feeler.studies.paper").joinpath("places.toml").read_text(encoding="utf-8")
-    )["place"]
 
 
 def _describe(context: Context) -> str:

@@ -1,11 +1,11 @@
 """The study of speed against accuracy against energy, as declared.toml says."""
 
-import tomllib
 from importlib.resources import files
 from typing import Any
 
 from feeler.studies.study import Study
 from feeler.task import Task
+from feeler.toml import parse_toml
 
 
 def load_declared(**changes: Any) -> Study:
@@ -17,7 +17,7 @@ def load_declared(**changes: Any) -> Study:
         Fields of :class:`feeler.studies.study.Study` or of its task; ``seed`` of the touches.
     """
     text = files("feeler.studies.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8")
-    found = tomllib.loads(text)
+    found = parse_toml(text, "declared.toml")
     asked = {
         name: tuple(sorted(value)) if name == "speeds" else value
         for name, value in (found | changes).items()
