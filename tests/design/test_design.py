@@ -10,7 +10,7 @@ from feeler.antenna.modes import compute_modes
 from feeler.decoding import READERS
 from feeler.design import Constraints, DesignProblem, DesignTask, Space, optimise, score
 from feeler.design.constraints import compute_diameter
-from feeler.design.scoring import decode, touch_classes
+from feeler.design.scoring import decode, estimate_error, touch_classes
 from feeler.design.search import find_start
 from feeler.design.space import make_basis, place_sensors
 from feeler.errors import InvalidInput, SimulationDiverged
@@ -89,6 +89,17 @@ def test_nuisances_cost_bits_and_the_score_stays_below_what_is_known():
         for size in (0.0, 0.5)
     )
     assert moved < clean <= 2.0
+
+
+def test_the_standard_error_is_the_spread_of_the_mean_over_touches_drawn_anew():
+    """Classes and speeds are given: they differ, and add nothing to it."""
+    rng = np.random.default_rng(3)
+    levels = 5 * rng.standard_normal((2, 6, 1))
+    draws = rng.standard_normal((400, 1, 6, 4)) + 0.1 * rng.standard_normal((400, 2, 6, 4))
+    found = [estimate_error(levels + draw) for draw in draws]
+    means = (levels + draws).mean(axis=(1, 2, 3))
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(means.std(), rel=0.1)
+    assert np.isnan(estimate_error(levels))
 
 
 def test_the_score_is_smooth_where_accuracy_is_a_staircase():

@@ -5,6 +5,7 @@ import pytest
 
 import feeler
 from feeler.design.front import compute_settling, find_front
+from feeler.design.scoring import touch_classes
 from feeler.design.sensors import CHOICES, choose_sensors, measure_sensors
 from feeler.errors import InvalidInput
 from tests.design.test_design import ANTENNA, TASK
@@ -35,6 +36,17 @@ def test_all_sensors_tell_what_the_antenna_tells_and_fewer_less(choice):
     assert all_ == pytest.approx(whole.bits)
     assert one < all_
     assert set(choose_sensors(ANTENNA, TASK, 3, choice)) <= set(ANTENNA.sensors)
+
+
+def test_sensors_are_chosen_on_other_touches_than_those_they_are_asked_about(monkeypatch):
+    seen = []
+    monkeypatch.setitem(
+        CHOICES._entries, "spy", lambda tensors, _, n: seen.append(tensors) or np.arange(n)
+    )
+    measure_sensors(ANTENNA, TASK, [2], "spy")
+    known = touch_classes(ANTENNA, TASK, "optimiser", TASK.speeds[0])
+    peaks = np.abs(known).max(axis=(2, 3), keepdims=True)
+    np.testing.assert_allclose(seen[0], known / peaks)
 
 
 def test_more_sensors_than_there_are_are_refused():
