@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import cosdg, sindg
@@ -47,7 +47,13 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
     """
     from feeler.stimulus.sweep import find_touching  # numba is slow to load
 
-    _check_size(antenna, trial)
+    size = trial.feature.size
+    if not trial.feature.wide and 2 * size > antenna.length:
+        raise InvalidInput(
+            f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g}"
+            f" mm, antenna {antenna.length:g} mm long. Use a half-width up to"
+            f" {antenna.length / 2:g} mm, or Wall()."
+        )
     rest = _lay_out(antenna)
     x, y, along = rest.find(trial.location * antenna.length)
     heading = along + (trial.approach if trial.side == "left" else -trial.approach)
@@ -61,74 +67,9 @@ def place(antenna: Antenna, trial: Trial) -> Placement:
         touching, again = -float(back), np.inf
     else:
         corners, first = shape.stack
-        size = (corners, first, shape.rounding)
-        touching, again = find_touching(rest.start, rest.end, rest.radius, *size, x, y, *forward)
+        part = (corners, first, shape.rounding)
+        touching, again = find_touching(rest.start, rest.end, rest.radius, *part, x, y, *forward)
     back = touching + ROOM + trial.speed * trial.lead
-    _check_way(trial, touching, back, again)
-    placement = Placement(
-        origin=np.array((x - back * forward[0], y - back * forward[1])),
-        heading=heading,
-        forward=np.array(forward),
-        velocity=np.array((trial.speed * forward[0], trial.speed * forward[1])),
-    )
-    return placement if trial.base is None else _carry(antenna, trial, placement)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Rest:
-    """An antenna at rest; a straight one of one radius counts as one segment."""
-
-    points: list[list[float]]
-    arc: list[float]
-    heading: list[float]
-    start: np.ndarray
-    end: np.ndarray
-    radius: np.ndarray
-
-    @cached_property
-    def ends(self) -> np.ndarray:
-        return np.concatenate([self.start, self.end])
-
-    @cached_property
-    def end_radius(self) -> np.ndarray:
-        return np.tile(self.radius, 2)
-
-    def find(self, arc: float) -> tuple[float, float, float]:
-        """The point at an arc length [mm] and the direction there [degrees]."""
-        n = min(bisect_left(self.arc, arc * (1 - 1e-12)) - 1, len(self.arc) - 2)
-        (ax, ay), (bx, by) = self.points[n], self.points[n + 1]
-        share = (arc - self.arc[n]) / (self.arc[n + 1] - self.arc[n])
-        return ax + share * (bx - ax), ay + share * (by - ay), self.heading[n]
-
-
-@lru_cache(maxsize=64)
-def _lay_out(antenna: Antenna) -> _Rest:
-    points, radius = antenna.shape(), antenna.radius
-    straight = not antenna.rest_angle[1:].any() and np.all(radius == radius[0])
-    start, end, radius = (
-        (points[:1], points[-1:], radius[:1]) if straight else (points[:-1], points[1:], radius)
-    )
-    return _Rest(
-        points=points.tolist(),
-        arc=[0.0, *np.cumsum(antenna.segment_length).tolist()],
-        heading=np.degrees(np.cumsum(antenna.rest_angle)).tolist(),
-        start=np.ascontiguousarray(start),
-        end=np.ascontiguousarray(end),
-        radius=np.ascontiguousarray(radius),
-    )
-
-
-def _check_size(antenna: Antenna, trial: Trial) -> None:
-    size = trial.feature.size
-    if not trial.feature.wide and 2 * size > antenna.length:
-        raise InvalidInput(
-            f"the feature is bigger than the antenna: {trial.feature.name} of half-width {size:g}"
-            f" mm, antenna {antenna.length:g} mm long. Use a half-width up to"
-            f" {antenna.length / 2:g} mm, or Wall()."
-        )
-
-
-def _check_way(trial: Trial, touching: float, back: float, again: float) -> None:
     if np.isnan(touching):
         raise InvalidInput(
             f"the feature misses the antenna ({trial.label}, approach {trial.approach:g}°); aim"
@@ -140,6 +81,40 @@ def _check_way(trial: Trial, touching: float, back: float, again: float) -> None
             f" ({trial.label}, approach {trial.approach:g}°). Choose an approach nearer to 90°, a"
             " shorter lead, or a straighter antenna."
         )
+    placement = Placement(
+        origin=np.array((x - back * forward[0], y - back * forward[1])),
+        heading=heading,
+        forward=np.array(forward),
+        velocity=np.array((trial.speed * forward[0], trial.speed * forward[1])),
+    )
+    return placement if trial.base is None else _carry(antenna, trial, placement)
+
+
+class _Rest:
+    """An antenna at rest; a straight one of one radius counts as one segment."""
+
+    def __init__(self, antenna: Antenna) -> None:
+        points, radius = antenna.shape(), antenna.radius
+        self.points = points.tolist()
+        self.arc = [0.0, *np.cumsum(antenna.segment_length).tolist()]
+        self.heading = np.degrees(np.cumsum(antenna.rest_angle)).tolist()
+        if not antenna.rest_angle[1:].any() and np.all(radius == radius[0]):
+            points, radius = points[[0, -1]], radius[:1]
+        self.start = np.ascontiguousarray(points[:-1])
+        self.end = np.ascontiguousarray(points[1:])
+        self.radius = np.ascontiguousarray(radius)
+        self.ends = np.concatenate([self.start, self.end])
+        self.end_radius = np.tile(self.radius, 2)
+
+    def find(self, arc: float) -> tuple[float, float, float]:
+        """The point at an arc length [mm] and the direction there [degrees]."""
+        n = min(bisect_left(self.arc, arc * (1 - 1e-12)) - 1, len(self.arc) - 2)
+        (ax, ay), (bx, by) = self.points[n], self.points[n + 1]
+        share = (arc - self.arc[n]) / (self.arc[n + 1] - self.arc[n])
+        return ax + share * (bx - ax), ay + share * (by - ay), self.heading[n]
+
+
+_lay_out = lru_cache(maxsize=64)(_Rest)
 
 
 def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
