@@ -17,7 +17,7 @@ from feeler.wall.sweep import Approach, approach
 STARTS = (9.0, 10.5, 12.0, 13.5, 15.0)  # [C] mm from the wall
 
 
-def make_courses() -> tuple[Course, ...]:
+def _make_courses() -> tuple[Course, ...]:
     """A straight wall, and walls with one turn to either side [C]."""
     return (
         Course(lengths=(400.0,), turns=()),
@@ -35,7 +35,7 @@ class FollowTask(ActiveTask):
 
     distance: Annotated[float, Gt(0), Unit("mm")] = 12.0
     """To keep, from the antenna's base [mm], [C]."""
-    courses: tuple[Course, ...] = field(default_factory=make_courses)
+    courses: tuple[Course, ...] = field(default_factory=_make_courses)
     """Walls of which an episode draws one."""
     starts: tuple[float, ...] = STARTS
     """Distances at which an episode may begin [mm]."""

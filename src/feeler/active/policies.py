@@ -19,31 +19,31 @@ numbers.
 
 
 @POLICIES.register("fixed")
-def make_fixed(speed: float = 0.3) -> Policy:
+def _make_fixed(speed: float = 0.3) -> Policy:
     """One speed [mm/ms], from the beginning to the end."""
     return lambda known: speed
 
 
 @POLICIES.register("fast-then-slow")
-def make_fast_then_slow(fast: float = 1.2, slow: float = 0.12, after: float = 10.0) -> Policy:
+def _make_fast_then_slow(fast: float = 1.2, slow: float = 0.12, after: float = 10.0) -> Policy:
     """Fast until a time [ms], then slow, whatever is felt."""
     return lambda known: fast if known.time < after else slow
 
 
 @POLICIES.register("slow-after-contact")
-def make_slow_after_contact(fast: float = 1.2, slow: float = 0.12, sure: float = 0.5) -> Policy:
+def _make_slow_after_contact(fast: float = 1.2, slow: float = 0.12, sure: float = 0.5) -> Policy:
     """Fast until contact has begun with probability ``sure``, then slow."""
     return lambda known: np.where(known.touching < sure, fast, slow)
 
 
 @POLICIES.register("random")
-def make_random(seed: float = 0.0, hold: float = 20.0) -> Policy:
+def _make_random(seed: float = 0.0, hold: float = 20.0) -> Policy:
     """A speed drawn from the menu every ``hold`` [ms], the same for all bodies."""
     return lambda known: np.random.default_rng([int(seed), int(known.time // hold)]).choice(MENU)
 
 
 @POLICIES.register("greedy")
-def make_greedy(hold: float = 20.0) -> Policy:
+def _make_greedy(hold: float = 20.0) -> Policy:
     """Every ``hold`` [ms] the speed that is expected to tell most about the object within them."""
     speeds = [speed for speed in MENU if speed >= 0.06]
     last = [np.zeros(0)]

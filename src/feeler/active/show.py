@@ -42,7 +42,7 @@ class Film:
     labels: tuple[str, ...] = ()
 
 
-def look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
+def _look_at(arena: Arena, lane: int) -> tuple[np.ndarray, np.ndarray, Antenna]:
     """Points (joint, 2) [mm], hinge angles (segment,) [rad] and the antenna of a lane."""
     scene = arena.starts[lane].scene
     if arena.state is None or arena.fresh[lane]:
@@ -57,7 +57,7 @@ def draw_lane(arena: Arena, lane: int) -> np.ndarray:
     with style():
         figure = Figure(figsize=(3.2, 3.6), dpi=100, layout="constrained")
         canvas, ax = FigureCanvasAgg(figure), figure.subplots()
-        points, angle, antenna = look_at(arena, lane)
+        points, angle, antenna = _look_at(arena, lane)
         _set_up(ax, arena.starts[lane].scene, points[None])
         MovingAntenna(antenna, ax, Normalize(0.0, _PEAK)).move(points, angle)
         ax.set_title(f"{arena.time[lane]:.0f} ms", fontsize=8)
@@ -124,7 +124,7 @@ def film_policy(
     frames: list[tuple[Any, ...]] = []
 
     def watch(arena: Any) -> None:
-        points, angle, _ = look_at(arena, touch)
+        points, angle, _ = _look_at(arena, touch)
         frames.append((points, angle, float(arena.base[touch, 2])))
 
     episodes = observer.run(policy, 1, duration, watch=(touch, watch))

@@ -39,9 +39,9 @@ def compute_curvature(antenna: Antenna, angle: Annotated[np.ndarray, "... segmen
 
 def _check_hinges(antenna: Antenna, angle: np.ndarray) -> np.ndarray:
     angle = np.asarray(angle, dtype=float)
-    if angle.shape[-1] != antenna.n_segments:
+    if angle.shape[-1:] != (antenna.n_segments,) or not np.all(np.isfinite(angle)):
         raise InvalidInput(
-            f"curvature needs the angles of all {antenna.n_segments} hinges, got shape"
+            f"curvature needs finite angles of all {antenna.n_segments} hinges [rad], got shape"
             f" {angle.shape}."
         )
     return angle
@@ -93,11 +93,7 @@ def find_peak(
     """
     if method not in _METHODS:
         raise InvalidInput(f"unknown peak method {method!r}; valid: {', '.join(_METHODS)}.")
-    angle = np.atleast_2d(np.asarray(angle, dtype=float))
-    if angle.shape[1] != antenna.n_segments or not np.all(np.isfinite(angle)):
-        raise InvalidInput(
-            f"angle must be finite, (shape, {antenna.n_segments}) rad, got shape {angle.shape}."
-        )
+    angle = np.atleast_2d(_check_hinges(antenna, angle))
     if method == "hinge":
         curve, place = compute_curvature(antenna, angle), antenna.hinge_position
     else:

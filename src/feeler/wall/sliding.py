@@ -3,7 +3,8 @@
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -97,7 +98,7 @@ class WallTouch:
                 "seed": [0] * n,
             },
             tip=self.points[:, :, -1],
-            attrs={"configuration": {"posture": asdict(self.posture), "relative": relative}},
+            attrs={"configuration": {"posture": self.posture.to_plain(), "relative": relative}},
         )
         return dataset.assign_coords(distance=("trial", self.distance[:, 0], {"units": "mm"}))
 
@@ -108,8 +109,8 @@ def slide(
     posture: Posture | None = None,
     distances: Sequence[float] = DISTANCES[2::4],
     *,
-    speed: float = _SPEED,
-    duration: float = _SLIDE_DURATION,
+    speed: Annotated[float, "> 0"] = _SPEED,
+    duration: Annotated[float, "> 0"] = _SLIDE_DURATION,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
@@ -122,7 +123,6 @@ def slide(
     ``engine``, ``timestep``, ``workers`` and ``executor`` as for :func:`feeler.touch`.
     """
     posture = posture or Posture()
-    _check(speed, duration)
     sweep = approach(antenna, posture, distances)
     scenes = [_begin(sweep, k, (0.0, -speed)) for k in range(len(sweep.distance))]
     clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
@@ -139,7 +139,7 @@ def drive(
     *,
     far: float = DISTANCES[0],
     near: float = DISTANCES[-1],
-    speed: float = 0.06,
+    speed: Annotated[float, "> 0"] = 0.06,
     timestep: float | None = None,
     engine: str = DEFAULT_ENGINE,
     workers: int | None = None,
@@ -155,19 +155,12 @@ def drive(
             f"the wall must come from far to near with 0 < near < far, got far={far:g},"
             f" near={near:g} mm."
         )
-    duration = (far - near) / speed if speed > 0 else 0.0
-    _check(speed, duration)
+    duration = (far - near) / speed
     sweep = approach(antenna, posture, [far])
     clock = Clock(duration=duration, timestep=choose_timestep(timestep, engine))
     scenes = [_begin(sweep, 0, (-posture.sign * speed, 0.0))]
     motions = simulate(scenes, clock, engine=engine, workers=workers, executor=executor)
     return _collect(sweep, motions, far - speed * clock.time[None, :], speed)
-
-
-def _check(speed: float, duration: float) -> None:
-    for name, value in (("speed", speed), ("duration", duration)):
-        if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} must be finite and > 0, got {value}.")
 
 
 def _begin(sweep: Approach, step: int, velocity: tuple[float, float]) -> Scene:

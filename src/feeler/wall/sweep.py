@@ -4,7 +4,7 @@ distance.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def approach(
     posture: Posture | None = None,
     distances: Sequence[float] | np.ndarray = DISTANCES,
     *,
-    substep: float = _SUBSTEP,
+    substep: Annotated[float, "> 0"] = _SUBSTEP,
 ) -> Approach:
     """Let a wall approach a held, pre-bent antenna step by step and record each equilibrium (Fig.
     3A, B).
@@ -123,8 +123,6 @@ def approach(
         wall.
     """
     posture = posture or Posture()
-    if not (np.isfinite(substep) and substep > 0):
-        raise InvalidInput(f"substep must be finite and > 0 mm, got {substep}.")
     distance = _check_distances(distances, antenna)
     bent = posture.bend(antenna)
     rod, wall = _begin(bent, posture.replace(side="right"), distance[0])
