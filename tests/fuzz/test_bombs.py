@@ -16,8 +16,7 @@ import zarr
 from feeler.antenna.file import load_antenna
 from feeler.encoding import ConvolutiveNMF, load_encoder, save_encoder
 from feeler.errors import InvalidInput
-from feeler.guard import open_guarded
-from feeler.limits import Limits
+from feeler.guard import Limits, open_guarded
 from feeler.tensors import netcdf
 from feeler.tensors.formats import load, save
 from feeler.tensors.inspect import describe_file

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from feeler.errors import FeelerError
-from feeler.limits import Limits
+from feeler.guard import Limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import FORMATS, save
 from feeler.tensors.store import open_store

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from feeler.limits import Limits
+from feeler.guard import Limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import FORMATS
 

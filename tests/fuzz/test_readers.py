@@ -23,8 +23,8 @@ from feeler.calibration.targets import load_targets
 from feeler.decoding.cnn import TouchNetwork
 from feeler.decoding.decoder import StreamDecoder
 from feeler.encoding import load_encoder
+from feeler.guard import Limits
 from feeler.journal import read_journal
-from feeler.limits import Limits
 from feeler.robot.mending import repair
 from feeler.robot.recording import load_recording
 from feeler.robot.samples import parse_sample, read_samples

@@ -15,7 +15,7 @@ import scipy.io
 import xarray as xr
 
 from feeler.errors import InvalidInput, MissingExtra
-from feeler.limits import Limits
+from feeler.guard import Limits
 from feeler.tensors.formats import FORMATS, Format, detect, find_writer, load, save
 from feeler.tensors.inspect import describe_file, find_problems
 from feeler.tensors.models import Model, load_model, save_model

@@ -49,7 +49,7 @@ def convert(
     """
     from feeler.cli.choose import parse_start
     from feeler.errors import InvalidInput
-    from feeler.limits import Limits
+    from feeler.guard import Limits
     from feeler.tensors.bags import find_bag
     from feeler.tensors.formats import list_options, load, save
 

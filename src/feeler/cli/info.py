@@ -29,7 +29,7 @@ def info(
     import feeler.design.files
     import feeler.robot.files
     import feeler.tracking.files  # noqa: F401
-    from feeler.limits import Limits
+    from feeler.guard import Limits
     from feeler.tensors.inspect import describe_file
 
     found = {file: describe_file(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}

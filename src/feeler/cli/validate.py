@@ -24,7 +24,7 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Check files and checksums against the data contract; exit code 1 if anything is wrong."""
-    from feeler.limits import Limits
+    from feeler.guard import Limits
     from feeler.tensors.inspect import find_problems
 
     found = {file: find_problems(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}

@@ -18,7 +18,7 @@ from feeler.decoding.labels import Labels
 from feeler.decoding.reader import Reader
 from feeler.decoding.stream import OnsetFinder, Stream, StreamState
 from feeler.errors import FeelerError, InvalidInput
-from feeler.limits import find_limits
+from feeler.guard import find_limits
 from feeler.tensors.models import Model, load_model, save_model
 
 _FLOOR = 0.004  # [C] rad; least sd of a reading

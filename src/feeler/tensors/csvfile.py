@@ -12,7 +12,7 @@ import xarray as xr
 
 from feeler.errors import InvalidInput
 from feeler.files import parse_json, read_text
-from feeler.limits import MAX_TEXT, Limits, find_limits
+from feeler.guard import MAX_TEXT, Limits, find_limits
 from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 from feeler.tensors.plain import complete, describe_whole, restore_whole

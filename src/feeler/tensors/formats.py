@@ -16,7 +16,7 @@ import xarray as xr
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.limits import Limits, find_limits
+from feeler.guard import Limits, find_limits
 from feeler.registry import Registry
 from feeler.tensors.contract import find_breaches, refuse
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from feeler.errors import FeelerError, InvalidInput
-from feeler.limits import Limits, find_limits
+from feeler.guard import Limits, find_limits
 from feeler.tensors.contract import find_breaches
 from feeler.tensors.formats import FORMATS, INPUTS, Format, detect, find_formats
 

@@ -8,8 +8,7 @@ import xarray as xr
 
 from feeler.antenna.file import read_antenna_file
 from feeler.antenna.parse import AntennaFile
-from feeler.guard import open_guarded
-from feeler.limits import Limits
+from feeler.guard import Limits, open_guarded
 from feeler.tensors import records, store, stored
 from feeler.tensors.csvfile import MAGIC, load_csv, save_csv
 from feeler.tensors.formats import Format

@@ -13,8 +13,7 @@ import numpy as np
 
 from feeler.errors import InvalidInput
 from feeler.files import NAME, parse_json
-from feeler.guard import open_guarded
-from feeler.limits import Limits
+from feeler.guard import Limits, open_guarded
 from feeler.provenance import make_plain
 from feeler.tensors.disk import write_atomic
 

@@ -16,7 +16,7 @@ import xarray as xr
 
 from feeler.errors import InvalidInput, StoreError
 from feeler.files import parse_json, read_bytes
-from feeler.limits import MAX_TEXT
+from feeler.guard import MAX_TEXT
 from feeler.provenance import make_plain, write_plain
 from feeler.record import Record
 from feeler.tensors.plain import check_variable, describe_whole, restore_whole

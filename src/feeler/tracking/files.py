@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from feeler.errors import InvalidInput
-from feeler.limits import Limits
+from feeler.guard import Limits
 from feeler.tensors.formats import INPUTS, Format
 from feeler.tensors.table import Table
 from feeler.tracking.trackers import HDF5_ENDINGS, read_tracker

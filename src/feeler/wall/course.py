@@ -9,8 +9,7 @@ import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.frozen import freeze
-from feeler.record import Gt, Lt, Record, Unit
+from feeler.record import Gt, Lt, Record, Unit, freeze
 from feeler.stimulus.feature import Feature
 from feeler.stimulus.object import Object
 
