@@ -53,13 +53,13 @@ def write_group(
         shards = {
             name: encode_rows(layout, name, size, indices, trials) for name in layout.variables
         }
-        record = make_record(layout, size, indices, trials, made, shards)
+        record = make_group_record(layout, size, indices, trials, made, shards)
         for name, raw in shards.items():
             write_atomic(path / name / find_key(record.group, layout.variables[name]), raw)
     return StoredGroup(layout=layout, record=record, n_bytes=sum(map(len, shards.values())))
 
 
-def make_record(
+def make_group_record(
     layout: Layout,
     size: int,
     indices: Sequence[int],

@@ -27,7 +27,7 @@ from feeler.tensors.folder import (
     make_folder,
     sweep,
 )
-from feeler.tensors.group import StoredGroup, encode_rows, make_record, write_group
+from feeler.tensors.group import StoredGroup, encode_rows, make_group_record, write_group
 from feeler.tensors.records import (
     FORMAT,
     LABEL,
@@ -242,7 +242,7 @@ class Store:
                 open_array(self.path, name, item, (group + 1) * size, size)[group * size :]
             )
             shards[name] = encode_rows(layout, name, size, indices, trials, (rows, kept[rows]))
-        new = merge(old, make_record(layout, size, indices, trials, made, shards))
+        new = merge(old, make_group_record(layout, size, indices, trials, made, shards))
         both = {
             name: old.shards[name] + new.shards[name] for name in shards
         }  # the old trials are in both
