@@ -103,7 +103,7 @@ def _resolve(function: Callable) -> dict[str, Any]:
 
 
 def _make_test(hint: Any) -> tuple[Test, str]:
-    """Whether a value fits an annotation, and the annotation in words; what is not understood fits."""
+    """Whether a value fits an annotation, and its words; what is not understood fits."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         tests = [_make_test(option) for option in inner]

@@ -1,4 +1,4 @@
-"""Draws: numbers within ranges or of distributions, item by item the same however many are drawn."""
+"""Draws: numbers within ranges or of distributions; each is the same however many are drawn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

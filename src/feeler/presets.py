@@ -7,29 +7,36 @@ them.
 
 from collections.abc import Callable
 from functools import partial
+from importlib.resources import files
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
-from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
-from feeler.antenna.parse import AntennaFile
+from feeler.antenna.parse import AntennaFile, parse_antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+
+SPECIES = ("cricket", "stick-insect", "lobster", "whisker", "multi-legged")
 
 
 @checked
 def robot(**changes: Any) -> Antenna:
-    """The eight-hinge robotic antenna; see :func:`feeler.robot.make_robot` for what can be changed."""
+    """The eight-hinge robotic antenna; ``changes`` are :func:`feeler.robot.make_robot`'s."""
     from feeler.robot import make_robot
 
     return make_robot(**changes)
+
+
+def _read_species(name: str) -> AntennaFile:
+    file = files("feeler.antenna") / "species" / f"{name}.toml"
+    return parse_antenna(file.read_text(encoding="utf-8"), file.name)
 
 
 PRESETS: dict[str, Callable[[], Antenna]] = {
     **{name: partial(cockroach, name) for name in PROFILE_NAMES},
     "cockroach": cockroach,
     "robot": robot,
-    **{name: lambda name=name: read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
+    **{name: lambda name=name: _read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
 }
 
 
@@ -46,7 +53,7 @@ def read_preset(name: str) -> AntennaFile:
     """A preset with the formulas and sources of its quantities, as ``save_antenna`` writes them."""
     antenna = make_preset(name)
     return (
-        read_species(name)
+        _read_species(name)
         if name in SPECIES
         else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
     )

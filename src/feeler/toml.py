@@ -33,7 +33,9 @@ def read_toml(
     path: str | os.PathLike, kind: None = None, *, schema: str = ""
 ) -> dict[str, Any]: ...
 @overload
-def read_toml(path: str | os.PathLike, kind: type[_R], *, schema: str = "", **others: Any) -> _R: ...
+def read_toml(
+    path: str | os.PathLike, kind: type[_R], *, schema: str = "", **others: Any
+) -> _R: ...
 def read_toml(
     path: str | os.PathLike, kind: type[_R] | None = None, *, schema: str = "", **others: Any
 ) -> _R | dict[str, Any]:

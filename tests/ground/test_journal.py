@@ -1,4 +1,4 @@
-"""Laws of a journal: what was added is found again, bit by bit, and foreign files stay as they are."""
+"""Laws of a journal: what was added is found again, and foreign files stay as they are."""
 
 import json
 

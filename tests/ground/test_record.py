@@ -1,4 +1,4 @@
-"""Laws of a record: its fields are what their annotations say, it never changes, equal ones are equal."""
+"""Laws of a record: its fields are what their annotations say, and it never changes."""
 
 import copy
 import dataclasses

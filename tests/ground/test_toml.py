@@ -1,4 +1,4 @@
-"""Laws of the TOML door: what is written is read again, and what does not fit is named with its table."""
+"""Laws of the TOML door: what is written is read again; what does not fit is named."""
 
 import tomllib
 from typing import Annotated

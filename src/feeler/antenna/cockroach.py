@@ -209,7 +209,7 @@ def _control(exponential: Antenna, profile: str) -> Antenna:
 
 
 def _match_damping(control: Antenna, reference: Antenna) -> Antenna:
-    """Damping proportional to stiffness, at the reference's modal damping ratio of the first mode."""
+    """Damping proportional to stiffness; the first mode's damping ratio is the reference's."""
     trial = control.replace(damping=control.stiffness)
     share = compute_modes(reference, 1).damping_ratio[0] / compute_modes(trial, 1).damping_ratio[0]
     return trial.replace(damping=trial.damping * share)

@@ -92,7 +92,7 @@ def _check(values: np.ndarray, number: int) -> np.ndarray:
 
 
 def _rescale(values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Shares at relative numbers ``x`` that add to one as if the antenna had ``x.size`` segments."""
+    """Shares at relative numbers ``x`` that add to one, for an antenna of ``x.size`` segments."""
     own = (np.arange(values.size) + 0.5) / values.size
     share = np.interp(x, own, values)
     return share / share.sum()

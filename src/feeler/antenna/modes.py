@@ -1,4 +1,4 @@
-"""Small oscillations of an antenna about its straight shape: mass matrix, modes and modal damping."""
+"""Small oscillations of an antenna about its straight shape: mass matrix, modes, damping."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -163,7 +163,7 @@ class _Reader:
         ) from cause
 
     def line(self, table: str, key: str) -> int:
-        """Line of ``key`` in ``[table]``, or of the table's header; 0 where neither can be found."""
+        """Line of ``key`` in ``[table]``, or of the table's header; 0 where there is neither."""
         header, present = 0, ""
         for number, line in enumerate(self._lines, 1):
             found = re.match(r"\s*\[\s*([^\[\]]{1,80}?)\s*\]", line)
