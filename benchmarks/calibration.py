@@ -14,7 +14,7 @@ import feeler.calibration
 from feeler.antenna.cockroach import cockroach
 from feeler.calibration import Problem, Protocol, load_targets, make_hinges, make_starts
 from feeler.studies.paper.calibration_report import (
-    KEPT,
+    KEPT_SEARCHES,
     PAPER_P,
     list_searches,
     run_methods,
@@ -22,7 +22,7 @@ from feeler.studies.paper.calibration_report import (
 )
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
-SHIPPED = Path(feeler.calibration.__file__).parent / "data" / KEPT
+SHIPPED = Path(feeler.calibration.__file__).parent / "data" / KEPT_SEARCHES
 N_STARTS = 3
 FINE = 0.005  # ms; reference for the timestep's error
 

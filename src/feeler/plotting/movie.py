@@ -20,7 +20,7 @@ SLOWER = 30.0
 compared by eye.
 """
 FPS = 15
-STILL = 66  # % of the movie
+_STILL = 66  # % of the movie
 DrawFrame = Callable[[int], Sequence[Artist] | None]
 
 
@@ -91,7 +91,7 @@ def write_movie(
             background = _draw(figure, canvas, draw_frame(k), background)
             frame = np.asarray(canvas.buffer_rgba())[: size[1], : size[0], :3]
             writer.send(np.ascontiguousarray(frame))
-            if k == STILL * n_frames // 100:
+            if k == _STILL * n_frames // 100:
                 Image.fromarray(frame).save(path.with_suffix(".jpg"), quality=88)
     finally:
         writer.close()

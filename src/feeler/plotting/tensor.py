@@ -11,7 +11,7 @@ from matplotlib.image import AxesImage
 from feeler.checked import checked
 
 GID = "tensor"
-LEVELS = 64  # of a colour scale that a page knows
+_LEVELS = 64  # of a colour scale that a page knows
 
 
 @checked
@@ -109,7 +109,7 @@ def list_tensors(figure: Figure) -> list[dict[str, Any]]:
             if image.get_gid() == GID:
                 low, high = image.norm.vmin, image.norm.vmax
                 colours = (
-                    np.round(255 * image.get_cmap()(np.linspace(0, 1, LEVELS))[:, :3])
+                    np.round(255 * image.get_cmap()(np.linspace(0, 1, _LEVELS))[:, :3])
                     .astype(int)
                     .ravel()
                     .tolist()

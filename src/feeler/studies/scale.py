@@ -157,12 +157,12 @@ class Scale:
 
 HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
-REST = ("gradient", "bounds", "design", "antenna", "tracking", "cnn")
+_REST = ("gradient", "bounds", "design", "antenna", "tracking", "cnn")
 QUICK = Scale(
     name="quick",
     vector=False,
     controls=("linear", "constant"),
-    queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *REST),
+    queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *_REST),
     control_speeds=("slow",),
     movie_speeds=(),
     fps=8,

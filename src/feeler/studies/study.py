@@ -24,8 +24,8 @@ from feeler.stimulus.trial import Trial
 from feeler.task import NOISES, Noise, Task
 from feeler.tensors.unit import in_unit
 
-WHOLE = "whole touch"
-MATCHED = "distance and samples"
+_WHOLE = "whole touch"
+_MATCHED = "distance and samples"
 IDEAL = "ideal"
 """The reader that knows every touch; its accuracy and bits are expectations over the noise."""
 
@@ -101,8 +101,8 @@ class Study(Record):
         return [
             *(("time", t, f"{t:g} ms") for t in times),
             *(("distance", d, f"{d:g} mm") for d in distances),
-            (MATCHED, far, f"{far:g} mm, {ask['matched_samples']} samples"),
-            (WHOLE, np.nan, WHOLE),
+            (_MATCHED, far, f"{far:g} mm, {ask['matched_samples']} samples"),
+            (_WHOLE, np.nan, _WHOLE),
         ]
 
     def touch(
@@ -236,7 +236,7 @@ class Study(Record):
         """The samples of each window; one that outlasts the record, when all is at rest, ends."""
         step, found = self.sample_interval, []
         for kind, value, _ in self.list_windows():
-            if kind == MATCHED:
+            if kind == _MATCHED:
                 n = self.windows["matched_samples"]
                 at = np.round(value * np.arange(1, n + 1) / n / speed / step).astype(int)
                 found.append(np.minimum(first - 1 + at, count - 1))
@@ -253,21 +253,21 @@ class Study(Record):
         # Windows that end together share their numbers.
         kinds = [kind for kind, _, _ in self.list_windows()]
         names = [
-            MATCHED if kind == MATCHED else first + len(samples)
+            _MATCHED if kind == _MATCHED else first + len(samples)
             for kind, samples in zip(kinds, windows, strict=True)
         ]
-        ends = sorted({name for name in names if name != MATCHED})
+        ends = sorted({name for name in names if name != _MATCHED})
         energies: dict[bytes, dict[Any, np.ndarray]] = {}
         found = np.empty((len(self.noises), len(windows), 2))
         for row, noise in zip(found, self.noises.values(), strict=True):
             key = np.round(noise.find_level(angle) / noise.size, 12).tobytes()
             if key not in energies:  # of noise whose level is in proportion to its size, only once
                 white = noise.whiten(angle)
-                picked = white[:, :, windows[kinds.index(MATCHED)]]
+                picked = white[:, :, windows[kinds.index(_MATCHED)]]
                 energies[key] = dict(
                     zip(ends, compute_energies(white, ends, start=first), strict=True)
                 )
-                energies[key][MATCHED] = compute_energy(picked)
+                energies[key][_MATCHED] = compute_energy(picked)
             known = {
                 name: measure_information(
                     energy, noise.size, n_draws=self.draws, random_state=number

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from feeler.studies.paper.choices import (
-    CHOICES,
+    _CHOICES,
     _choose,
     _count_agreement,
     _iterate_choices,
@@ -47,8 +47,8 @@ GROUPS = {"spread": make_group(1.3), "tight": make_group(0.1, seed=1)}
 
 def test_each_choice_departs_once_from_the_default():
     single, full = _iterate_choices(), _iterate_choices(full=True)
-    assert len(single) == 1 + sum(len(values) - 1 for values in CHOICES.values())
-    assert len(full) == np.prod([len(values) for values in CHOICES.values()])
+    assert len(single) == 1 + sum(len(values) - 1 for values in _CHOICES.values())
+    assert len(full) == np.prod([len(values) for values in _CHOICES.values()])
     assert all(sum(choices[k] != single[0][k] for k in choices) == 1 for choices in single[1:])
     assert single[0] in full
 

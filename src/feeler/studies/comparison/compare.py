@@ -21,7 +21,7 @@ from feeler.encoding import LABELS, compute_histogram_entropy, hoyer_sparseness
 from feeler.errors import InvalidInput
 from feeler.tensors.unit import in_unit
 
-KINDS = ("sparse", "raw")
+COMPARED_CODES = ("sparse", "raw")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +54,7 @@ class Comparison:
                 name: [interval.estimate, interval.low, interval.high]
                 for name, interval in average.items()
             }
-        for kind in KINDS:
+        for kind in COMPARED_CODES:
             for noise in self.curves.noises:
                 curves = self.curves.find(kind, noise)
                 found[f"accuracy, {kind}, {noise} noise"] = {
@@ -79,7 +79,7 @@ class Comparison:
                     *(str(average[n]) for n in self.names),
                 )
             )
-        for kind in KINDS:
+        for kind in COMPARED_CODES:
             for noise in self.curves.noises:
                 found = self.curves.find(kind, noise)
                 title = f"accuracy, {LABELS[kind]}, {noise} noise (%)"
@@ -117,7 +117,7 @@ def compare_antennas(
     groups, entropy = {}, {}
     for name, (array, labels) in listed.items():
         fitted = encoder.__class__(**encoder.get_params()).set_params(n_restarts=plan.n_restarts)
-        codes = make_codes(array, fitted, KINDS)
+        codes = make_codes(array, fitted, COMPARED_CODES)
         groups[name] = Group(tensors=array, labels=labels, encoder=fitted, codes=codes)
         entropy[name] = float(
             np.mean([compute_histogram_entropy(basis) for basis in fitted.components_])
@@ -127,11 +127,16 @@ def compare_antennas(
         names=tuple(listed),
         dispersion={
             kind: compute_dispersion({n: g.codes[kind] for n, g in groups.items()})
-            for kind in KINDS
+            for kind in COMPARED_CODES
         },
         curves=(
             curves := compute_curves(
-                groups, plan, kinds=KINDS, reader=reader, random_state=random_state, report=report
+                groups,
+                plan,
+                kinds=COMPARED_CODES,
+                reader=reader,
+                random_state=random_state,
+                report=report,
             )
         ),
         entropy=entropy,
@@ -149,7 +154,7 @@ def compare_antennas(
 def _compute_differences(curves: Curves, random_state: int) -> dict[tuple[str, str], Interval]:
     rng = np.random.default_rng(random_state)
     found = {}
-    for kind in KINDS:
+    for kind in COMPARED_CODES:
         for noise in curves.noises:
             (_, reference), *others = curves.find(kind, noise).items()
             for name, sweep in others:

@@ -11,7 +11,7 @@ from feeler.encoding import LABELS
 from feeler.plotting.accuracy import plot_curves
 from feeler.plotting.closest import plot_index
 from feeler.report import Section, write_page
-from feeler.studies.comparison.compare import KINDS, Comparison
+from feeler.studies.comparison.compare import COMPARED_CODES, Comparison
 
 
 def plot(data: Comparison, figure: Figure) -> None:
@@ -20,7 +20,7 @@ def plot(data: Comparison, figure: Figure) -> None:
     for index, ax in zip(INDICES, top.subplots(1, len(INDICES)), strict=True):
         plot_index(data.dispersion["raw"], index, ax)
         ax.set_title(f"{INDICES[index].label}, tensors", fontsize=8)
-    panels = [(kind, noise) for kind in KINDS for noise in data.curves.noises]
+    panels = [(kind, noise) for kind in COMPARED_CODES for noise in data.curves.noises]
     axes = bottom.subplots(1, len(panels), sharey=True)
     for (kind, noise), ax in zip(panels, axes, strict=True):
         plot_curves(data.curves, kind, noise, ax)

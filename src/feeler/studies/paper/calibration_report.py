@@ -35,11 +35,11 @@ PAPER_ERROR = 0.067  # [P]
 LEVERS = (None, 20.0)  # mm; the impactor on a straight path, and on a lever
 WALK = np.array([-1.0, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 1.0])
 """[C] Typical changes along the loosest direction."""
-FAMILIES = ("exponential", "linear", "constant")
+_FAMILIES = ("exponential", "linear", "constant")
 
 COMPARED = ("powell", "nelder-mead", "least-squares")
-KEPT = "optimisers.csv"
-COLUMNS: dict[str, Callable[[str], Any]] = {
+KEPT_SEARCHES = "optimisers.csv"
+_COLUMNS: dict[str, Callable[[str], Any]] = {
     "method": str,
     "start": int,
     "evaluations": int,
@@ -61,7 +61,7 @@ def compute(
     SimpleNamespace
         ``scores``: quantities, error and symmetric accuracy of the published constants, the shipped
         presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
-        least squares from the perturbed starts. ``compared``: a row (``COLUMNS``) per optimiser and
+        least squares from the perturbed starts. ``compared``: a row (``_COLUMNS``) per optimiser and
         start, ``kept`` from the benchmark or measured in this run. ``directions``
         (:class:`~feeler.calibration.Directions`). ``walked``: parameters (step, parameter) and
         errors (step,) along the loosest direction from the published constants. ``profiles``
@@ -86,7 +86,7 @@ def compute(
     best = np.array(PAPER_P) if refits is None else refits.p
     directions = analyse_directions(problem, np.array(PAPER_P))
     scores = {"published p1…p4": problem.score(PAPER_P)}
-    scores |= {f"preset {name}": _score_preset(name, make("scale")) for name in FAMILIES}
+    scores |= {f"preset {name}": _score_preset(name, make("scale")) for name in _FAMILIES}
     controls = {"": refits} | _fit_controls(make, effort.control_starts, rng)
     scores |= {
         f"refitted {name}": (found.measured, found.error, found.symmetric_accuracy)
@@ -149,7 +149,7 @@ def run_methods(make: Callable[[str], Problem], starts: np.ndarray) -> dict[str,
 
 
 def list_searches(problem: Problem, fits: Mapping[str, Fit]) -> list[dict[str, Any]]:
-    """A row (``COLUMNS``) per optimiser and start."""
+    """A row (``_COLUMNS``) per optimiser and start."""
     return [
         {
             "method": method,
@@ -167,7 +167,7 @@ def list_searches(problem: Problem, fits: Mapping[str, Fit]) -> list[dict[str, A
 def write_searches(searches: Iterable[Mapping[str, Any]], path: Path) -> None:
     """Keep a comparison as a table (``benchmarks/calibration.py`` writes the one that ships)."""
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(COLUMNS))
+        writer = csv.DictWriter(file, list(_COLUMNS))
         writer.writeheader()
         for row in searches:
             writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
@@ -175,9 +175,9 @@ def write_searches(searches: Iterable[Mapping[str, Any]], path: Path) -> None:
 
 def _load_searches() -> list[dict[str, Any]]:
     """The comparison that the benchmark kept."""
-    text = (files("feeler.calibration") / "data" / KEPT).read_text(encoding="utf-8")
+    text = (files("feeler.calibration") / "data" / KEPT_SEARCHES).read_text(encoding="utf-8")
     return [
-        {name: kind(row[name]) for name, kind in COLUMNS.items()}
+        {name: kind(row[name]) for name, kind in _COLUMNS.items()}
         for row in csv.DictReader(text.splitlines())
     ]
 

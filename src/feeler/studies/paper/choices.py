@@ -11,13 +11,13 @@ from feeler.decoding.verdict import Verdict, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.report.section import Section
 from feeler.stimulus.ninety import SPEEDS
-from feeler.studies.paper.claims import PROFILES
+from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors, select_speed
 from feeler.task.noise import Common
 from feeler.tensors.scaling import rectify
 
-CHOICES: dict[str, tuple[Any, ...]] = {
+_CHOICES: dict[str, tuple[Any, ...]] = {
     "quantity": ("angle", "curvature"),
     "sign": ("rectified", "signed"),
     "sensors": ("all", "every second", "distal half"),
@@ -29,7 +29,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
 """
 
 
-N_COPIES = 4
+_N_COPIES = 4
 Row = tuple[dict[str, Any], list[Verdict]]
 """One combination of choices with its verdicts, by claim and measure."""
 
@@ -68,10 +68,10 @@ def compute_sensitivity(
 def _iterate_choices(full: bool = False) -> list[dict[str, Any]]:
     """The default, then every single departure from it; or the full product."""
     if full:
-        return [dict(zip(CHOICES, values, strict=True)) for values in product(*CHOICES.values())]
-    default = {name: values[0] for name, values in CHOICES.items()}
+        return [dict(zip(_CHOICES, values, strict=True)) for values in product(*_CHOICES.values())]
+    default = {name: values[0] for name, values in _CHOICES.items()}
     return [default] + [
-        default | {name: value} for name, values in CHOICES.items() for value in values[1:]
+        default | {name: value} for name, values in _CHOICES.items() for value in values[1:]
     ]
 
 
@@ -131,11 +131,11 @@ def _judge(
             array,
             labels,
             ratios=(ratio,),
-            n_copies=N_COPIES,
+            n_copies=_N_COPIES,
             n_repeats=2,
             noise=Common(reference=1.0),
             rotate=True,
-            estimator=make_lda(min(30, N_COPIES * len(labels) - 1)),
+            estimator=make_lda(min(30, _N_COPIES * len(labels) - 1)),
             random_state=random_state,
         ).area
         for name, array in arrays.items()
@@ -182,7 +182,7 @@ def show(context: Context, section: Section) -> None:
     slowest_first = reversed(list_speeds(context, first).items())
     by_speed = {name: select_speed(sets[first], speed) for name, speed in slowest_first}
     by_profile = {
-        name: select_speed(sets[name], SPEEDS["slow"]) for name in PROFILES if name in sets
+        name: select_speed(sets[name], SPEEDS["slow"]) for name in CLAIMED if name in sets
     }
     rows = compute_sensitivity(
         {"speed": by_speed, "profile": by_profile}, random_state=context.seed

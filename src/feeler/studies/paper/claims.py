@@ -11,7 +11,7 @@ from feeler.record import OneOf, Record
 from feeler.studies.scale import SCALES
 from feeler.toml import make_record, parse_toml
 
-PROFILES = ("exponential", "linear", "constant")  # [P] in the order claimed
+CLAIMED = ("exponential", "linear", "constant")  # [P] in the order claimed
 READ_BETTER = {
     "speed": "slower touch is classified better",
     "profile": "exponential is classified best, constant worst",
@@ -20,7 +20,7 @@ SPREADS_MORE = {
     "speed": "slower touch spreads tensors more",
     "profile": "exponential spreads tensors most, constant least",
 }
-FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
+_FILES = {"paper": "claims.toml", "ours": "own_claims.toml"}
 
 
 class Claim(Record):
@@ -110,6 +110,6 @@ def load_claims() -> tuple[Claim, ...]:
     """Every claim of claims.toml (the paper's), then of own_claims.toml (ours)."""
     return tuple(
         make_record(Claim, entry | {"whose": whose}, f"{name}, claim {entry.get('id')}")
-        for whose, name in FILES.items()
+        for whose, name in _FILES.items()
         for entry in read_declared(name)["claim"]
     )

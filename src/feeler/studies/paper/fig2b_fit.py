@@ -14,7 +14,7 @@ from feeler.report.section import Section
 from feeler.studies.paper.calibration_report import PAPER_ERROR, PAPER_P, compute
 from feeler.studies.paper.context import Context
 
-LEVEL = 95.0  # % of the draws
+_LEVEL = 95.0  # % of the draws
 N_HINGES = 140  # [P] the family's rates are per hinge of a cockroach
 _SCALE = {"frequency": 1e3}  # kHz → Hz
 
@@ -58,13 +58,13 @@ def _plot_directions(directions: Directions, ax) -> None:
 
 
 def _plot_band(base: np.ndarray, rate: np.ndarray, ax) -> None:
-    """Median and ``LEVEL`` % band of exponential profiles, one per draw."""
+    """Median and ``_LEVEL`` % band of exponential profiles, one per draw."""
     hinge = np.arange(N_HINGES)
     low, middle, high = np.percentile(
         _draw_out(base[:, None], rate[:, None]), [2.5, 50.0, 97.5], axis=0
     )
     ax.fill_between(
-        hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{LEVEL:g} % of draws"
+        hinge, low, high, color=PALETTE[5], alpha=0.5, linewidth=0, label=f"{_LEVEL:g} % of draws"
     )
     ax.plot(hinge, middle, color=PALETTE[0], label="median")
     set_decades(ax)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from feeler.antenna.antenna import Antenna
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import PROFILES, load_claims, read_declared
+from feeler.studies.paper.claims import CLAIMED, load_claims, read_declared
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig3 import load
 from feeler.wall import Approach, Case, Posture, compare, count_orderings, make_postures
@@ -80,7 +80,7 @@ def compute(
     """Sweep every profile that the paper names through the family; ``known`` sweeps are not done
     again.
     """
-    chosen = {name: antennas[name] for name in PROFILES if name in antennas}
+    chosen = {name: antennas[name] for name in CLAIMED if name in antennas}
     postures, measures = list_setups(part)
     cases = compare(chosen, postures, measures=measures, workers=workers, known=known)
     found: dict[tuple, dict[str, float]] = {}
@@ -131,7 +131,7 @@ def show(context: Context, section: Section) -> None:
     claims = {
         claim.id.removeprefix("wall-"): claim for claim in load_claims() if claim.section == "wall"
     }
-    targets = {name: claims[name].target for name in PROFILES}
+    targets = {name: claims[name].target for name in CLAIMED}
     section.heading("What R² depends on")
     section.text(_count(family) + " " + FOUND)
     section.figure(
@@ -148,7 +148,7 @@ def show(context: Context, section: Section) -> None:
         },
     )
     section.values |= _list_values(
-        family, {name: claims[name].tolerance for name in PROFILES}, targets
+        family, {name: claims[name].tolerance for name in CLAIMED}, targets
     )
     counts = count_orderings(family.cases, family.names)
     section.table(

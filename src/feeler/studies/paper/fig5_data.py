@@ -27,7 +27,7 @@ from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.encoding import LABELS
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import PROFILES, READ_BETTER, SPREADS_MORE
+from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors
 
@@ -68,7 +68,7 @@ def compute(
     groups = group_tensors(tensors, encoder, plan, reference=reference, random_state=random_state)
     report("encoded " + ", ".join(name for members in groups.values() for name in members))
     claimed = {
-        c: tuple(n for n in g if c == "speed" or n in (reference, *PROFILES))
+        c: tuple(n for n in g if c == "speed" or n in (reference, *CLAIMED))
         for c, g in groups.items()
     }
     dispersions = {

@@ -11,7 +11,7 @@ from feeler.decoding.groups import configure
 from feeler.decoding.sweep import Plan
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.report import Section, make_spread
-from feeler.studies.paper.claims import PROFILES
+from feeler.studies.paper.claims import CLAIMED
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 
@@ -84,7 +84,7 @@ def _list_twins(groups: Mapping[str, Mapping[str, Group]], which: str) -> dict[s
     speeds, profiles = groups.get("speed", {}), groups.get("profile", {})
     others = list(profiles.items())[1 if speeds else 0 :]
     every = {**speeds, **dict(others)}
-    ends = {*list(speeds)[:1], *list(speeds)[-1:], PROFILES[-1]}
+    ends = {*list(speeds)[:1], *list(speeds)[-1:], CLAIMED[-1]}
     wanted = {"all": set(every), "ends": ends, "none": set()}[which]
     return {name: group for name, group in every.items() if name in wanted}
 

@@ -23,7 +23,7 @@ from feeler.studies.paper.data import list_profiles, load_tensors
 from feeler.studies.paper.fig4 import prepare, span_restarts
 from feeler.studies.scale import Scale
 
-PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
+_PAPER = {"exponential": 1.9, "linear": 2.7, "constant": 2.8}  # bits, mean over three bases [P]
 
 
 def _each(measure: Callable[[np.ndarray], float]) -> Callable[[np.ndarray], np.ndarray]:
@@ -120,7 +120,7 @@ def _find_nearest(data: SimpleNamespace) -> str:
     off = {}
     for definition, entropies in data.entropy.items():
         found = _average(entropies)
-        errors = [found[name] - value for name, value in PAPER.items() if name in found]
+        errors = [found[name] - value for name, value in _PAPER.items() if name in found]
         if errors:
             off[definition] = float(np.sqrt(np.mean(np.square(errors))))
     return min(off, key=off.__getitem__) if off else ""
@@ -138,10 +138,10 @@ def _plot_entropy(data: SimpleNamespace, ax: Axes) -> None:
         spread = np.abs([[v[0] - v.min(), v.max() - v[0]] for v in values]).T
         place = np.arange(len(names)) + (i - (len(DRAWN) - 1) / 2) * width
         ax.bar(place, middle, width, yerr=spread, color=PALETTE[i], label=definition, capsize=2)
-    known = [name for name in names if name in PAPER]
+    known = [name for name in names if name in _PAPER]
     ax.plot(
         [names.index(n) for n in known],
-        [PAPER[n] for n in known],
+        [_PAPER[n] for n in known],
         "kx",
         label="paper (definition not stated)",
     )
@@ -189,7 +189,7 @@ def show(context: Context, section: Section) -> None:
         [definition, *_average(entropies).values()]
         for definition, entropies in data.entropy.items()
     ]
-    rows.append(["the paper, which names none", *(PAPER.get(name, "–") for name in data.encoders)])
+    rows.append(["the paper, which names none", *(_PAPER.get(name, "–") for name in data.encoders)])
     section.table(
         ["definition", *data.encoders],
         rows,

@@ -15,7 +15,7 @@ from feeler.tracking import SIDES, Tracks, make_synthetic_tracks, measure_explor
 from feeler.tracking.speed import MAX_GAP
 
 PAPER_MEAN = np.deg2rad(86.67e-3)  # [P] rad/ms, average over six trials
-SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
+_SPREAD = np.deg2rad(12.0e-3)  # [C] rad/ms, sd of the planted peak speed between trials and sides
 N_TRIALS = 6  # [P]
 
 
@@ -37,7 +37,7 @@ def compute(
     planted = np.full((len(tracks or ()), len(SIDES)), np.nan)
     if tracks is None:
         rng = np.random.default_rng(seed)
-        planted = rng.normal(0.0, SPREAD, (n_trials, len(SIDES)))
+        planted = rng.normal(0.0, _SPREAD, (n_trials, len(SIDES)))
         planted += PAPER_MEAN - planted.mean()
         tracks = [
             make_synthetic_tracks(rng, peak_speed=tuple(row), gap_share=0.02) for row in planted

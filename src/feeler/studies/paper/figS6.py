@@ -12,7 +12,7 @@ from feeler.report import Section, make_spread
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.fig5_data import list_verdicts, load, name_speeds
 
-KINDS = {"raw": "tensor", "joint": "activation"}
+_KINDS = {"raw": "tensor", "joint": "activation"}
 """What the values of the paper's two data sets are called."""
 
 
@@ -52,12 +52,12 @@ def show(context: Context, section: Section) -> None:
     """Every closest match, by speed and by profile, and the verdicts."""
     data, speeds = load(context), name_speeds(context)
     values = {
-        f"dispersion.{KINDS[kind]}.{index}.{speeds.get(group, group)}": make_spread(
+        f"dispersion.{_KINDS[kind]}.{index}.{speeds.get(group, group)}": make_spread(
             interval.estimate, interval.low, interval.high
         )
         for found in data.dispersions.values()
         for kind, dispersion in found.items()
-        if kind in KINDS
+        if kind in _KINDS
         for index, groups in dispersion.average.items()
         for group, interval in groups.items()
     }

@@ -12,7 +12,7 @@ LASTING = {
     "medium": 200.0,
     "slow": DURATION,
 }  # ms, what is worth watching at each speed
-TOGETHER = "movieS2_speeds"
+_TOGETHER = "movieS2_speeds"
 
 
 def show(context: Context, section: Section) -> None:
@@ -24,7 +24,7 @@ def show(context: Context, section: Section) -> None:
             trial,
             touch(context.antenna, trial, duration=DURATION, all_hinges=True, **context.physics),
         )
-    path = section.folder / f"{TOGETHER}.mp4"
+    path = section.folder / f"{_TOGETHER}.mp4"
     titles = {f"{speed}\n{SPEEDS[speed]:g} m/s": found for speed, found in touches.items()}
     write_touches_movie(context.antenna, titles, path, fps=fps)
     section.movie(

@@ -35,7 +35,7 @@ from feeler.studies.tradeoff.draw import UNITS_OF_NOISE
 from feeler.task import Nuisances, Task
 
 TARGETS = {"location": "mm", "size": "mm", "speed": "%"}
-TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
+_TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100)
 _READERS = {
     "ridge": lambda: RidgeCV(alphas=np.logspace(-4, 4, 9)),
     "kernel ridge": lambda: GridSearchCV(
@@ -189,7 +189,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             )
             mark_places(ax.xaxis, sizes)
             mark_places(
-                ax.yaxis, [tick for tick in TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
+                ax.yaxis, [tick for tick in _TICKS if ax.get_ylim()[0] <= tick <= ax.get_ylim()[1]]
             )
     figure.axes[3].legend(fontsize=6)
 

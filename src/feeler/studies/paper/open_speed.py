@@ -11,9 +11,9 @@ from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles
 from feeler.studies.study import Study
 from feeler.studies.tradeoff import average_sets, find_best, load_declared
-from feeler.studies.tradeoff.page import LEAD, fill_section, split_measured
+from feeler.studies.tradeoff.page import TRADEOFF_LEAD, fill_section, split_measured
 
-WINDOWS = {
+_WINDOWS = {
     "whole": "whole touch",
     "matched": "{matched_distance:g} mm, {matched_samples} samples",
     "early": "30 ms",
@@ -37,12 +37,12 @@ def collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, A
     speeds = first["speed"].values
     named = {"slowest": speeds[0], "middle": speeds[len(speeds) // 2], "fastest": speeds[-1]}
     for kind, level in study.shown.items():
-        for name, window in WINDOWS.items():
+        for name, window in _WINDOWS.items():
             chosen = first["bits"].sel(level=level, window=window.format(**study.windows))
             for word, speed in named.items():
                 found[f"tradeoff.{name}.{kind}.{word}"] = _spread(chosen.sel(speed=speed))
         for profile, data in measured.items():
-            whole = data["bits"].sel(level=level, window=WINDOWS["whole"], speed=speeds[0])
+            whole = data["bits"].sel(level=level, window=_WINDOWS["whole"], speed=speeds[0])
             found[f"tradeoff.profile.{kind}.{profile}"] = _spread(whole)
     best = find_best(first, study.shown["common"])
     for deadline in study.windows["deadlines"]:
@@ -65,7 +65,7 @@ def show(context: Context, section: Section) -> None:
     """The figure, its tables, and the values."""
     study = load_declared(**context.effort.trade)
     measured = compute(context, study)
-    section.text(LEAD)
+    section.text(TRADEOFF_LEAD)
     section.text(
         f"{study.sets} set(s) of thirty touches; every choice was written down before"
         " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."

@@ -8,7 +8,7 @@ from scipy.special import stdtrit
 
 from feeler.checked import checked
 
-LEVEL = 0.95
+_LEVEL = 0.95
 
 
 @checked
@@ -18,7 +18,7 @@ def average_sets(values: xr.DataArray) -> xr.Dataset:
     """
     count = values.sizes["set"]
     half = (
-        values.std("set", ddof=1) * stdtrit(count - 1, (1 + LEVEL) / 2) / np.sqrt(count)
+        values.std("set", ddof=1) * stdtrit(count - 1, (1 + _LEVEL) / 2) / np.sqrt(count)
         if count > 1
         else np.nan
     )

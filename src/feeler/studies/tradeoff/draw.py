@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from feeler.plotting.look import PALETTE, mark_places
 from feeler.studies.tradeoff.best import average_sets, find_best
 
-TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
+_TICKS = (1, 2, 5, 10, 20, 40, 100, 200, 400, 800)
 MARKS: dict[str, dict[str, Any]] = {
     "relative": {"marker": "o", "ms": 6.0, "mfc": "none"},
     "common": {"marker": "s", "ms": 2.5},
@@ -58,7 +58,7 @@ def plot_windows(data: xr.Dataset, level: str, kind: str, ax: Axes) -> None:
             x, one["mean"] - one["half"], one["mean"] + one["half"], color=colour, alpha=0.25, lw=0
         )
     ax.set(xscale="log", ylim=(0, 103), ylabel="ideal accuracy [%]")
-    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
+    mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
 
 
 def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
@@ -73,7 +73,7 @@ def _plot_best(data: xr.Dataset, levels: Mapping[str, str], ax: Axes) -> None:
     ax.set(
         xscale="log", yscale="log", xlabel="deadline [ms since contact]", ylabel="best speed [m/s]"
     )
-    mark_places(ax.xaxis, [tick for tick in TICKS if x[0] <= tick <= x[-1]])
+    mark_places(ax.xaxis, [tick for tick in _TICKS if x[0] <= tick <= x[-1]])
     mark_places(ax.yaxis, data["speed"].values)
     ax.legend(title="noise", loc="upper right", fontsize=6, title_fontsize=6)
 

@@ -15,7 +15,7 @@ from feeler.studies.study import Study
 from feeler.studies.tradeoff.best import average_sets, find_best
 from feeler.studies.tradeoff.draw import UNITS_OF_NOISE, plot_tradeoff
 
-LEAD = (
+TRADEOFF_LEAD = (
     "How well an ideal observer, who knows every touch exactly, tells thirty touches apart from the"
     " noisy tensor, by time, by distance and by number of samples since contact; and what the touch"
     " costs. Intervals are 95 % over sets of touches that were drawn anew."
@@ -46,7 +46,9 @@ def write_tradeoff(
         json.dumps({name: to_json(data.to_dict()) for name, data in measured.items()}),
         encoding="utf-8",
     )
-    return write_page(out / "tradeoff.html", "Speed against accuracy against energy", LEAD, section)
+    return write_page(
+        out / "tradeoff.html", "Speed against accuracy against energy", TRADEOFF_LEAD, section
+    )
 
 
 def split_measured(found: xr.Dataset) -> dict[str, xr.Dataset]:
