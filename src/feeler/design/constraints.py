@@ -15,7 +15,7 @@ Positive = Annotated[float, Gt(0)]
 
 
 class Constraints(Record):
-    """What a design must keep; all are off by default. ``check`` says by how much each is broken."""
+    """What a design must keep; all are off by default."""
 
     damping_ratio: Positive | None = None
     """Least damping ratio of each of the first ``modes`` modes."""

@@ -98,14 +98,27 @@ def _say_result(found: DesignOutcome, section: Section) -> None:
                 *_list_cells(test, end.design.antenna),
                 end.best.bits,
                 counts["simulated"],
-                # fmt: skip
-                f"{counts['excluded']} excluded, {counts['diverged']} diverged, {counts['peak']} too bent",
+                f"{counts['excluded']} excluded, {counts['diverged']} diverged,"
+                f" {counts['peak']} too bent",
             ]
         )
-    section.table(["test draws", "bits", "± SE", "wrong [%]", "peak [rad]", "least damping ratio", "bits, optimiser's draws",
-                   "simulated", "other candidates"], rows,
-                  f"At most {np.log2(found.plan.task.n_classes):.2f} bits. A gap between the optimiser's draws and the tests is "
-                  "over-fitting.")  # fmt: skip
+    section.table(
+        [
+            "test draws",
+            "bits",
+            "± SE",
+            "wrong [%]",
+            "peak [rad]",
+            "least damping ratio",
+            "bits, optimiser's draws",
+            "simulated",
+            "other candidates",
+        ],
+        rows,
+        f"At most {np.log2(found.plan.task.n_classes):.2f} bits. A gap between the"
+        " optimiser's draws and the tests is "
+        "over-fitting.",
+    )
 
 
 def _list_cells(one: Score, antenna: Antenna) -> list[object]:
@@ -193,14 +206,15 @@ def _add_movie(found: DesignOutcome, section: Section, out: Path) -> None:
 def _say_making(found: DesignOutcome, section: Section, tolerance: list[Score]) -> None:
     section.heading("As flexures")
     strips = make_strips(found.best)
-    rows = [[k + 1, float(found.best.stiffness[k]), float(strips.width[k]), float(strips.thickness[k])]
-            for k in range(found.best.n_segments)]  # fmt: skip
+    rows = [
+        [k + 1, float(found.best.stiffness[k]), float(strips.width[k]), float(strips.thickness[k])]
+        for k in range(found.best.n_segments)
+    ]
     broken = int(np.sum((strips.width > WIDEST) | (strips.width < strips.length)))
     note = f" {broken} of them cannot be cut from any such sheet." if broken else ""
     section.table(
         ["hinge", "stiffness [N·mm/rad]", "width [mm]", "sheet [mm]"],
         rows,
-        # fmt: skip
         "Polyimide strips 0.5 mm long, w = 12 k ℓ / (E t³), of the thickest sheet sold that fits."
         + note,
     )

@@ -28,25 +28,31 @@ schema = "feeler.design/1"
 antenna = "exponential"     # where to begin, and what to beat: a preset or an antenna file
 
 [task]
-objects = ["ball:radius=1.5", "ball:radius=3", "box:half_width=1.5,half_height=1.5", "triangle:half_width=1.5,half_height=1.5"]
+objects = [
+  "ball:radius=1.5",
+  "ball:radius=3",
+  "box:half_width=1.5,half_height=1.5",
+  "triangle:half_width=1.5,half_height=1.5",
+]
 locations = [0.5, 0.7, 0.9] # shares of the length; object × location is what must be told
 speeds = [0.3]              # m/s
 deadline = 100              # ms since contact
-noise = "relative:1"        # white; sd as a share of each tensor's own peak; or "common:0.03", in rad
-train = 4                   # touches of each class to learn from, all drawn anew within the nuisances,
+noise = "relative:1"        # white; sd as a share of each tensor's peak; or "common:0.03", in rad
+train = 4                   # touches of each class to learn from, each within the nuisances,
 test = 3                    # and others to be asked about
 [task.nuisances]
 location = 0.015            # ± share of the length
 size = 0.05                 # ± share
 approach = 4                # ± degrees
 friction = [0.6, 1.0]
-[task.seeds]                # three draws: what the search sees, what chooses among its ends, and what is looked at once
+[task.seeds]                # of what the search sees, what chooses among its ends, and what is
+                            # looked at once
 optimiser = 1
 test = 2
 final = 3
 
-[space]                     # factors on the antenna's profiles; logarithms are splines between knots
-stiffness = 5               # knots: 0 leave it, 1 scales it, 2 the exponential family, 140 each hinge for itself
+[space]                     # factors on the antenna's profiles: splines of their logarithms
+stiffness = 5               # knots: 0 leave it, 1 scales it, 2 the exponential family, …
 damping = 3
 span = 30                   # greatest factor at a knot, either way
 

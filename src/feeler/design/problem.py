@@ -26,7 +26,7 @@ CLEAR = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Candidate:
-    """A point that was looked at; ``cost`` is its missing bits, or ≥ ``FAR`` where it must not win."""
+    """A point that was looked at; ``cost``: its missing bits, or ≥ ``FAR`` if it must not win."""
 
     x: np.ndarray
     cost: float
@@ -139,7 +139,8 @@ def check_task(found: Score, task: DesignTask) -> None:
     if share < CLEAR[0]:
         raise InvalidInput(
             f"the reference tells {told}: nothing can be told in this noise, so that a search would"
-            f" follow chance. Lower the noise (now {task.noise}), or give more time or larger objects."
+            f" follow chance. Lower the noise (now {task.noise}), or give more time or larger"
+            " objects."
         )
     if share > CLEAR[1]:
         raise InvalidInput(

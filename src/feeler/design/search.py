@@ -146,7 +146,7 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
     def broken(at: np.ndarray) -> float:
         return problem.measure_violation(problem.space.build(at))
 
-    strategy = make_strategy(x, 0.3, rng)
+    strategy = _make_strategy(x, 0.3, rng)
     for _ in range(0, TRIES, strategy.popsize):
         if not broken(x):
             return x
@@ -162,8 +162,8 @@ def find_start(problem: DesignProblem, rng: np.random.Generator, near: bool = Tr
     )
 
 
-def make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
-    """CMA-ES in the box ±1 from x; the random numbers are ours, so that nobody else's are touched."""
+def _make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
+    """CMA-ES in the box ±1 from x, on random numbers of its own."""
     try:
         import cma
     except ImportError as error:
@@ -180,11 +180,11 @@ def make_strategy(x: np.ndarray, step: float, rng: np.random.Generator) -> Any:
 
 
 @METHODS.register("cma")
-def evolve(
+def _evolve(
     problem: DesignProblem, x: np.ndarray, evaluations: int, rng: np.random.Generator
 ) -> None:
     """CMA-ES; what a constraint excludes costs no evaluation."""
-    strategy = make_strategy(x, STEP, rng)
+    strategy = _make_strategy(x, STEP, rng)
     while problem.evaluations < evaluations and not _is_done(strategy.stop()):
         points = strategy.ask()
         strategy.tell(points, [_weigh(problem.look(point)) for point in points])

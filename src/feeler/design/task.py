@@ -1,4 +1,4 @@
-"""What an antenna is to tell apart when it is designed: a task with touches to learn from and to ask."""
+"""What a designed antenna is to tell apart: a task with touches to learn from and to ask about."""
 
 from typing import Annotated, Any
 

@@ -33,7 +33,7 @@ def compute_clearance(
 
 
 def _part_segments(corners: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Distance (segment,) of each segment to a point, segment or convex polygon; 0 where they meet."""
+    """Distance (segment,) of each segment to a point, segment or polygon; 0 where they meet."""
     to_corners = _point_segments(corners, start, end).min(axis=0)
     if len(corners) == 1:
         return to_corners

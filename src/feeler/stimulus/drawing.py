@@ -44,7 +44,7 @@ def read_outline(
     which: int | str | None = None,
     tolerance: float = 0.01,
 ) -> np.ndarray:
-    """Corners (corner, 2) [mm] of the closed path in a file; see :meth:`feeler.Outline.from_file`."""
+    """Corners (corner, 2) [mm] of the closed path in a file, as ``Outline.from_file`` says."""
     for word, value in (("width", width), ("scale", scale), ("tolerance", tolerance)):
         number = isinstance(value, float | int | np.number) and not isinstance(value, bool)
         if value is not None and not (number and 0 < value < np.inf):

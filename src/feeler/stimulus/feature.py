@@ -86,9 +86,9 @@ class Feature(Record, ABC):
     def _check(self) -> None:
         for name, value in vars(self).items():
             if isinstance(value, float) and not (value > 0 or (name == "rounding" and value == 0)):
+                sign = "≥" if name == "rounding" else ">"
                 raise InvalidInput(
-                    f"{type(self).__name__}.{name} must be {'≥' if name == 'rounding' else '>'} 0 mm,"
-                    f" got {value}."
+                    f"{type(self).__name__}.{name} must be {sign} 0 mm, got {value}."
                 )
         if not self.name.isprintable():
             raise InvalidInput(f"{type(self).__name__}.name must be one line, got {self.name!r}.")
@@ -155,7 +155,7 @@ class Feature(Record, ABC):
 
     def mirror(self) -> "Feature":
         """The mirror image about the line of motion."""
-        return self if self.symmetric else Mirrored(of=self)
+        return self if self.symmetric else _Mirrored(of=self)
 
     def scale(self, factor: float) -> "Feature":
         """The same shape with every length times ``factor``."""
@@ -170,7 +170,7 @@ class Feature(Record, ABC):
         return {"kind": self.kind, **super().to_plain()}
 
 
-class Mirrored(Feature):
+class _Mirrored(Feature):
     """The mirror image of a feature that is not its own."""
 
     of: Feature
@@ -259,7 +259,7 @@ def parse_feature(text: str, size: float | None = None) -> Feature:
     """A feature from one line: its kind and, after a colon, its fields, as in
     ``box:half_height=3,rounding=0.2``.
 
-    What must be given and is not becomes ``size``; an outline may also be read from a drawing, as in
+    What must be given and is not becomes ``size``. An outline may be read from a drawing:
     ``outline:file=leaf.svg,width=3``.
 
     Raises

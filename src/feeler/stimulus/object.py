@@ -66,7 +66,7 @@ class Object(Record):
 
 @checked
 def make_object(antenna: Antenna, trial: Trial) -> Object:
-    """The object of a trial, placed so that it touches the antenna ``trial.lead`` ms after time 0."""
+    """The object of a trial, which touches the antenna ``trial.lead`` ms after time 0."""
     placement = place(antenna, trial)
     return Object(
         feature=trial.shape,

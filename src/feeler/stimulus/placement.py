@@ -118,7 +118,7 @@ _lay_out = lru_cache(maxsize=64)(_Rest)
 
 
 def _carry(antenna: Antenna, trial: Trial, placement: Placement) -> Placement:
-    """The placement for a base that moves: as if it had carried the unbent antenna until contact."""
+    """The placement for a moving base, as if it carried the unbent antenna until contact."""
     assert trial.base_motion is not None
     (x0, y0, start), (x, y, turn) = trial.base_motion.compute_pose(np.array([0.0, trial.lead]))
     c, s = np.cos(turn), np.sin(turn)

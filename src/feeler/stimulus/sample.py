@@ -189,7 +189,7 @@ def _draw(
 
 
 def _check_ends(columns: dict[str, np.ndarray], features: tuple[Feature, ...]) -> None:
-    """Refuse values that no trial may have: what it may have are intervals, so that the ends tell."""
+    """Refuse values that no trial may have; these are intervals, so that the ends tell."""
     for pick in (np.min, np.max):
         fields: dict[str, Any] = {name: float(pick(columns[name])) for name in FIELDS}
         Trial(feature=features[0], **fields)

@@ -58,7 +58,7 @@ class Trial(Record):
 
     @property
     def shape(self) -> Feature:
-        """The feature as it meets the antenna: from the right, it is mirrored with everything else."""
+        """The feature as it meets the antenna: mirrored where it comes from the right."""
         return self.feature.mirror() if self.side == "right" else self.feature
 
     @property

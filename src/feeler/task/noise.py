@@ -1,4 +1,4 @@
-"""Noise: how much of it, relative to what, and drawn how. One object for everything that adds noise.
+"""Noise: how much of it, relative to what, and drawn how; one object wherever noise is added.
 
 A new model is one class with either ``sd`` or ``add``, registered under a name:
 
@@ -89,8 +89,8 @@ class Noise(Record, kw_only=False):
         level = np.sqrt(np.mean(sd**2, axis=rest, keepdims=True)) if rest else sd
         if not np.all(level > 0):
             raise InvalidInput(
-                f"the noise {self} has no level for tensor {int(np.argmin(level))}: leave out tensors"
-                " that are zero everywhere, and give a size > 0."
+                f"the noise {self} has no level for tensor {int(np.argmin(level))}: leave out"
+                " tensors that are zero everywhere, and give a size > 0."
             )
         return level
 

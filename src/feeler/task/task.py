@@ -1,4 +1,4 @@
-"""Task: what is to be told apart, in which noise and by when; everything that touches draws from it."""
+"""Task: what is to be told apart, in which noise and by when; touches are drawn from it."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -61,8 +61,8 @@ class Task(Record):
         numbers = [number for _, number in self.seeds]
         if not numbers or len({*numbers}) < len(numbers):
             raise InvalidInput(
-                f"the seeds of the purposes must differ, got {dict(self.seeds)}: else a result is no"
-                " test."
+                f"the seeds of the purposes must differ, got {dict(self.seeds)}: else a result is"
+                " no test."
             )
 
     def _check_classes(self) -> None:
@@ -129,9 +129,9 @@ class Task(Record):
     ) -> tuple[list[Trial], np.ndarray]:
         """Touches for a purpose, and the label of each: class by class, ``each`` of every class.
 
-        The k-th touch of a class depends on the purpose's seed, the set and the class alone, so that
-        all antennas and speeds meet the same touches; one that cannot be placed on the antenna is
-        drawn again.
+        The k-th touch of a class depends on the purpose's seed, the set and the class alone. So all
+        antennas and speeds meet the same touches; one that cannot be placed on the antenna is drawn
+        again.
 
         Parameters
         ----------
