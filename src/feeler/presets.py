@@ -7,16 +7,14 @@ them.
 
 from collections.abc import Callable
 from functools import partial
-from importlib.resources import files
 from typing import Any
 
 from feeler.antenna.antenna import Antenna
+from feeler.antenna.catalogue import SPECIES, read_species
 from feeler.antenna.cockroach import FACTS, PROFILE_NAMES, cockroach, list_sources
-from feeler.antenna.parse import AntennaFile, parse_antenna
+from feeler.antenna.parse import AntennaFile
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-
-SPECIES = ("cricket", "stick-insect", "lobster", "whisker", "multi-legged")
 
 
 @checked
@@ -27,16 +25,11 @@ def robot(**changes: Any) -> Antenna:
     return make_robot(**changes)
 
 
-def _read_species(name: str) -> AntennaFile:
-    file = files("feeler.antenna") / "species" / f"{name}.toml"
-    return parse_antenna(file.read_text(encoding="utf-8"), file.name)
-
-
 PRESETS: dict[str, Callable[[], Antenna]] = {
     **{name: partial(cockroach, name) for name in PROFILE_NAMES},
     "cockroach": cockroach,
     "robot": robot,
-    **{name: lambda name=name: _read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
+    **{name: lambda name=name: read_species(name).antenna for name in SPECIES},  # type: ignore[misc]
 }
 
 
@@ -53,7 +46,7 @@ def read_preset(name: str) -> AntennaFile:
     """A preset with the formulas and sources of its quantities, as ``save_antenna`` writes them."""
     antenna = make_preset(name)
     return (
-        _read_species(name)
+        read_species(name)
         if name in SPECIES
         else AntennaFile(antenna=antenna, sources=list_sources(antenna.name))
     )
