@@ -11,6 +11,7 @@ from feeler.decoding import (
     Common,
     IdealReader,
     Noise,
+    Reader,
     Relative,
     TemplateReader,
     compute_sweep,
@@ -228,3 +229,32 @@ def test_a_touch_without_contact_is_wrong_in_a_sweep():
 def test_a_reader_that_is_told_the_noise_is_not_turned():
     with pytest.raises(InvalidInput, match="a reader that is not told the noise"):
         compute_sweep(*make_touches(), estimator="ideal", noise=Relative(), rotate=True)
+
+
+class Nearest(Reader):
+    """A reader from outside: the class of the nearest touch."""
+
+    def fit(self, X, y):
+        self._keep(X, y)
+        self.known_, self.labels_ = np.asarray(X), np.asarray(y)
+        self.classes_ = np.unique(self.labels_)
+        return self
+
+    def _decide(self, X):
+        far = ((np.asarray(X)[:, None] - self.known_) ** 2).sum(axis=(2, 3))
+        nearest = self.labels_[far.argmin(axis=1)]
+        return (nearest[:, None] == self.classes_).astype(float)
+
+
+def test_a_reader_from_outside_is_asked_by_its_name():
+    READERS.register("nearest", Nearest)
+    try:
+        tensors, labels = make_touches()
+        few = {"ratios": (0.05,), "n_copies": 2, "n_repeats": 1}
+        assert compute_sweep(tensors, labels, estimator="nearest", **few).noisy.min() > 0.9
+        reader = READERS["nearest"]().fit(tensors, labels)
+        assert measure_reader(reader, *make_touches(seed=1), until=60.0)[0] > 0.9
+        with pytest.raises(InvalidInput, match="learned tensors of 2 sensors"):
+            reader.predict(tensors[:, :1])
+    finally:
+        READERS.unregister("nearest")

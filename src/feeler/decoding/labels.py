@@ -10,11 +10,8 @@ from feeler.errors import InvalidInput
 
 Labels = Sequence[Any] | np.ndarray
 """One class per trial."""
-CLASS = (
-    "feature",
-    "size",
-    "location",
-)  # [P] six features (three shapes, two sizes) at five locations: 30 classes
+# [P] six features (three shapes, two sizes) at five locations: 30 classes
+CLASS = ("feature", "size", "location")
 
 
 @checked

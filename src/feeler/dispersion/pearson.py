@@ -50,9 +50,8 @@ def _make_pearson(array: np.ndarray) -> Block:
 
     def standardise(part: slice) -> np.ndarray:
         flat = array[part].reshape(part.stop - part.start, -1)
-        flat = flat / np.abs(flat).max(
-            axis=1, keepdims=True
-        )  # tiny angles squared must not underflow
+        # tiny angles squared must not underflow
+        flat = flat / np.abs(flat).max(axis=1, keepdims=True)
         flat = flat - flat.mean(axis=1, keepdims=True)
         return flat / np.linalg.norm(flat, axis=1, keepdims=True)
 

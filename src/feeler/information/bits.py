@@ -108,9 +108,8 @@ def _measure(
     rng = np.random.default_rng(random_state)
     square = np.einsum("kr,kr->k", coordinates, coordinates)
     distance = np.maximum(square[:, None] + square - 2 * coordinates @ coordinates.T, 0.0)
-    free = (
-        entries - rank if np.ptp(sd) else 0
-    )  # directions without tensors, where noise still tells levels apart
+    # directions without tensors, where noise still tells levels apart
+    free = entries - rank if np.ptp(sd) else 0
     size = max(1, _ROOM // (2 * count * count))
     doubts, rights = [], []
     for first in range(0, n_draws, size):
@@ -141,9 +140,8 @@ def _compare(
         share = sd[:, None] / sd
         ratio += entries * np.log(share) + total[:, None, None] / 2 * (1 - share**2)
     ratio -= ratio.max(axis=2)[:, :, None]
-    ratio = ratio.astype(
-        np.float32
-    )  # differences from the best: seven digits are far more than the drawn noise leaves
+    # differences from the best: seven digits are far more than the drawn noise leaves
+    ratio = ratio.astype(np.float32)
     weight = np.exp(ratio)
     whole = weight.sum(axis=2)
     doubt = np.log(whole) - np.einsum("nsk,nsk->ns", weight, ratio) / whole
