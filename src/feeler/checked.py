@@ -25,7 +25,7 @@ from feeler.errors import InvalidInput
 Test = Callable[[Any], bool]
 F = TypeVar("F", bound=Callable)
 ITEMS = 1000  # of a long sequence, the first so many are looked at
-PLAIN = {
+_PLAIN = {
     float: ("a number", (int, float, np.integer, np.floating)),
     int: ("a whole number", (int, np.integer)),
     bool: ("True or False", (bool, np.bool_)),
@@ -112,8 +112,8 @@ def _make_test(hint: Any) -> tuple[Test, str]:
         )
     if hint in (None, type(None)):
         return (lambda value: value is None), "None"
-    if hint in PLAIN:
-        words, kinds = PLAIN[hint]
+    if hint in _PLAIN:
+        words, kinds = _PLAIN[hint]
         return (
             lambda value: isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))
         ), words
