@@ -105,10 +105,11 @@ class TouchVectorEnv(VectorEnv):
         drawn.
         """
         options = options or {}
-        seeds = seed
-        if not isinstance(seeds, list):
+        if isinstance(seed, list):
+            seeds = seed
+        else:
             seeds = [None if seed is None else seed + k for k in range(self.num_envs)]
-        old = self._rngs or [None] * self.num_envs
+        old: list[Any] = self._rngs or [None] * self.num_envs
         self._rngs = [
             seeding.np_random(given)[0] if rng is None or given is not None else rng
             for rng, given in zip(old, seeds, strict=True)

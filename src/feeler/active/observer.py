@@ -188,8 +188,10 @@ class Observer:
             rows.append((softmax(evidence, axis=1) @ self._members, speed, work))
         belief, speeds, works = (np.array(column) for column in zip(*rows, strict=True))
         speeds[0] = speeds[min(1, len(speeds) - 1)]
-        time = self.period * np.arange(len(rows))
-        return Episodes(time=time, target=self.label[true], belief=belief, speed=speeds, work=works)
+        times = self.period * np.arange(len(rows))
+        return Episodes(
+            time=times, target=self.label[true], belief=belief, speed=speeds, work=works
+        )
 
     def _read(self, speeds: object, n: int) -> np.ndarray:
         """The nearest speeds of the menu (episode,)."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeGuard
 
 import numpy as np
 from scipy.special import ndtri
@@ -142,6 +142,6 @@ def read_spread(value: Any, name: str) -> Spread:
     return value
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether a spread is a single number."""
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
