@@ -39,7 +39,8 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
     """
     planted = {}
 
-    def touch(antenna, *, speeds=SPEEDS):
+    def touch(antenna, *, speeds=SPEEDS, engine):
+        assert engine == "mujoco"
         trials = make_touches(speeds=speeds)
         rng = np.random.default_rng(len(planted))
         planted[antenna.name] = (
@@ -48,7 +49,7 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
         return planted[antenna.name], trials
 
     monkeypatch.setattr(comparison, "simulate_comparison", touch)
-    found = compute_comparison(n_repeats=2, random_state=3)
+    found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
     robot = planted["robot linear"]
     groups = {f"{v:g} m/s": robot[10 * k : 10 * k + 10] for k, v in enumerate((0.27, 0.135, 0.027))}
     slow = {name: robot[20:] if name == "linear" else planted[f"robot {name}"] for name in PROFILES}
@@ -77,4 +78,4 @@ def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     )
     tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=SPEEDS[:1])
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
-    assert asked == {"duration": DURATION} and {trial.speed for trial in trials} == {0.27}
+    assert asked == {"duration": DURATION} and {trial.speed for trial in trials} == {0.27, "engine": "chain-consistent"}

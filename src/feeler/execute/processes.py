@@ -73,7 +73,7 @@ class ProcessExecutor:
             raise InvalidInput(
                 f"memory_limit must be at least {2**26:,} bytes (64 MiB), got {memory_limit}."
             )
-        self.memory_limit = memory_limit or int(MEMORY_SHARE * find_free_memory() / self.workers)
+        self.memory_limit = memory_limit or int(MEMORY_SHARE * _find_free_memory() / self.workers)
         self._pool: ProcessPool | None = None
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
@@ -202,7 +202,7 @@ def _die_with_parent() -> None:
     os._exit(1)
 
 
-def find_free_memory() -> int:
+def _find_free_memory() -> int:
     """Bytes that can still be taken: what the system calls available, or what the control group
     leaves, if less.
     """

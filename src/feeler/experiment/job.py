@@ -164,7 +164,7 @@ class Job:
             "kind": [trial.feature.kind for trial in trials],
             "size": [trial.feature.size for trial in trials],
             **{name: [getattr(trial, name) for trial in trials] for name in LABELS},
-            "base": [describe_base(trial.base) for trial in trials],
+            "base": [_describe_base(trial.base) for trial in trials],
             **self._label_antennas(indices),
             "source": ["simulation"] * len(trials),
             "seed": [_spawn_seed(self.seed, index) for index in indices],
@@ -213,7 +213,7 @@ def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) 
         )
 
 
-def describe_base(base: BaseMotion | None) -> str:
+def _describe_base(base: BaseMotion | None) -> str:
     """A base motion in one line: nothing where it is clamped, a recorded path by its fingerprint."""
     if base is None:
         return ""

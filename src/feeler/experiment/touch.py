@@ -197,7 +197,7 @@ def _make_job(
         save=save,
         dtype=dtype,
         seed=check_seed(seed),
-        attrs=describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
+        attrs=_describe_attributes(antenna, clock, contact, engine, seed, accuracy, recipes),
         sampled="trials" in recipes,
         code=fingerprint_code(modules) if stored else "",
         modules=modules,
@@ -277,7 +277,7 @@ def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:
     return open_store(store, job.attrs["configuration"] | origin, len(trials), made=made)
 
 
-def describe_attributes(
+def _describe_attributes(
     antenna: Antenna,
     clock: Clock,
     contact: Contact,

@@ -15,7 +15,7 @@ MAX_ITERATIONS = 200
 TOLERANCE = 1e-12  # of the largest torque in the balance
 
 
-def find_point(antenna: Antenna, at: float) -> tuple[int, float]:
+def _find_point(antenna: Antenna, at: float) -> tuple[int, float]:
     """Segment index (0 = base) and distance [mm] from its hinge of the point at fraction ``at`` of
     the length.
     """
@@ -29,7 +29,7 @@ def find_point(antenna: Antenna, at: float) -> tuple[int, float]:
 
 def compute_point(antenna: Antenna, angle: np.ndarray, at: float) -> np.ndarray:
     """Place (…, 2) [mm] of the material point at fraction ``at`` of the length."""
-    n, offset = find_point(antenna, at)
+    n, offset = _find_point(antenna, at)
     points = antenna.shape(angle)
     share = offset / antenna.segment_length[n]
     return (1 - share) * points[..., n, :] + share * points[..., n + 1, :]
@@ -105,7 +105,7 @@ def _balance(
     With r_i the arm from hinge i to the loaded point, ∂r/∂θ_i = (r_y, −r_x) and ∂²r/∂θ_i∂θ_j =
     −r_max(i, j).
     """
-    n, _ = find_point(antenna, at)
+    n, _ = _find_point(antenna, at)
     arm = compute_point(antenna, angle, at) - antenna.shape(angle)[:-1]
     arm[n + 1 :] = 0.0
     residual = antenna.stiffness * (angle - antenna.rest_angle) - (

@@ -6,6 +6,7 @@ import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.robot.preset import make_robot
 from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, simulate_touches
 from feeler.stimulus import Trial
@@ -41,18 +42,20 @@ def make_profiles() -> dict[str, Antenna]:
 
 
 def simulate_comparison(
-    antenna: Antenna, *, speeds: Sequence[float] = SPEEDS
+    antenna: Antenna, *, speeds: Sequence[float] = SPEEDS, engine: str = DEFAULT_ENGINE
 ) -> tuple[np.ndarray, list[Trial]]:
     """Rectified tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials:
     10 per speed, not aligned.
     """
     trials = make_touches(speeds=speeds, locations=LOCATIONS)
-    motions = simulate_touches(antenna, trials, duration=DURATION)
+    motions = simulate_touches(antenna, trials, duration=DURATION, engine=engine)
     return rectify(np.stack(motions)[:, :, ::STRIDE]), trials
 
 
 @checked
-def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str, dict]:
+def compute_comparison(
+    *, n_repeats: int = 3, random_state: int = 0, engine: str = DEFAULT_ENGINE
+) -> dict[str, dict]:
     """Dispersion and accuracy by speed (the robot) and by profile (slow touches), rectified as for
     the 140-link model.
 
@@ -64,10 +67,10 @@ def compute_comparison(*, n_repeats: int = 3, random_state: int = 0) -> dict[str
         maximum on raw tensors).
     """
     profiles = make_profiles()
-    robot, trials = simulate_comparison(profiles["linear"])
+    robot, trials = simulate_comparison(profiles["linear"], engine=engine)
     speeds = np.array([trial.speed for trial in trials])
     slow = {
-        name: simulate_comparison(profiles[name], speeds=SPEEDS[-1:])[0]
+        name: simulate_comparison(profiles[name], speeds=SPEEDS[-1:], engine=engine)[0]
         for name in ("exponential", "constant")
     }
     slow["linear"] = robot[speeds == SPEEDS[-1]]

@@ -19,6 +19,7 @@ from feeler.decoding.transfer import (
     score_transfer,
 )
 from feeler.errors import InvalidInput
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.robot.gap import Gap, draw_antenna, draw_trial
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
@@ -293,6 +294,7 @@ def touch_robots(
     *,
     trials: Sequence[Trial] | None = None,
     antenna: Antenna | None = None,
+    engine: str = DEFAULT_ENGINE,
 ) -> list[Touches]:
     """The six tip contacts of each robot, or other ``trials``, ``repeats`` times; all robots are
     simulated together.
@@ -300,7 +302,7 @@ def touch_robots(
     antenna = make_robot() if antenna is None else antenna
     trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
     pairs = [pair for robot in robots for pair in robot.carry_out(trials)]
-    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length))
+    motions = iter(simulate_pairs(pairs, reach=antenna.length / make_robot().length, engine=engine))
     read = []
     for robot in robots:
         raw = [robot.record(next(motions), trial) for trial in trials]
@@ -319,7 +321,12 @@ def measure_transfer(classifier: TransferClassifier, read: Sequence[Touches]) ->
 
 @checked
 def sweep_shots(
-    training: Touches, shots: Sequence[int], robots: Sequence[Surrogate], *, n_tests: int = 1
+    training: Touches,
+    shots: Sequence[int],
+    robots: Sequence[Surrogate],
+    *,
+    n_tests: int = 1,
+    engine: str = DEFAULT_ENGINE,
 ) -> list[TransferScore]:
     """Transfer after few-shot calibration: k touches of the robot itself, per tip contact, join the
     training set.
@@ -328,7 +335,7 @@ def sweep_shots(
     ``n_tests`` are the test, the first k join the training, so no touch is in both.
     """
     most = max(shots)
-    read = touch_robots(robots, most + n_tests)
+    read = touch_robots(robots, most + n_tests, engine=engine)
     scores = []
     for k in shots:
         parts = [_score_shots(training, touches, k, most) for touches in read]

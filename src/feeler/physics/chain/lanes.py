@@ -30,7 +30,7 @@ class Lanes(types.Type):
         super().__init__(name=f"Lanes({width})")
 
 
-class Mask(types.Type):
+class _Mask(types.Type):
     """One truth value per lane."""
 
     def __init__(self, width: int) -> None:
@@ -48,7 +48,7 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, kind, _wide(_DOUBLE, kind.width))
 
 
-@register_model(Mask)
+@register_model(_Mask)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager, kind) -> None:
         super().__init__(manager, kind, _wide(_BIT, kind.width))
@@ -91,10 +91,10 @@ _register(operator.add, Lanes, lambda b, x, y: b.fadd(x, y))
 _register(operator.sub, Lanes, lambda b, x, y: b.fsub(x, y))
 _register(operator.mul, Lanes, lambda b, x, y: b.fmul(x, y))
 _register(operator.truediv, Lanes, lambda b, x, y: b.fdiv(x, y))
-_register(operator.lt, Mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
-_register(operator.gt, Mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
-_register(operator.ge, Mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
-_register(operator.le, Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
+_register(operator.lt, _Mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
+_register(operator.gt, _Mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_register(operator.ge, _Mask, lambda b, x, y: b.fcmp_ordered(">=", x, y))
+_register(operator.le, _Mask, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 
 
 @infer_global(operator.neg)
@@ -114,11 +114,11 @@ def _combine(operation, emit) -> None:
     @infer_global(operation)
     class _Typing(AbstractTemplate):
         def generic(self, args, kws):
-            if len(args) == 2 and isinstance(args[0], Mask) and args[0] == args[1]:
+            if len(args) == 2 and isinstance(args[0], _Mask) and args[0] == args[1]:
                 return signature(args[0], *args)
             return None
 
-    lower_builtin(operation, Mask, Mask)(lambda context, builder, sig, args: emit(builder, *args))
+    lower_builtin(operation, _Mask, _Mask)(lambda context, builder, sig, args: emit(builder, *args))
 
 
 _combine(operator.and_, lambda b, x, y: b.and_(x, y))

@@ -43,7 +43,7 @@ class ChainModel:
 def make_model(scene: Scene) -> ChainModel:
     """The scene's arrays; they depend on no timestep."""
     shapes = [
-        [(get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects
+        [(_get_kind(part), np.asarray(part)) for part in o.feature.parts] for o in scene.objects
     ]
     boxes = [
         _make_box(corners, o.feature.rounding)
@@ -61,7 +61,7 @@ def make_model(scene: Scene) -> ChainModel:
     )
 
 
-def get_kind(part: np.ndarray) -> int:
+def _get_kind(part: np.ndarray) -> int:
     """How contact with a convex part is found: one corner is a ball, an upright rectangle a box,
     all else a polygon.
     """
@@ -72,7 +72,7 @@ def get_kind(part: np.ndarray) -> int:
     return f.KIND_POLYGON
 
 
-def order_box(corners: np.ndarray) -> np.ndarray:
+def _order_box(corners: np.ndarray) -> np.ndarray:
     """A rectangle's corners counter-clockwise, the lower one of the leading face first."""
     (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
     return np.array([[high_x, low_y], [high_x, high_y], [low_x, high_y], [low_x, low_y]])
@@ -130,7 +130,7 @@ def _make_planes(item: Object) -> np.ndarray:
     corners = (
         parts[0]
         if len(parts) == 1 and len(parts[0]) in (3, 4)
-        else order_box(np.concatenate(parts))
+        else _order_box(np.concatenate(parts))
     )
     along = np.roll(corners, -1, axis=0) - corners
     normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
@@ -170,7 +170,7 @@ def stack_shapes(models: Sequence[ChainModel]) -> tuple[np.ndarray, ...]:
     for lane, model in enumerate(models):
         for k, (kind_, points) in enumerate(model.parts):
             kind[lane, k], starts[lane, k + 1] = kind_, starts[lane, k] + len(points)
-            points = order_box(points) if kind_ == f.KIND_BOX else points
+            points = _order_box(points) if kind_ == f.KIND_BOX else points
             corners[lane, starts[lane, k] : starts[lane, k + 1]] = points
         bounds[lane, : len(model.bounds)] = model.bounds
         for k in range(0, len(model.bounds), f.BLOCK):

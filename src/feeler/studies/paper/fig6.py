@@ -327,7 +327,11 @@ def _list_scores(section: Section, data: SimpleNamespace) -> None:
 
 
 def _compare(context: Context, section: Section) -> None:
-    found = compute_comparison(n_repeats=context.effort.robot_repeats, random_state=context.seed)
+    found = compute_comparison(
+        n_repeats=context.effort.robot_repeats,
+        random_state=context.seed,
+        engine=context.engine,
+    )
     section.heading("The eight-segment model, compared as the 140-link one")
     for comparison, groups in found.items():
         measures = list(next(iter(groups.values())))

@@ -14,6 +14,7 @@ import xarray as xr
 from feeler.decoding.decoder import StreamDecoder
 from feeler.decoding.stream import measure_early_accuracy
 from feeler.decoding.transfer import TransferClassifier, TransferScore
+from feeler.physics.engine import DEFAULT_ENGINE
 from feeler.robot import (
     Recording,
     RobotFit,
@@ -38,7 +39,7 @@ RELEASE = 2000.0  # ms
 MOMENTS = (0, 20, 50, 100, 200, 400, 800, 1500)  # ms since contact
 
 
-def compute(effort: Scale, *, seed: int = 0) -> SimpleNamespace:
+def compute(effort: Scale, *, seed: int = 0, engine: str = DEFAULT_ENGINE) -> SimpleNamespace:
     """Train on simulations, test on surrogate robots; ``effort`` sets how many.
 
     Returns
@@ -53,17 +54,17 @@ def compute(effort: Scale, *, seed: int = 0) -> SimpleNamespace:
         (``variants``), ``by_shots`` trained with as many touches of the robot itself (``shots``),
         and ``early``, the streaming decoder.
     """
-    training = make_training()
+    training = make_training(engine=engine)
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     robots = {size: draw_robots(size, effort.robots, seed) for size in effort.gaps}
-    read = {size: touch_robots(group) for size, group in robots.items()}
+    read = {size: touch_robots(group, engine=engine) for size, group in robots.items()}
     varied = (
-        make_training(n_variants=1, rng=np.random.default_rng([seed, 1]))
+        make_training(n_variants=1, rng=np.random.default_rng([seed, 1]), engine=engine)
         if effort.variants
         else None
     )
     by_size = tuple(measure_transfer(classifier, read[size]) for size in effort.gaps)
-    raw, release, fit, simulated = _compute_examples(robots[1.0][0])
+    raw, release, fit, simulated = _compute_examples(robots[1.0][0], engine)
     return SimpleNamespace(
         training=training,
         touches=read[1.0][0],
@@ -77,38 +78,42 @@ def compute(effort: Scale, *, seed: int = 0) -> SimpleNamespace:
         by_size=by_size,
         variants=effort.variants,
         by_variants=tuple(
-            _score_variants(n, varied, read[1.0], seed)
+            _score_variants(n, varied, read[1.0], seed, engine)
             for n in effort.variants
             if varied is not None
         ),
         shots=effort.shots,
-        by_shots=tuple(_score_shots(training, effort, seed)),
+        by_shots=tuple(_score_shots(training, effort, seed, engine)),
         early=_measure_early(training, varied, read[1.0]),
     )
 
 
-def _compute_examples(robot: Surrogate) -> tuple[Recording, Recording, RobotFit, np.ndarray]:
+def _compute_examples(
+    robot: Surrogate, engine: str
+) -> tuple[Recording, Recording, RobotFit, np.ndarray]:
     """Raw readouts of a slow ball, a recorded release, and the factors fitted to it."""
     slow_ball = make_touches(locations=(0.9,), speeds=(0.027,))[0]
-    raw = robot.touch([slow_ball])[0]
+    raw = robot.touch([slow_ball], engine=engine)[0]
     posture = np.zeros(robot.antenna.n_segments)
     posture[-8:] = make_posture(make_robot())
-    motion = simulate_release(robot.antenna, posture + robot.antenna.rest_angle, RELEASE)
+    start = posture + robot.antenna.rest_angle
+    motion = simulate_release(robot.antenna, start, RELEASE, engine=engine)
     recorded = robot.record(motion).to_angles(robot.calibration, outside="extend")
     release = repair(recorded, gaps="bridge")
-    fit = fit_factors(release)
+    fit = fit_factors(release, engine=engine)
     rest = release.values[:, -500:].mean(axis=1)
-    simulated = simulate_release(fit.antenna, release.values[:, 0] - rest, RELEASE)
+    start = release.values[:, 0] - rest
+    simulated = simulate_release(fit.antenna, start, RELEASE, engine=engine)
     return raw, replace(release, values=release.values - rest[:, None]), fit, simulated
 
 
 def _score_variants(
-    n_variants: int, varied: Touches, read: Sequence[Touches], seed: int
+    n_variants: int, varied: Touches, read: Sequence[Touches], seed: int, engine: str
 ) -> TransferScore:
     training = varied
     if n_variants > 1:
         training = make_training(
-            n_variants=n_variants, rng=np.random.default_rng([seed, n_variants])
+            n_variants=n_variants, rng=np.random.default_rng([seed, n_variants]), engine=engine
         )
     copies = max(2, 10 // (1 + n_variants))  # about as many training tensors as without variants
     classifier = TransferClassifier(n_copies=copies, random_state=seed).fit(
@@ -117,10 +122,11 @@ def _score_variants(
     return measure_transfer(classifier, read)
 
 
-def _score_shots(training: Touches, effort: Scale, seed: int) -> list[TransferScore]:
+def _score_shots(training: Touches, effort: Scale, seed: int, engine: str) -> list[TransferScore]:
     if not effort.shots:
         return []
-    return sweep_shots(training, effort.shots, draw_robots(1.0, effort.shot_robots, seed + 1))
+    robots = draw_robots(1.0, effort.shot_robots, seed + 1)
+    return sweep_shots(training, effort.shots, robots, engine=engine)
 
 
 def _measure_early(
@@ -139,4 +145,4 @@ def _measure_early(
 @lru_cache(maxsize=1)
 def load(context: Context) -> SimpleNamespace:
     """What this run shows, computed once for Figs. 6 and S7."""
-    return compute(context.effort, seed=context.seed)
+    return compute(context.effort, seed=context.seed, engine=context.engine)

@@ -79,7 +79,7 @@ STAGES = (
         name="robot",
         title="The robotic antenna",
         figures=("fig6", "figS7"),
-        reads=("scale", "seed"),
+        reads=("scale", "seed", "engine"),
     ),
     Stage(
         name="tracking",
