@@ -78,4 +78,5 @@ def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     )
     tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=SPEEDS[:1])
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
-    assert asked == {"duration": DURATION} and {trial.speed for trial in trials} == {0.27, "engine": "chain-consistent"}
+    assert asked == {"duration": DURATION, "engine": "chain-consistent"}
+    assert {trial.speed for trial in trials} == {0.27}
