@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from feeler import active, calibration, tradeoff
+from feeler import calibration, tradeoff
 from feeler.calibration.band import Band
 from feeler.cli import calibrate, robot_pages, tracks
 from feeler.cli.app import app
@@ -23,6 +23,7 @@ from feeler.presets import cockroach
 from feeler.report import Section
 from feeler.robot import Recording
 from feeler.robot.answer import Answer
+from feeler.studies import contests
 
 from .test_printed import read, run
 
@@ -251,15 +252,12 @@ def test_conditions_stand_at_the_foot_of_a_trade_off(monkeypatch, tmp_path):
 
 
 def test_conditions_stand_at_the_foot_of_a_contest(monkeypatch, tmp_path):
-    said, contest = [], active.load_contest()
-    monkeypatch.setattr(active, "compare_policies", lambda *_, **__: None)
-    monkeypatch.setattr(
-        active.page, "write_active", lambda *given: said.append(given[-1]) or given[2]
-    )
-    monkeypatch.setattr(active, "write_active", lambda *given: said.append(given[-1]) or given[2])
+    said, contest = [], contests.load_contest()
+    monkeypatch.setattr(contests.Contest, "run", lambda *_, **__: None)
+    monkeypatch.setattr(contests, "write_active", lambda *given: said.append(given[-1]) or given[2])
     run("active", "--sets", 2, "--copies", 3, "--no-movie", "--out", tmp_path)
     expected = (
-        f"2 sets of {contest.known} touches, each felt 3 times, noise {contest.noise:g} rad. python"
+        f"2 sets of {contest.known} touches, each felt 3 times, noise {contest.noise}. python"
     )
     assert said[0].startswith(expected)
 
