@@ -44,6 +44,10 @@ class Inaccurate(UserWarning):
     """Some touches did not reach the accuracy that was asked for."""
 
 
+class Doubtful(UserWarning):
+    """Physics was taken to where its models no longer hold; the message says by how much."""
+
+
 class StoreError(FeelerError, OSError):
     """A store that is locked, damaged, or made by another configuration."""
 

@@ -24,7 +24,7 @@ from .scenes import make_stub, touch
 @pytest.mark.parametrize("wanted", [0.02, 0.002])
 def test_the_error_is_below_what_was_asked_for(kind, wanted):
     scene = touch(kind, 1.0, n=30, contact="smooth", speed=0.6)
-    found = accuracy.run_accurately([scene], 20.0, 1.0, "chain-consistent", wanted)[0]
+    found = accuracy.run_in_time([scene], 20.0, 1.0, "chain-consistent", wanted)[0]
     fine = run_scene(scene, Clock(duration=20.0, timestep=found.timestep / 16))
     assert found.error <= wanted
     assert accuracy.compute_error(scene, found, fine) <= 1.5 * wanted
@@ -32,15 +32,15 @@ def test_the_error_is_below_what_was_asked_for(kind, wanted):
 
 def test_only_what_needs_it_is_refined():
     slow, fast = (touch("triangle", 1.0, contact="smooth", speed=speed) for speed in (0.06, 2.0))
-    easy, hard = accuracy.run_accurately([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
+    easy, hard = accuracy.run_in_time([slow, fast], 20.0, 1.0, "chain-consistent", 3e-3)
     assert hard.timestep < easy.timestep
 
 
 def test_scenes_keep_their_order_and_their_numbers():
     scenes = [touch("ball", 1.0, contact="smooth", speed=speed) for speed in (0.06, 1.5, 0.3)]
-    together = accuracy.run_accurately(scenes, 15.0, 1.0, "chain-consistent", 5e-3)
+    together = accuracy.run_in_time(scenes, 15.0, 1.0, "chain-consistent", 5e-3)
     for scene, found in zip(scenes, together, strict=True):
-        alone = accuracy.run_accurately([scene], 15.0, 1.0, "chain-consistent", 5e-3)[0]
+        alone = accuracy.run_in_time([scene], 15.0, 1.0, "chain-consistent", 5e-3)[0]
         assert (alone.timestep, alone.error) == (found.timestep, found.error)
         assert np.array_equal(alone.angle, found.angle)
 
@@ -69,7 +69,7 @@ def test_runs_that_agree_about_one_part_are_not_believed_about_the_next():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.25
     )
-    found = accuracy.run_accurately([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy.run_in_time([scene], 200.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, runs[2]) < 0.01
 
 
@@ -99,7 +99,7 @@ def test_a_box_of_which_two_coarse_runs_agree_is_run_once_more():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.04
     )
-    found = accuracy.run_accurately([scene], 100.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy.run_in_time([scene], 100.0, 1.0, "chain-consistent", 0.01)[0]
     assert (
         found.timestep < 0.025 and accuracy.compute_error(scene, found, runs[2]) < 0.05
     )  # 4.1 %, of which it says 0.9
@@ -128,7 +128,7 @@ def test_what_only_finer_steps_than_all_others_show_is_warned_of():
         accuracy.compute_error(scene, *runs[:2]) < 0.005
         and accuracy.compute_error(scene, *runs[1:]) > 0.05
     )
-    found = accuracy.run_accurately([scene], 20.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy.run_in_time([scene], 20.0, 1.0, "chain-consistent", 0.01)[0]
     assert found.error > 0.05 and found.timestep == 0.1 / 2**7
 
 
@@ -156,7 +156,7 @@ def test_what_coarse_runs_agree_on_by_chance_is_not_believed():
         < 0.05
         < accuracy.compute_error(scene, half, fine)
     )
-    found = accuracy.run_accurately([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
+    found = accuracy.run_in_time([scene], 50.0, 1.0, "chain-consistent", 0.01)[0]
     assert accuracy.compute_error(scene, found, fine) < min(0.01, found.error)
 
 
@@ -202,7 +202,7 @@ def test_a_touch_that_cannot_be_that_accurate_is_warned_of(monkeypatch):
         tensors = feeler.touch(make_stub(20), [trial], duration=8, accuracy=1e-6, workers=1)
     assert float(tensors["error"][0]) > 1e-6
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", Inaccurate)
         feeler.touch(make_stub(20), [trial], duration=8, accuracy=0.5)
 
 

@@ -1,12 +1,16 @@
 """Antennas by their making: a slender beam of one material, as segments and hinges."""
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from feeler.antenna.formula import evaluate
-from feeler.errors import InvalidInput
+from feeler.errors import Doubtful, InvalidInput
+
+DENSITIES = (1e-4, 2e-2)  # [C] g/mm3; beams outside are warned of
+MODULI = (1e-1, 1e6)  # [C] MPa; from resilin to diamond
 
 Along = float | str | Callable[[np.ndarray], Any]
 """One number, or a formula or function of the place x along the length (0 base, 1 tip)."""
@@ -43,17 +47,32 @@ def compute_beam(
         area = _at("width", width, middle) * _at("thickness", thickness, middle)
         moment = _at("width", width, hinge) * _at("thickness", thickness, hinge) ** 3 / 12
         half = _at("thickness", thickness, middle) / 2
-    stiffness = _at("modulus", modulus, hinge) * moment / size
+    firm, heavy = _at("modulus", modulus, hinge), _at("density", density, middle)
+    _doubt("density", heavy, DENSITIES, "g/mm3 (water: 1e-3)")
+    _doubt("modulus", firm, MODULI, "MPa (cuticle: some 1e3)")
+    stiffness = firm * moment / size
     stiffness[0] *= (
         2  # hinge 1 bends for the half segment that lies beyond it, the others for two halves
     )
     return {
         "segment_length": np.full(n_segments, size),
-        "segment_mass": _at("density", density, middle) * area * size,
+        "segment_mass": heavy * area * size,
         "radius": half,
         "stiffness": stiffness,
         "damping": _at("damping_time", damping_time, hinge, least=0.0) * stiffness,
     }
+
+
+def _doubt(name: str, values: np.ndarray, usual: tuple[float, float], unit: str) -> None:
+    """Warn of numbers that look like another unit's."""
+    low, high = usual
+    if values.min() < low or values.max() > high:
+        warnings.warn(
+            f"{name} of {values.min():.4g} to {values.max():.4g} is outside {low:g} to {high:g}:"
+            f" is it in {unit}?",
+            Doubtful,
+            stacklevel=5,
+        )
 
 
 def _at(

@@ -15,13 +15,13 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.sample import SampledAntennas
 from feeler.checked import checked
 from feeler.draw import check_seed
-from feeler.errors import Inaccurate, InvalidInput, SimulationDiverged
+from feeler.errors import Doubtful, Inaccurate, InvalidInput, SimulationDiverged
 from feeler.execute import Executor, ThreadExecutor
 from feeler.experiment.gather import Gathering, Made, Progress
 from feeler.experiment.job import Job, fingerprint_code
 from feeler.physics.accuracy import check_accuracy, find_coarsest
 from feeler.physics.clock import Clock
-from feeler.physics.contact import Contact, get_contact
+from feeler.physics.contact import DEEP, Contact, describe_sink, get_contact, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.provenance import LICENCE, describe_code, list_versions, make_plain
 from feeler.stimulus.placement import place
@@ -144,6 +144,8 @@ def touch(
     job = _make_job(
         antenna, trials, clock, contact, all_hinges=all_hinges, stored=bool(store), **options
     )
+    if accuracy is None and get_engine(engine).check is Contact.check_timestep:
+        _warn_of_speed(job.antenna, trials, contact, clock)
     with ExitStack() as stack:
         kept = stack.enter_context(_open(store, job, trials)) if store else None
         gathering = Gathering(job, trials, kept, progress)
@@ -156,7 +158,7 @@ def touch(
         else None
     )
     tensors = tensors.load() if load and tensors is not None else tensors
-    if accuracy is not None and tensors is not None:
+    if tensors is not None:
         _warn(tensors, accuracy)
     return _hand_over(tensors, gathering)
 
@@ -255,16 +257,31 @@ def _choose(
     )
 
 
-def _warn(tensors: xr.Dataset, accuracy: float) -> None:
-    missed = int((tensors["error"] > accuracy).sum())
+def _warn(tensors: xr.Dataset, accuracy: float | None) -> None:
+    missed = int((tensors["error"] > accuracy).sum()) if accuracy is not None else 0
     if missed:
         warnings.warn(
-            f"{missed} of {tensors.sizes['trial']} touches did not reach accuracy={accuracy:g}: see"
-            f" their `error`, up to {float(tensors['error'].max()):.2g} of the peak. Leave them"
-            " out, or use a softer contact or a slower object.",
+            f"{missed} of {tensors.sizes['trial']} touches did not reach accuracy={accuracy:g}:"
+            " what they are off by is unknown, and their `error` is inf. Leave them out, or use a"
+            " softer contact or a slower object.",
             Inaccurate,
             stacklevel=3,
         )
+    sink = float(tensors["sink"].max()) if "sink" in tensors else 0.0
+    if sink > DEEP:
+        warnings.warn(describe_sink(sink), Doubtful, stacklevel=3)
+
+
+def _warn_of_speed(
+    antenna: Antenna, trials: Sequence[Trial], contact: Contact, clock: Clock
+) -> None:
+    """Warn of objects that are faster than the timestep can follow."""
+    if isinstance(trials, SampledTrials):
+        speed = float(np.max(trials.columns.get("speed", 0.0)))
+    else:
+        speed = max(trial.speed for trial in trials)
+    for doubt in list_doubts(antenna, contact, speed, clock.timestep):
+        warnings.warn(doubt, Doubtful, stacklevel=3)
 
 
 def _open(store: str | os.PathLike, job: Job, trials: Sequence[Trial]) -> Store:

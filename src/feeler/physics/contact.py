@@ -37,9 +37,14 @@ import numpy as np
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
+from feeler.stimulus.object import Object
 
 # Greatest d_max: from 0.999 on MuJoCo's solver, at its tightest, is no longer exact to 1e-9
 HARDEST = 0.99
+
+
+EVEN = 0.5  # [C] from this d_min on a contact has no rise that a timestep should follow
+DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 
 
 class Softness(NamedTuple):
@@ -207,6 +212,49 @@ CONTACTS.register(
 CONTACTS.register("even", Contact(solimp=(1e-3, 0.95, 0.05, 0.5, 2.0)))
 CONTACTS.register("hard", Contact())
 DEFAULT_CONTACT = "smooth"
+
+
+def list_doubts(antenna: Antenna, contact: Contact, speed: float, timestep: float) -> list[str]:
+    """What cannot be believed of a touch at this speed [mm/ms] with this timestep [ms], in
+    sentences.
+    """
+    found, moved, thick = [], speed * timestep, float(antenna.radius.max()) / 2
+    soft = contact.soften(antenna)
+    width = float(soft.widen(*contact.widen(speed)).max())
+    if contact.solimp[2] > 2 * thick:
+        found.append(
+            f"The contact is {contact.solimp[2]:.3g} mm wide, more than the antenna's radius of"
+            f" {2 * thick:.3g} mm; use a width of at most {thick:.3g} mm."
+        )
+    if moved > thick:
+        found.append(
+            f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
+            f" ms, more than half the antenna's radius; use at most {thick / speed:.2g} ms."
+        )
+    elif contact.solimp[0] < EVEN and moved > width:
+        found.append(
+            f"At {speed:.3g} mm/ms an object moves {moved:.3g} mm in a timestep of {timestep:.3g}"
+            f" ms, across the whole contact of {width:.3g} mm; use at most {width / speed:.2g} ms,"
+            f" or a width of {moved:.3g} mm."
+        )
+    return found
+
+
+def describe_sink(sink: float) -> str:
+    """The sentence about a contact that sank too deep, over the smaller radius."""
+    return (
+        f"A contact sank in by {sink:.2g} of the smaller radius, more than {DEEP:g}: what it gives"
+        " is not that of solid bodies. Check density and modulus (g/mm3, MPa), use a slower object,"
+        " or contact='hard'."
+    )
+
+
+def find_radius(item: Object) -> float:
+    """The radius [mm] of an object that is a ball or a rounded edge, else infinite: what it can sink
+    into the antenna is counted against the smaller of its radius and the antenna's.
+    """
+    rounded = item.feature.rounding > 0 and min(map(len, item.feature.parts)) <= 2
+    return item.feature.rounding if rounded and not item.feature.unbounded else np.inf
 
 
 def get_contact(contact: Contact | str | None = None) -> Contact:

@@ -1,5 +1,6 @@
 """Simulations side by side: many scenes, each stepped, steered, saved and reset by itself."""
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import wait
 from dataclasses import dataclass, replace
@@ -11,8 +12,9 @@ from weakref import finalize
 import numpy as np
 
 from feeler.checked import checked
-from feeler.errors import InvalidInput
+from feeler.errors import Doubtful, InvalidInput
 from feeler.execute import ThreadExecutor
+from feeler.physics.contact import DEEP, Contact, describe_sink, list_doubts
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep, get_engine
 from feeler.physics.run import advance, advance_freely, count_chunk, explain_end
 from feeler.physics.scene import Scene
@@ -92,6 +94,9 @@ class Simulations:
         for scene in scenes:
             self._check(scene.contact, self.timestep)
             self._check_rate(scene, scene.base_velocity, "the base")
+            if self._check is Contact.check_timestep:  # engines that follow the contact
+                doubts = list_doubts(scene.antenna, scene.contact, scene.speed, self.timestep)
+                self._warn(doubts)
         lanes = 1 if len(scenes) == 1 else kind.lanes
         idle = replace(
             scenes[-1], objects=(), paths=(), base_motion=None, angle=None, velocity=None
@@ -107,6 +112,7 @@ class Simulations:
         self.failed: list[Exception | None] = [None] * len(scenes)
         self._state: State | None = None
         self._stop, self._turn = Event(), RLock()
+        self._sunk = [np.zeros(lanes, dtype=bool) for _ in self._steppers]
         self._pool = ThreadExecutor(workers) if workers > 1 and len(self._steppers) > 1 else None
         if self._pool is not None:
             finalize(self, self._pool.kill)
@@ -158,6 +164,16 @@ class Simulations:
             wait(futures)
             self._stop.clear()
             raise
+        for stepper, sunk in zip(self._steppers, self._sunk, strict=True):
+            sink = stepper.read_sink()
+            if np.any((sink > DEEP) & ~sunk):
+                self._warn([describe_sink(float(sink.max()))])
+                sunk |= sink > DEEP
+
+    @staticmethod
+    def _warn(doubts: Iterable[str]) -> None:
+        for doubt in doubts:
+            warnings.warn(doubt, Doubtful, stacklevel=4)
 
     def _advance(self, groups: range, n_steps: int) -> None:
         """Step the lanes of these steppers, one after the other."""

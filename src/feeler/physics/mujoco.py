@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.physics.contact import find_radius
 from feeler.physics.engine import Engine
 from feeler.physics.reaction import compute_reaction
 from feeler.physics.scene import Scene
@@ -38,7 +39,8 @@ class MujocoStepper(Stepper):
         )
         self.object_work, self.base_work = np.zeros(len(scene.objects)), 0.0
         self.force = np.zeros((len(scene.objects), 2))
-        self.base_force, self.base_moment = np.zeros(2), 0.0
+        self.base_force, self.base_moment, self.sink = np.zeros(2), 0.0, 0.0
+        self._thin = [np.minimum(scene.antenna.radius, find_radius(item)) for item in scene.objects]
         self.data.qpos[self._hinges], self.data.qvel[self._hinges] = (
             scene.initial_angle,
             scene.initial_velocity,
@@ -91,6 +93,9 @@ class MujocoStepper(Stepper):
         self._forward()
         pair, segment, point, force = self._find_forces()
         self._push(pair, point, force)
+        depth = data.contact.includemargin - data.contact.dist
+        for o, n, deep in zip(pair, segment, depth, strict=True):
+            self.sink = max(self.sink, float(deep / self._thin[o][n]))
         if not (told or self.moving):
             mujoco.mj_Euler(model, data)
             return
@@ -233,7 +238,12 @@ class MujocoStepper(Stepper):
             contact_place=np.array(
                 [push @ contacts.place / push.sum() if push.sum() > 0 else np.nan]
             ),
+            sink=np.array([self.sink]),
         )
+
+    def read_sink(self) -> np.ndarray:
+        """How deep contacts have sunk at most (1,)."""
+        return np.array([self.sink])
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of the last step."""

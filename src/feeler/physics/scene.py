@@ -146,6 +146,8 @@ class Motion:
     """
     work: np.ndarray
     """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [µJ]."""
+    sink: np.ndarray
+    """How deep contacts have sunk at most since time 0 (sample,), over the smaller radius."""
     timestep: float
     """[ms]"""
     error: float = float("nan")

@@ -39,6 +39,8 @@ class State:
     """Where the contacts act, weighted by force (lane,), as a share of the length; NaN without
     contact.
     """
+    sink: np.ndarray
+    """How deep contacts have sunk at most since time 0 (lane,), over the smaller radius."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,7 +67,15 @@ class Contacts:
 
 
 MICRO = 1e3  # µJ in a mJ: work leaves the engines in µJ
-COLUMNS = {"force": 2, "work": 2, "base": 3, "base_force": 2, "base_moment": 1, "contact_place": 1}
+COLUMNS = {
+    "force": 2,
+    "work": 2,
+    "base": 3,
+    "base_force": 2,
+    "base_moment": 1,
+    "contact_place": 1,
+    "sink": 1,
+}
 """What a sample holds behind the angles and velocities of all hinges, and how many numbers each is.
 """
 
@@ -75,7 +85,8 @@ def make_row(state: State) -> np.ndarray:
     objects.
     """
     work = np.stack([state.base_work, state.object_work.sum(axis=1)], axis=1)
-    rest = (state.base, state.base_force, state.base_moment[:, None], state.contact_place[:, None])
+    numbers = (state.base_moment, state.contact_place, state.sink)
+    rest = (state.base, state.base_force, *(number[:, None] for number in numbers))
     return np.concatenate(
         [state.angle, state.velocity, state.force.sum(axis=1), work, *rest], axis=1
     )
@@ -139,6 +150,9 @@ class Stepper(Protocol):
 
     def read(self) -> State:
         """The state of every lane, as copies."""
+
+    def read_sink(self) -> np.ndarray:
+        """How deep contacts have sunk at most since time 0 (lane,), over the smaller radius."""
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""

@@ -122,9 +122,15 @@ for _name, _quantity in {
         make=_take("timestep"),
         optional=True,
     ),
+    "sink": Quantity(
+        unit="1",
+        meaning="greatest depth that a contact sank in, over the smaller radius",
+        dims=("trial",),
+        make=lambda antenna, motion: motion.sink[-1] if hasattr(motion, "sink") else None,
+    ),
     "error": Quantity(
         unit="1",
-        meaning="greatest error over the peak, estimated by step doubling",
+        meaning="greatest error over the peak, estimated by halving timestep and contact",
         dims=("trial",),
         make=_take("error"),
         optional=True,

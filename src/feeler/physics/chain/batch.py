@@ -95,7 +95,12 @@ class ChainStepper(Stepper):
             base_moment=base[f.B_MOMENT],
             base_work=base[f.B_WORK],
             contact_place=base[f.B_PLACE] / np.where(base[f.B_PRESS] > 0, base[f.B_PRESS], np.nan),
+            sink=base[f.B_SINK],
         )
+
+    def read_sink(self) -> np.ndarray:
+        """How deep contacts have sunk at most (lane,)."""
+        return self.tables.base[0, f.B_SINK]
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of a lane's last step."""

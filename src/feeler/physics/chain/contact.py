@@ -65,6 +65,8 @@ def make_rows(constants, work, base, obj, table, count, place, rows, lane):
         fast = min(obj[o, f.O_FAST, lane], constants[f.C_WIDEST, i, lane])
         wide = max(constants[f.C_WIDTH, i, lane], slow, fast)
         impedance = compute_impedance(distance, constants[f.C_D_MAX, i, lane], wide, obj, o, lane)
+        thin = min(constants[f.C_RADIUS, i, lane], obj[o, f.O_RADIUS, lane])
+        base[0, f.B_SINK, lane] = max(base[0, f.B_SINK, lane], -distance / thin)
         mu = obj[o, f.O_FRICTION, lane]
         normal, edge = _weigh(mu, constants[f.C_INVWEIGHT, i, lane] * (1.0 - impedance) / impedance)
         pull = -constants[f.C_K, i, lane] * impedance * distance

@@ -41,6 +41,7 @@ N_CONSTANTS = 16
     B_WORK,  # [mJ] done so far
     B_PRESS,  # sum of the normal forces of all contacts [N], and of their places weighted by them
     B_PLACE,
+    B_SINK,  # deepest contact so far over the smaller radius
     B_GRAVITY_X,  # of everything [mm/ms²]
     B_GRAVITY_Y,
     B_PULL_X,  # constant force at the tip [N]; scenes have none, other users of the sweeps may
@@ -52,8 +53,8 @@ N_CONSTANTS = 16
     B_REACT_FX,  # and what the base's acceleration adds to its reaction
     B_REACT_FY,
     B_REACT_MOMENT,
-) = range(25)
-N_BASE = 25
+) = range(26)
+N_BASE = 26
 
 # constants of an object and of its contact
 (
@@ -64,9 +65,10 @@ N_BASE = 25
     O_FAST,
     O_MIDPOINT,
     O_POWER,
-) = range(7)
+    O_RADIUS,  # of balls and of what is rounded about an edge; else infinite [mm]
+) = range(8)
 # first row of four half planes that hold it, in its own frame: outward normal (x, y), distance [mm]
-O_PLANES = 7
+O_PLANES = 8
 N_PLANES = 4
 N_OBJECT = O_PLANES + 3 * N_PLANES
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.physics.chain import fields as f
-from feeler.physics.contact import Contact, compute_invweight
+from feeler.physics.contact import Contact, compute_invweight, find_radius
 from feeler.physics.scene import Scene
 from feeler.stimulus.object import Object
 
@@ -118,6 +118,7 @@ def _make_object(item: Object, scene: Scene) -> np.ndarray:
     table[f.O_SLOW], table[f.O_FAST] = scene.contact.widen(scene.speed)
     table[f.O_FRICTION] = max(item.friction, MIN_FRICTION) if item.friction > 0 else 0.0
     table[f.O_ROUNDING] = item.feature.rounding
+    table[f.O_RADIUS] = find_radius(item)
     table[f.O_PLANES :] = _make_planes(item).ravel()
     return table
 

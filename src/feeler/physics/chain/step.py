@@ -281,3 +281,4 @@ def _write(t, row, lane):
         row[at + 7 + k] = t.base[0, f.B_FX + k, lane] + 0.0
     pressed = t.base[0, f.B_PRESS, lane]
     row[at + 10] = t.base[0, f.B_PLACE, lane] / pressed if pressed > 0.0 else np.nan
+    row[at + 11] = t.base[0, f.B_SINK, lane] + 0.0

@@ -122,6 +122,8 @@ def _add_work(model, lane, timestep):
         for p in range(lane.push.shape[1]):
             push, o = lane.push[i, p], int(model.parts[p, f.P_OBJECT])
             if push[f.C_DEPTH] > 0.0:
+                thin = min(model.table[i, f.R_RADIUS], model.parts[p, f.P_RADIUS])
+                lane.sink[0] = max(lane.sink[0], push[f.C_DEPTH] / thin)
                 item, near = lane.objects[o], model.table[i, f.R_RADIUS]
                 x = lane.points[i + 1, 0] - near * push[f.C_NX] - item[f.O_X]
                 y = lane.points[i + 1, 1] - near * push[f.C_NY] - item[f.O_Y]

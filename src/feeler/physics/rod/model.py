@@ -6,6 +6,7 @@ import numpy as np
 
 from feeler.antenna.antenna import Antenna
 from feeler.errors import InvalidInput
+from feeler.physics.contact import find_radius
 from feeler.physics.rod import fields as f
 from feeler.physics.scene import Scene
 from feeler.stimulus.feature import Feature
@@ -64,6 +65,8 @@ class RodLane(NamedTuple):
     """Force [N] and moment [N·mm] of the base on the antenna (3,)."""
     work: np.ndarray
     """Work done on the antenna by its base and by each object (1 + object,) [mJ]."""
+    sink: np.ndarray
+    """How deep nodes have sunk in at most (1,), over the smaller radius."""
 
 
 def make_rod_model(scene: Scene, firmness: float) -> RodModel:
@@ -87,7 +90,15 @@ def make_rod_model(scene: Scene, firmness: float) -> RodModel:
             _check_corners(antenna, item, rim)
             endless = np.inf if item.feature.unbounded else rim[:, f.F_LENGTH].sum()
             parts.append(
-                [first, first + len(rim), o, item.friction, item.feature.rounding, endless]
+                [
+                    first,
+                    first + len(rim),
+                    o,
+                    item.friction,
+                    item.feature.rounding,
+                    endless,
+                    find_radius(item),
+                ]
             )
             faces.append(rim)
             first += len(rim)
@@ -190,4 +201,5 @@ def make_rod_lane(scene: Scene, model: RodModel) -> RodLane:
         faces=model.faces.copy(),
         wrench=np.zeros(3),
         work=np.zeros(1 + len(objects)),
+        sink=np.zeros(1),
     )

@@ -115,7 +115,12 @@ class RodStepper(Stepper):
             contact_place=np.array(
                 [normal @ contacts.place / normal.sum() if len(contacts) else np.nan]
             ),
+            sink=t.sink.copy(),
         )
+
+    def read_sink(self) -> np.ndarray:
+        """How deep nodes have sunk in at most (1,)."""
+        return self.lane.sink
 
     def read_contacts(self, lane: int) -> Contacts:
         """The contacts of the last step: nodes that touch."""
