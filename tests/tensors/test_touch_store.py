@@ -183,4 +183,5 @@ def test_progress_tells_size_and_failures_by_reason(tmp_path, monkeypatch):
         run(store=tmp_path / "a.zarr", progress=Told())
     shards = sum(file.stat().st_size for file in (tmp_path / "a.zarr").rglob("c.*"))
     assert Told.told["failed"] == {"SimulationDiverged": 1}
-    assert Told.told["stored"] == pytest.approx(shards, rel=0.01)
+    # what stands once for all trials, such as the times, is no trial's
+    assert 0 <= shards - Told.told["stored"] <= 2500
