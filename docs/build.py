@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-RESULTS = ROOT / "benchmarks" / "results" / "beyond.json"
+RESULTS = ROOT / "benchmarks" / "results" / "reproduce.json"
 OTHERS = {room: RESULTS.with_name(f"{room}.json") for room in ("design", "presets")}
 EXAMPLES = ROOT / "examples"
 READY = ROOT / "build" / "docs"
@@ -36,7 +36,7 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
     """``{{ key:.1f }}`` becomes that measured number, or what an example found just now; a key
     that was not measured is a KeyError, which ends the build.
     """
-    values = json.loads(RESULTS.read_text()) | more
+    values = json.loads(RESULTS.read_text())["paper"]["values"] | more
     for room, path in OTHERS.items():
         values |= {
             f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()

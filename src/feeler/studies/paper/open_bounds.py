@@ -194,7 +194,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
     figure.axes[3].legend(fontsize=6)
 
 
-def collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
+def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
     """The numbers that claims are held against; ``error`` is that of the best reader, as is each
     ratio to the bound.
     """
@@ -253,4 +253,4 @@ def show(context: Context, section: Section) -> None:
     section.table(
         ["shape", "noise", "reader", *(f"{name} [{unit}]" for name, unit in TARGETS.items())], rows
     )
-    section.values.update(collect_values(data, asked))
+    section.values.update(_collect_values(data, asked))

@@ -148,7 +148,7 @@ def plot(data: xr.Dataset, study: Study, figure: Figure) -> None:
     figure.axes[0].legend()
 
 
-def collect_values(data: xr.Dataset) -> dict[str, Any]:
+def _collect_values(data: xr.Dataset) -> dict[str, Any]:
     """The numbers that claims are held against, at the slowest speed, and (``fastest``) at the
     fastest.
     """
@@ -200,4 +200,4 @@ def show(context: Context, section: Section) -> None:
     ]
     header.append("peak [rad]")
     section.table(header, rows, f"Means over {asked['sets']} set(s).")
-    section.values.update(collect_values(data))
+    section.values.update(_collect_values(data) | {"gradient.sets": data.sizes["set"]})

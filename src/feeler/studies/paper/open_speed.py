@@ -31,7 +31,7 @@ def compute(context: Context, study: Study) -> dict[str, xr.Dataset]:
     return split_measured(study.run(antennas, **context.physics))
 
 
-def collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, Any]:
+def _collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, Any]:
     """The numbers that claims are held against."""
     found, first = {}, next(iter(measured.values()))
     speeds = first["speed"].values
@@ -53,7 +53,8 @@ def collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, A
     for word, speed in named.items():
         found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))
         found[f"tradeoff.force.{word}"] = _spread(first["force"].sel(speed=speed))
-    return found
+    levels = {f"choices.{kind}": float(size) for kind, size in study.headline.items()}
+    return found | levels | {"tradeoff.sets": study.sets}
 
 
 def _spread(values: xr.DataArray) -> dict[str, float] | float:
@@ -71,5 +72,5 @@ def show(context: Context, section: Section) -> None:
         " (tradeoff/declared.toml). `feeler tradeoff` makes the same for any antenna."
     )
     fill_section(section, measured, study)
-    section.values.update(collect_values(measured, study))
+    section.values.update(_collect_values(measured, study))
     section.numbers("tradeoff", **{name: data.to_dict() for name, data in measured.items()})
