@@ -4,7 +4,8 @@ which one is not.
 One rule for all: a number may be Python's or NumPy's, an array anything that NumPy makes numbers or
 texts of, a path text or ``os.PathLike``, a sequence any list, tuple or array of what it says.
 ``Annotated[np.ndarray, "trial sensor time"]`` is an array of three dimensions, "... segment" one of
-at least one, and ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range. Other values
+at least one, ``Annotated[int, "≥ 0"]`` or ``"> 0"`` a number in that range, and
+``Annotated[str, OneOf(("a", "b"))]`` one of these names. Other values
 (lengths that must agree, files that must be there) are checked by the functions themselves.
 """
 
@@ -21,6 +22,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 import numpy as np
 
 from feeler.errors import InvalidInput
+from feeler.rules import OneOf
 
 Test = Callable[[Any], bool]
 F = TypeVar("F", bound=Callable)
@@ -119,6 +121,9 @@ def _make_test(hint: Any) -> tuple[Test, str]:
         ), words
     if hint is np.ndarray:
         return _is_array, "an array"
+    if origin is Annotated and isinstance(inner[1], OneOf):
+        names = inner[1].names
+        return (lambda value: isinstance(value, str) and value in names), str(inner[1])
     if origin is Annotated and isinstance(inner[1], str):
         return _make_closer_test(inner[0], inner[1])
     if (origin or hint) in LISTS:

@@ -331,7 +331,8 @@ def name_class(kind: Any) -> str:
     """A class in words: "a Trial", "an Antenna"."""
     if kind is Callable:
         return "something to call"
-    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+    name = kind.__name__.lstrip("_")
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
 def show(value: Any) -> str:

@@ -114,7 +114,9 @@ def test_every_method_finds_the_root_and_says_what_it_cost(problem, method, monk
     assert found.evaluations == problem.evaluations <= 300
     again = search(problem, (1.5, 0.5), method, max_evaluations=300)
     assert found.evaluations + again.evaluations == problem.evaluations
-    assert found.seconds + again.seconds == pytest.approx(problem.seconds) == problem.protocol.asked
+    assert found.seconds + again.seconds == pytest.approx(problem.seconds)
+    # Powell asks for one point twice: the journal gives it, and it counts as it did at first
+    assert round(problem.seconds) - problem.protocol.asked == (method == "powell")
     assert min(found.seconds, again.seconds) >= 1
 
 

@@ -278,7 +278,7 @@ def test_five_samples_before_the_first_crossing_are_smoothed():
 
 
 def test_unknown_ways_and_confidences(traces):
-    with pytest.raises(InvalidInput, match="valid: trace, targets"):
+    with pytest.raises(InvalidInput, match="by must be one of trace, targets"):
         fit_traces(traces, make_small(), by="eye")
     with pytest.raises(InvalidInput, match="between 0 and 1"):
         fit_traces(traces, make_small(), confidence=1.0)
@@ -293,8 +293,8 @@ def test_unknown_ways_and_confidences(traces):
     [
         ({"names": ("a", "b")}, "got 2 names, 50 samples"),
         ({"time": np.arange(49.0)}, "got 1 names, 49 samples"),
-        ({"displacement": np.zeros(50)}, r"displacement must be an array \(animal, sample\)"),
-        ({"time": None}, r"time must be an array \(sample\)"),
+        ({"displacement": np.zeros(50)}, r"displacement must be an array \(trace, sample\)"),
+        ({"time": None}, "time must be an array of numbers, got None"),
     ],
 )
 def test_traces_that_do_not_fit_together_are_refused(changes, match):

@@ -9,8 +9,8 @@ from feeler.decoding import Relative, compute_sweep
 from feeler.dispersion import compute_dispersion
 from feeler.robot import comparison, make_robot
 from feeler.robot.comparison import (
-    DURATION,
-    PROFILES,
+    _DURATION,
+    _PROFILES,
     compute_comparison,
     make_profiles,
     simulate_comparison,
@@ -20,7 +20,7 @@ from feeler.robot.touches import SPEEDS, make_touches
 
 def test_profiles_have_one_compliance_and_one_damping_time():
     profiles = make_profiles()
-    assert tuple(profiles) == PROFILES
+    assert tuple(profiles) == _PROFILES
     robot = make_robot()
     for name, antenna in profiles.items():
         assert np.sum(1 / antenna.stiffness) == pytest.approx(np.sum(1 / robot.stiffness))
@@ -52,7 +52,8 @@ def test_each_speed_and_each_profile_is_measured_by_itself(monkeypatch):
     found = compute_comparison(engine="mujoco", n_repeats=2, random_state=3)
     robot = planted["robot linear"]
     groups = {f"{v:g} m/s": robot[10 * k : 10 * k + 10] for k, v in enumerate((0.27, 0.135, 0.027))}
-    slow = {name: robot[20:] if name == "linear" else planted[f"robot {name}"] for name in PROFILES}
+    slow = {name: planted[f"robot {name}"] for name in _PROFILES}
+    slow["linear"] = robot[20:]
     classes = [f"{trial.name} {trial.location:g}" for trial in make_touches()[:10]]
     for measured, expected in ((found["speed"], groups), (found["profile"], slow)):
         assert list(measured) == list(expected)
@@ -78,5 +79,5 @@ def test_touches_of_a_comparison_are_rectified_and_4_ms_apart(monkeypatch):
     )
     tensors, trials = simulate_comparison(make_profiles()["linear"], speeds=SPEEDS[:1])
     np.testing.assert_array_equal(tensors, [[[0.0, 0.0, 4.0]] * 2] * 10)
-    assert asked == {"duration": DURATION, "engine": "chain-consistent"}
+    assert asked == {"duration": _DURATION, "engine": "chain-consistent"}
     assert {trial.speed for trial in trials} == {0.27}

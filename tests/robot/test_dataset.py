@@ -64,7 +64,7 @@ def test_different_durations_are_never_mended_in_silence():
         ([_recording(time=np.arange(50.0) + 5)], {}, "does not start at 0"),
         ([_recording(), _recording(time=np.arange(50.0) * 2)], {}, "recordings every 1, 2 ms"),
         ([_recording(values=np.full((8, 50), np.nan))], {}, "recording 0 has missing values"),
-        ([_recording()], {"lengths": "stretch"}, "valid: refuse, crop, hold"),
+        ([_recording()], {"lengths": "stretch"}, "lengths must be one of refuse, crop, hold"),
     ],
 )
 def test_bad_sets(recordings, options, message):

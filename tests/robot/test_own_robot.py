@@ -98,17 +98,31 @@ def test_a_new_robot_file_is_the_beam_formula_and_every_verb_takes_it(tmp_path):
         write_robot(tmp_path / "r.toml", 5)
 
 
+def test_damping_is_p2_times_the_theoretical_stiffness_whatever_p1_is(tmp_path):
+    write_robot(tmp_path / "r.toml", 3)
+    text = (tmp_path / "r.toml").read_text()
+    text = text.replace("stiffness = 1.0", "stiffness = 1.19").replace(
+        "damping = 2.0", "damping = 2.06"
+    )
+    (tmp_path / "r.toml").write_text(text)
+    k_th = 2500 * np.array([12.0, 8.0, 4.0]) * 0.05**3 / (12 * 0.5)
+    robot = load_robot(tmp_path / "r.toml")
+    np.testing.assert_allclose(robot.antenna.stiffness, 1.19 * k_th)
+    np.testing.assert_allclose(robot.antenna.damping, 2.06 * k_th)
+    np.testing.assert_allclose(robot.theory.stiffness, k_th)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [
         ('"feeler.robot/1"', '"feeler.robot/2"', "schema must be 'feeler.robot/1'"),
         ("thickness", "thicknes", "has no 'thicknes'; valid: width, thickness"),
         ("modulus = 2500", "", "needs modulus"),
-        ("modulus = 2500", 'modulus = "stiff"', "must be a number or a list"),
+        ("modulus = 2500", 'modulus = "stiff"', "modulus must be an array of numbers, got 'stiff'"),
         ("radius = 1.0", "radius = [1, 2, 3]", "one number per hinge; their lengths are"),
-        ("stiffness = 1.0", "stiffness = -1.0", "must be a number > 0"),
-        ("stiffness = 1.0", "stiffness = 0.0", "must be a number > 0, got .0.0"),
-        ("name =", "nmae =", "unknown key 'nmae'"),
+        ("stiffness = 1.0", "stiffness = -1.0", r"\[factors\] stiffness must be > 0, got -1"),
+        ("stiffness = 1.0", "stiffness = 0.0", r"\[factors\] stiffness must be > 0, got 0"),
+        ("name =", "nmae =", "has no 'nmae'; valid: name, "),
         ("[hinges]", "[hinges", "robot.toml"),
     ],
 )

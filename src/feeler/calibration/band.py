@@ -7,7 +7,7 @@ import numpy as np
 from feeler.calibration.hinges import Hinges
 from feeler.checked import checked
 
-STEP = 1e-3  # of a parameter's typical change
+_STEP = 1e-3  # of a parameter's typical change
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,7 +47,7 @@ def compute_band(hinges: Hinges, p: np.ndarray, covariance: np.ndarray, factor: 
         antenna = hinges.build(hinges.to_p(x))
         return np.log(np.stack([antenna.stiffness, antenna.damping]))
 
-    x, steps = hinges.to_x(p), STEP * hinges.scale
+    x, steps = hinges.to_x(p), _STEP * hinges.scale
     slope = np.stack([(read(x + d) - read(x - d)) / (2 * d.sum()) for d in np.diag(steps)], axis=-1)
     spread = factor * np.sqrt(np.einsum("qnp,pr,qnr->qn", slope, covariance, slope))
     antenna, middle = hinges.build(hinges.to_p(x)), read(x)

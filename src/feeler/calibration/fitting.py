@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -12,10 +13,9 @@ from feeler.calibration.optimise import Minimum, search
 from feeler.calibration.problem import Problem
 from feeler.calibration.protocol import Measured
 from feeler.checked import checked
-from feeler.errors import InvalidInput
 from feeler.journal import Journal
 
-Progress = Callable[[int, int, Minimum, float], None]
+_Progress = Callable[[int, int, Minimum, float], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,13 +37,15 @@ class Fit:
 
 @checked
 def make_starts(
-    hinges: Hinges, n_starts: int, rng: np.random.Generator, *, spread: float = 0.7
+    hinges: Hinges,
+    n_starts: Annotated[int, "> 0"],
+    rng: np.random.Generator,
+    *,
+    spread: float = 0.7,
 ) -> np.ndarray:
     """Starts (start, parameter): the family's own first, then ones perturbed by ``spread`` (sd, in
     logs; a rate by a fiftieth of it), kept inside the bounds. A large ``spread`` makes them random
     starts."""
-    if n_starts < 1:
-        raise InvalidInput(f"n_starts must be ≥ 1, got {n_starts}.")
     low, high = hinges.bounds
     own = hinges.to_x(hinges.start)
     others = own + spread * hinges.scale * rng.standard_normal((n_starts - 1, own.size))
@@ -58,7 +60,7 @@ def fit(
     method: str = "least-squares",
     max_evaluations: int = 1500,
     checkpoint: Path | None = None,
-    progress: Progress = lambda done, total, minimum, best: None,
+    progress: _Progress = lambda done, total, minimum, best: None,
 ) -> Fit:
     """Search from each start and keep the best.
 
@@ -78,11 +80,7 @@ def fit(
         Called after each search with the number done, their total, the minimum found and the best
         error so far.
     """
-    starts = (
-        problem.hinges.start[None]
-        if starts is None
-        else np.atleast_2d(np.asarray(starts, dtype=float))
-    )
+    starts = np.atleast_2d(problem.hinges.start if starts is None else np.asarray(starts, float))
     minima: list[Minimum] = []
     with ExitStack() as stack:
         if checkpoint is not None:

@@ -3,7 +3,7 @@ searched as logs.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -11,17 +11,15 @@ from feeler.antenna.antenna import Antenna
 from feeler.antenna.profile import Constant, Exponential, Linear
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import Record
 from feeler.registry import Registry
 
-TIP_STIFFNESS, TIP_DAMPING = (
-    3.85e-4,
-    0.0153,
-)  # [C] the exponential antenna's last hinge; else a fit runs to a limp tip
-K, C, RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
+# [C] the exponential antenna's last hinge; else a fit runs to a limp tip
+_TIP_STIFFNESS, _TIP_DAMPING = 3.85e-4, 0.0153
+_K, _C, _RATE = "N·mm/rad", "N·mm·ms/rad", "1/joint"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Hinges:
+class Hinges(Record):
     """A family of hinges on a given antenna.
 
     ``x`` is the searched vector (logarithms where ``positive``), ``p`` the parameters themselves.
@@ -31,15 +29,15 @@ class Hinges:
     names: tuple[str, ...]
     units: tuple[str, ...]
     positive: tuple[bool, ...]
-    start: np.ndarray
+    start: Annotated[np.ndarray, "parameter"]
     """Parameters to start from."""
-    low: np.ndarray
+    low: Annotated[np.ndarray, "parameter"]
     """Lower bounds of the parameters."""
-    high: np.ndarray
+    high: Annotated[np.ndarray, "parameter"]
     """Upper bounds."""
     build: Callable[[np.ndarray], Antenna]
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         outside = (self.start < self.low) | (self.start > self.high)
         if np.any(outside) or np.any(self.low >= self.high):
             k = int(np.argmax(outside | (self.low >= self.high)))
@@ -88,9 +86,9 @@ def _make(name, antenna, fields, build) -> Hinges:
         names=names,
         units=units,
         positive=positive,
-        start=np.array(start, dtype=float),
-        low=np.array(low, dtype=float),
-        high=np.array(high, dtype=float),
+        start=start,
+        low=low,
+        high=high,
         build=lambda p: antenna.replace(
             **build(np.asarray(p, dtype=float), antenna.n_segments), name=name
         ),
@@ -110,7 +108,7 @@ def _read_ends(values: np.ndarray) -> tuple[float, float]:
 
 
 @FAMILIES.register("exponential")
-def make_exponential(antenna: Antenna) -> Hinges:
+def _make_exponential(antenna: Antenna) -> Hinges:
     """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per
     joint.
 
@@ -126,10 +124,10 @@ def make_exponential(antenna: Antenna) -> Hinges:
         "exponential",
         antenna,
         [
-            ("p1", K, k, 0.4 * (k / 37.78), 4000.0 * (k / 37.78), True),
-            ("p2", C, c, 0.25 * (c / 25.24), 2500.0 * (c / 25.24), True),
-            ("p3", RATE, np.clip(k_rate, steepest, 0.0), steepest, 0.0, False),
-            ("p4", RATE, np.clip(c_rate, steepest, 0.0), steepest, 0.0, False),
+            ("p1", _K, k, 0.4 * (k / 37.78), 4000.0 * (k / 37.78), True),
+            ("p2", _C, c, 0.25 * (c / 25.24), 2500.0 * (c / 25.24), True),
+            ("p3", _RATE, np.clip(k_rate, steepest, 0.0), steepest, 0.0, False),
+            ("p4", _RATE, np.clip(c_rate, steepest, 0.0), steepest, 0.0, False),
         ],
         lambda p, n: {
             "stiffness": Exponential(base=p[0], rate=p[2]).sample(n),
@@ -139,7 +137,7 @@ def make_exponential(antenna: Antenna) -> Hinges:
 
 
 @FAMILIES.register("linear")
-def make_linear(antenna: Antenna) -> Hinges:
+def _make_linear(antenna: Antenna) -> Hinges:
     """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the
     cockroach's.
     """
@@ -147,10 +145,10 @@ def make_linear(antenna: Antenna) -> Hinges:
         "linear",
         antenna,
         [
-            ("stiffness_base", K, 0.57, 1e-2, 1e3, True),
-            ("stiffness_tip", K, 4e-4, TIP_STIFFNESS, 1e3, True),
-            ("damping_base", C, 4.44, 1e-2, 1e4, True),
-            ("damping_tip", C, 0.02, TIP_DAMPING, 1e4, True),
+            ("stiffness_base", _K, 0.57, 1e-2, 1e3, True),
+            ("stiffness_tip", _K, 4e-4, _TIP_STIFFNESS, 1e3, True),
+            ("damping_base", _C, 4.44, 1e-2, 1e4, True),
+            ("damping_tip", _C, 0.02, _TIP_DAMPING, 1e4, True),
         ],
         lambda p, n: {
             "stiffness": Linear(base=p[0], tip=p[1]).sample(n),
@@ -160,12 +158,12 @@ def make_linear(antenna: Antenna) -> Hinges:
 
 
 @FAMILIES.register("constant")
-def make_constant(antenna: Antenna) -> Hinges:
+def _make_constant(antenna: Antenna) -> Hinges:
     """One stiffness and one damping for all hinges."""
     return _make(
         "constant",
         antenna,
-        [("stiffness", K, 0.395, 1e-2, 1e3, True), ("damping", C, 3.17, 1e-2, 1e4, True)],
+        [("stiffness", _K, 0.395, 1e-2, 1e3, True), ("damping", _C, 3.17, 1e-2, 1e4, True)],
         lambda p, n: {
             "stiffness": Constant(value=p[0]).sample(n),
             "damping": Constant(value=p[1]).sample(n),
@@ -187,7 +185,7 @@ def make_scale(antenna: Antenna) -> Hinges:
 
 
 @FAMILIES.register("tilt")
-def make_tilt(antenna: Antenna) -> Hinges:
+def _make_tilt(antenna: Antenna) -> Hinges:
     """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted: times exp(tilt ·
     (x − ½)).
     """

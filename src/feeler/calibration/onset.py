@@ -5,16 +5,16 @@ import numpy as np
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 
-TAIL = 0.2  # [C] share of the trace at its end that is taken for rest
-HELD = 5  # samples at the beginning, at least, that are taken for held
-LEAVES = 0.01  # [C] share of the held displacement that counts as having left it
-UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part and of the end
+_TAIL = 0.2  # [C] share of the trace at its end that is taken for rest
+_HELD = 5  # samples at the beginning, at least, that are taken for held
+_LEAVES = 0.01  # [C] share of the held displacement that counts as having left it
+_UNCLEAR = 4.0  # [C] a step must be so many times the noise of the held part and of the end
 
 
 @checked
 def find_rest(signal: np.ndarray) -> float:
     """Where a trace comes to rest: the median of its last fifth."""
-    return float(np.median(signal[-max(HELD, int(TAIL * signal.size)) :]))
+    return float(np.median(signal[-max(_HELD, int(_TAIL * signal.size)) :]))
 
 
 @checked
@@ -34,20 +34,20 @@ def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
     """
     rest = find_rest(signal)
     shown = signal - rest
-    held = float(np.median(shown[:HELD]))
+    held = float(np.median(shown[:_HELD]))
     noise = 1.4826 * float(np.median(np.abs(np.diff(shown, 2)))) / np.sqrt(6.0)
-    if abs(held) <= UNCLEAR * noise or held == 0.0:
+    if abs(held) <= _UNCLEAR * noise or held == 0.0:
         raise InvalidInput(
-            f"{name}: no release is found: it begins at {signal[:HELD].mean():.4g} and ends at"
+            f"{name}: no release is found: it begins at {signal[:_HELD].mean():.4g} and ends at"
             f" {rest:.4g}, with a noise of {noise:.2g}. Begin while the antenna is held and end"
             " when it has settled, or cut the trace at the release and say --release first."
         )
-    away = np.abs(shown - held) > max(UNCLEAR * noise, LEAVES * abs(held))
+    away = np.abs(shown - held) > max(_UNCLEAR * noise, _LEAVES * abs(held))
     last = int(np.argmax(away[:-1] & away[1:])) - 1
-    if last < HELD - 1:
+    if last < _HELD - 1:
         raise InvalidInput(
-            f"{name}: the antenna is let go within the first {HELD} samples, so how far it was held"
-            " is not known. Begin earlier, or cut the trace at the release and say --release"
+            f"{name}: the antenna is let go within the first {_HELD} samples, so how far it was"
+            " held is not known. Begin earlier, or cut the trace at the release and say --release"
             " first."
         )
     return last, rest

@@ -12,7 +12,7 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.registry import Registry
 
-POWELL_TOLERANCE = (
+_POWELL_TOLERANCE = (
     1e-3  # [C] 0.1 % of a base parameter, 0.1 % of the error; the targets determine neither so well
 )
 
@@ -64,10 +64,10 @@ def search(
     )
 
 
-Optimiser = Callable[[Problem, np.ndarray, int], None]
+_Optimiser = Callable[[Problem, np.ndarray, int], None]
 """``optimise(problem, x, max_evaluations)`` searches from ``x`` in the problem's coordinates; the
 problem itself keeps the best point it was asked for."""
-METHODS: Registry[Optimiser] = Registry("method")
+METHODS: Registry[_Optimiser] = Registry("method")
 """Every known optimiser by its name; ``METHODS.register(name, optimiser)`` adds one."""
 
 
@@ -97,7 +97,11 @@ def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> Non
 def _powell(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
     """The paper's: line searches along conjugate directions (Powell 1964), on scaled parameters."""
     _minimise(
-        problem, x, max_evaluations, "Powell", {"xtol": POWELL_TOLERANCE, "ftol": POWELL_TOLERANCE}
+        problem,
+        x,
+        max_evaluations,
+        "Powell",
+        {"xtol": _POWELL_TOLERANCE, "ftol": _POWELL_TOLERANCE},
     )
 
 

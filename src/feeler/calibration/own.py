@@ -3,7 +3,8 @@ damping.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -22,10 +23,10 @@ from feeler.calibration.targets import make_targets
 from feeler.calibration.trace import measure_free_trace, measure_trace
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import OneOf
 
-WAYS = ("trace", "targets")
-MAX_ITERATIONS = 25
-LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
+_MAX_ITERATIONS = 25
+_LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was found in a trace
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +76,7 @@ def fit_traces(
     traces: Traces,
     antenna: Antenna,
     *,
-    by: str = "trace",
+    by: Annotated[str, OneOf(("trace", "targets"))] = "trace",
     hinges: Hinges | None = None,
     protocol: Protocol | None = None,
     confidence: float = 0.95,
@@ -103,15 +104,13 @@ def fit_traces(
         With ``confidence`` intervals of the mean: Student's t over the animals, or for a single
         animal the linear estimate from its residuals taken as white noise.
     """
-    if by not in WAYS:
-        raise InvalidInput(f"unknown way {by!r} of fitting; valid: {', '.join(WAYS)}.")
     if not 0 < confidence < 1:
         raise InvalidInput(f"confidence must lie between 0 and 1, got {confidence}.")
     hinges = make_scale(antenna) if hinges is None else hinges
     step = float(traces.time[1] - traces.time[0])
-    late = LATE[1] * step if traces.found else 0.0
-    protocol = replace(
-        protocol or Protocol(), step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
+    late = _LATE[1] * step if traces.found else 0.0
+    protocol = (protocol or Protocol()).replace(
+        step_duration=float(max(traces.time[-1], 20.0)) + 1.0 + late
     )
     found = []
     for done, animal in enumerate(traces.animals, 1):
@@ -216,7 +215,7 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
     step = float(traces.time[1] - traces.time[0]) if traces.found else 0.0
     low, high = (
         np.append(bound, late)[: n + traces.found]
-        for bound, late in zip(hinges.bounds, LATE, strict=True)
+        for bound, late in zip(hinges.bounds, _LATE, strict=True)
     )
     scale = np.append(hinges.scale, 1.0)[: n + traces.found]
 
@@ -241,7 +240,7 @@ def _fit_one(traces: Traces, animal: str, hinges: Hinges, protocol: Protocol, by
         jac=jacobian,
         bounds=(low, high),
         x_scale=scale,
-        max_nfev=MAX_ITERATIONS,
+        max_nfev=_MAX_ITERATIONS,
         xtol=1e-6,
     )
     variance = 2 * best.cost / max(goal.size - start.size - 1, 1)
@@ -308,7 +307,7 @@ def make_synthetic_traces(
     """
     hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)
-    protocol = replace(protocol or Protocol(), step_duration=duration + 1.0)
+    protocol = (protocol or Protocol()).replace(step_duration=duration + 1.0)
     xs: np.ndarray = np.log(planted) + spread * rng.standard_normal((n_animals, 2))
     tips = simulate_steps(hinges, list(xs), protocol, time)[:, 0]
     noisy = 8.0 * (tips + noise * rng.standard_normal(tips.shape))

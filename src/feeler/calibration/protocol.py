@@ -1,8 +1,7 @@
 """Protocols: the animal experiments in simulation, and the quantities that are measured on them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -16,23 +15,20 @@ from feeler.physics.clock import Clock
 from feeler.physics.engine import DEFAULT_ENGINE, get_engine
 from feeler.physics.run import make_groups, run_group
 from feeler.physics.scene import Motion, Scene
+from feeler.record import Gt, Record, Unit
 from feeler.response import measure_deflection_ratios, measure_free_response
 
-STEP_QUANTITIES = ("frequency", "damping_ratio")
-SHORT_STEP = (
-    80.0  # ms; enough for peak and trough of a cockroach's antenna, others are run for longer
-)
-IMPULSE_TRAVEL = (
-    0.35,
-    0.6,
-)  # shares of the length that the cylinder travels: enough for most, enough for all
+_STEP_QUANTITIES = ("frequency", "damping_ratio")
+# ms; enough for peak and trough of a cockroach's antenna, others are run for longer
+_SHORT_STEP = 80.0
+# shares of the length that the cylinder travels: enough for most, enough for all
+_IMPULSE_TRAVEL = (0.35, 0.6)
 # ms [C]; with the default engine the four quantities are within 0.13 % of those at 0.005 ms
-TIMESTEP = 0.05
-IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the length
+_TIMESTEP = 0.05
+_IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the length
 
 
-@dataclass(frozen=True, kw_only=True)
-class Protocol:
+class Protocol(Record):
     """How the two experiments are done in simulation."""
 
     at: float = 10.0
@@ -41,14 +37,14 @@ class Protocol:
     """How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 %
     up to 3 mm.
     """
-    step_duration: float = 150.0
+    step_duration: Annotated[float, Gt(0), Unit("ms")] = 150.0
     """[ms]"""
-    speed: float = 0.2
+    speed: Annotated[float, Gt(0), Unit("mm/ms")] = 0.2
     """Of the cylinder [mm/ms], [C]."""
     lever: float | None = None
     """Lever arm [mm] of the cylinder, None for a straight path [C]."""
-    sample_interval: float = 0.5
-    timestep: float = TIMESTEP
+    sample_interval: Annotated[float, Gt(0), Unit("ms")] = 0.5
+    timestep: Annotated[float, Gt(0), Unit("ms")] = _TIMESTEP
     """[ms]; the engines ``chain`` and ``mujoco`` need a tenth of it for the same accuracy."""
     engine: str = DEFAULT_ENGINE
 
@@ -68,12 +64,12 @@ class Protocol:
         names = tuple(names)
         outcomes: list[dict] = [{} for _ in antennas]
         experiments: list[tuple] = []
-        if any(name in STEP_QUANTITIES for name in names):
-            durations = sorted({min(SHORT_STEP, self.step_duration), self.step_duration})
+        if any(name in _STEP_QUANTITIES for name in names):
+            durations = sorted({min(_SHORT_STEP, self.step_duration), self.step_duration})
             experiments.append((self._step_scene, durations, self._read_step))
-        if any(name in IMPULSE_POINTS for name in names):
+        if any(name in _IMPULSE_POINTS for name in names):
             length = max(antenna.length for antenna in antennas)
-            durations = [LEAD + share * length / self.speed + 5.0 for share in IMPULSE_TRAVEL]
+            durations = [LEAD + share * length / self.speed + 5.0 for share in _IMPULSE_TRAVEL]
             experiments.append((self._impulse_scene, durations, self._read_impulse))
         with ThreadExecutor(
             min(len(experiments), count_cores()) or 1
@@ -126,9 +122,8 @@ class Protocol:
         )
         motions: list = [None] * len(scenes)
         for group in make_groups(scenes, get_engine(self.engine)):
-            for index, motion in zip(
-                group, run_group([scenes[i] for i in group], clock, self.engine), strict=True
-            ):
+            found = run_group([scenes[i] for i in group], clock, self.engine)
+            for index, motion in zip(group, found, strict=True):
                 motions[index] = motion
         return motions
 
@@ -160,11 +155,11 @@ class Protocol:
     def _read_impulse(
         self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
     ) -> dict[str, float] | None:
-        impulse: Impulse = measure_impulse(scene, motion, tuple(IMPULSE_POINTS.values()))
+        impulse: Impulse = measure_impulse(scene, motion, tuple(_IMPULSE_POINTS.values()))
         if not last and np.any(impulse.force[-1] != 0):
             return None  # the cylinder still pushes: the tip may go on
         ratios = measure_deflection_ratios(impulse.time, impulse.deflection, impulse.tip)
-        return dict(zip(IMPULSE_POINTS, map(float, ratios), strict=True))
+        return dict(zip(_IMPULSE_POINTS, map(float, ratios), strict=True))
 
 
 def _read(
@@ -179,8 +174,7 @@ def _read(
         return {"error": error} if last else None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Measured:
+class Measured(Record):
     """Quantities of one simulated antenna.
 
     An over-damped antenna has no damped frequency, which ``overdamped`` says. Its entries in
@@ -189,7 +183,7 @@ class Measured:
     """
 
     names: tuple[str, ...]
-    values: np.ndarray
+    values: Annotated[np.ndarray, "quantity"]
     overdamped: bool = False
 
 
@@ -211,7 +205,7 @@ def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | Fee
         return outcome["error"]
     unknown = [name for name in names if name not in outcome]
     if unknown:
-        valid = (*STEP_QUANTITIES, *IMPULSE_POINTS)
+        valid = (*_STEP_QUANTITIES, *_IMPULSE_POINTS)
         return InvalidInput(f"unknown quantity {unknown[0]!r}; valid: {', '.join(valid)}.")
     values = np.array([outcome[name] for name in names], dtype=float)
     return Measured(names=names, values=values, overdamped=bool(outcome.get("overdamped", False)))

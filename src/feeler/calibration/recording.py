@@ -1,7 +1,6 @@
 """Recorded free responses: tip displacement of several animals over time, from a CSV file."""
 
 import csv
-from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
@@ -11,34 +10,31 @@ import numpy as np
 from feeler.calibration.onset import find_release, find_rest
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import ALLOW_NAN, OneOf, Record
 from feeler.response import check_trace
 from feeler.tensors.table import Table, parse_table, read_table
 
-RELEASES = ("first", "found")
-TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
-EXAMPLE = "synthetic_step"
+_TIME_UNITS = {"time_ms": 1.0, "time_s": 1000.0}
+_EXAMPLE = "synthetic_step"
 
 
-@checked
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Traces:
-    """Free responses sampled together: ``time`` (sample,) [ms] from release, ``displacement``
-    (trace, sample).
+class Traces(Record):
+    """Free responses that were sampled together.
 
     A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction
     of the length.
     """
 
-    time: Annotated[np.ndarray, "sample"]
-    displacement: Annotated[np.ndarray, "animal sample"]
+    time: Annotated[np.ndarray, "sample", ALLOW_NAN]
+    """(sample,) since the release [ms]."""
+    displacement: Annotated[np.ndarray, "trace sample", ALLOW_NAN]
+    """(trace, sample), in any unit."""
     names: tuple[str, ...]
     source: str = "recorded"
     found: bool = False
     """Whether the release was found in the traces, and is thus known to a few samples only."""
 
-    def __post_init__(self) -> None:
-        for field in ("time", "displacement"):
-            object.__setattr__(self, field, np.asarray(getattr(self, field), dtype=float))
+    def _check(self) -> None:
         if self.displacement.shape != (len(self.names), self.time.size):
             raise InvalidInput(
                 "Traces need one name per animal and one displacement per sample: got"
@@ -80,7 +76,10 @@ def get_place(name: str) -> float:
 
 @checked
 def load_traces(
-    path: str | Path, *, frame_rate: float | None = None, release: str = "first"
+    path: str | Path,
+    *,
+    frame_rate: Annotated[float, "> 0"] | None = None,
+    release: Annotated[str, OneOf(("first", "found"))] = "first",
 ) -> Traces:
     """Traces from a CSV table: ``time_ms``, ``time_s`` or ``frame``, and a named column of
     displacement per animal.
@@ -104,16 +103,16 @@ def load_traces(
         A missing time column, text among the numbers, no trace, a trace that cannot be measured
         (gaps, uneven time), or no release where one is to be found.
     """
-    if release not in RELEASES:
-        raise InvalidInput(f"release must be one of {', '.join(RELEASES)}, got {release!r}.")
-    if path == EXAMPLE:
-        text = (files("feeler.calibration") / "data" / f"{EXAMPLE}.csv").read_text(encoding="utf-8")
-        table = parse_table(text, source=EXAMPLE)
+    if path == _EXAMPLE:
+        text = (files("feeler.calibration") / "data" / f"{_EXAMPLE}.csv").read_text(
+            encoding="utf-8"
+        )
+        table = parse_table(text, source=_EXAMPLE)
     elif Path(path).is_file():
         table = read_table(path)
     else:
         raise InvalidInput(
-            f"no such file: {path}. Give a CSV file, or {EXAMPLE!r} for the example."
+            f"no such file: {path}. Give a CSV file, or {_EXAMPLE!r} for the example."
         )
     time, column = _read_time(table, frame_rate)
     names = tuple(name for name in table.columns if name != column)
@@ -125,12 +124,12 @@ def load_traces(
         names=names,
         source="synthetic" if "synthetic" in words else "recorded",
     )
-    return traces if release == "first" else cut_at_release(traces)
+    return traces if release == "first" else _cut_at_release(traces)
 
 
 def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]:
     """Time [ms] of each row, and the column it came from."""
-    known = (*TIME_UNITS, "frame")
+    known = (*_TIME_UNITS, "frame")
     column = next((name for name in table.columns if name in known), None)
     if column is None or len(table.columns) < 2:
         raise InvalidInput(
@@ -146,16 +145,12 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
             )
         )
     if frame_rate is None:
-        return table.column(column) * TIME_UNITS[column], column
-    if not (np.isfinite(frame_rate) and frame_rate > 0):
-        raise InvalidInput(
-            f"the frame rate must be finite and > 0 frames per second, got {frame_rate}."
-        )
+        return table.column(column) * _TIME_UNITS[column], column
     return table.column(column) * (1000.0 / frame_rate), column
 
 
 @checked
-def cut_at_release(traces: Traces) -> Traces:
+def _cut_at_release(traces: Traces) -> Traces:
     """Traces from rest, each animal's cut at its own release, all as long as the shortest; see
     :func:`find_release`.
     """
@@ -168,7 +163,7 @@ def cut_at_release(traces: Traces) -> Traces:
         parts |= {name: row[first:] - find_rest(row) for name, row in rows.items()}
     count = min(map(len, parts.values()))
     together = np.array([parts[name][:count] for name in traces.names])
-    return replace(traces, time=traces.time[:count], displacement=together, found=True)
+    return traces.replace(time=traces.time[:count], displacement=together, found=True)
 
 
 @checked

@@ -7,12 +7,12 @@ from feeler.checked import checked
 from feeler.errors import FeelerError, InvalidInput
 from feeler.response import FreeResponse, check_trace, measure_free_response
 
-MIN_FREQUENCY, MAX_FREQUENCY = (
+_MIN_FREQUENCY, _MAX_FREQUENCY = (
     5e-4,
     1.0,
 )  # kHz [C]; cricket and cockroach antennae swing at tens of Hz
 # [C] white noise, as a share of the first deflection, beyond which no turning point can be trusted
-MAX_JUMP = 0.25
+_MAX_JUMP = 0.25
 
 
 @checked
@@ -31,12 +31,12 @@ def measure_trace(time: np.ndarray, trace: np.ndarray, name: str = "trace"):
             f"trace {name!r} is over-damped: it settles without a cycle, so it has no damped"
             " frequency to fit. Fit it by trace, or leave it out."
         )
-    if free.frequency > MAX_FREQUENCY:
+    if free.frequency > _MAX_FREQUENCY:
         raise InvalidInput(
             f"trace {name!r} swings at {free.frequency:g} kHz, which no antenna does: its time is"
             " probably in s, not ms. Name the column time_s."
         )
-    if free.frequency < MIN_FREQUENCY:
+    if free.frequency < _MIN_FREQUENCY:
         raise InvalidInput(
             f"trace {name!r} swings at {1e3 * free.frequency:g} Hz, which no antenna does: its time"
             " is probably in ms, not s. Name the column time_ms."
@@ -50,7 +50,7 @@ def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeRe
     noise = float(
         np.std(np.diff(trace, 2)) / np.sqrt(6.0) / max(abs(trace[0]), 0.05 * np.abs(trace).max())
     )
-    if noise > MAX_JUMP:
+    if noise > _MAX_JUMP:
         raise InvalidInput(
             f"trace {name!r} jumps from sample to sample by {noise:.0%} of its first deflection: it"
             f" swings faster than its sampling rate ({1 / (time[1] - time[0]):g} kHz) can show, or"

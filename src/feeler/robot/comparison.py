@@ -12,11 +12,11 @@ from feeler.robot.touches import LOCATIONS, SPEEDS, get_label, make_touches, sim
 from feeler.stimulus import Trial
 from feeler.tensors.scaling import rectify
 
-PROFILES = ("exponential", "linear", "constant")
+_PROFILES = ("exponential", "linear", "constant")
 # [C] exponential control: stiffness of hinge 8 over hinge 1; the insect's 1e-5 leaves no tip here
-TIP_SHARE = 0.1
-DURATION = 2600.0  # ms, the longest slow touch
-STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
+_TIP_SHARE = 0.1
+_DURATION = 2600.0  # ms, the longest slow touch
+_STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than 100 Hz
 
 
 @checked
@@ -27,13 +27,13 @@ def make_profiles() -> dict[str, Antenna]:
     linear = make_robot()
     steps = np.linspace(0, 1, linear.n_segments)
     shapes = {
-        "exponential": TIP_SHARE**steps,
+        "exponential": _TIP_SHARE**steps,
         "linear": linear.stiffness,
         "constant": np.ones(linear.n_segments),
     }
     time = linear.damping[0] / linear.stiffness[0]
     profiles = {}
-    for name in PROFILES:
+    for name in _PROFILES:
         stiffness = shapes[name] * np.sum(1 / shapes[name]) / np.sum(1 / linear.stiffness)
         profiles[name] = linear.replace(
             stiffness=stiffness, damping=time * stiffness, name=f"robot {name}"
@@ -48,8 +48,8 @@ def simulate_comparison(
     10 per speed, not aligned.
     """
     trials = make_touches(speeds=speeds, locations=LOCATIONS)
-    motions = simulate_touches(antenna, trials, duration=DURATION, engine=engine)
-    return rectify(np.stack(motions)[:, :, ::STRIDE]), trials
+    motions = simulate_touches(antenna, trials, duration=_DURATION, engine=engine)
+    return rectify(np.stack(motions)[:, :, ::_STRIDE]), trials
 
 
 @checked
@@ -79,7 +79,7 @@ def compute_comparison(
         {f"{s:g} m/s": robot[speeds == s] for s in SPEEDS}, labels[:10], n_repeats, random_state
     )
     by_profile = _compare(
-        {name: slow[name] for name in PROFILES}, labels[:10], n_repeats, random_state
+        {name: slow[name] for name in _PROFILES}, labels[:10], n_repeats, random_state
     )
     return {"speed": by_speed, "profile": by_profile}
 
@@ -108,6 +108,3 @@ def _compare(
         }
         result[name] |= {"accuracy": float(sweep.noisy.mean())}
     return result
-
-
-__all__ = ["PROFILES", "compute_comparison", "make_profiles", "simulate_comparison"]

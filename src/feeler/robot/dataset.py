@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -9,18 +10,21 @@ import xarray as xr
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
-from feeler.robot.mending import INTERVAL
+from feeler.record import OneOf
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
+from feeler.robot.touches import INTERVAL
 from feeler.tensors import make_tensors, validate
 
-LENGTHS = ("refuse", "crop", "hold")
-NO_SEED = -1
+_NO_SEED = -1
 
 
 @checked
 def make_dataset(
-    recordings: Sequence[Recording], antenna: Antenna | None = None, *, lengths: str = "refuse"
+    recordings: Sequence[Recording],
+    antenna: Antenna | None = None,
+    *,
+    lengths: Annotated[str, OneOf(("refuse", "crop", "hold"))] = "refuse",
 ) -> xr.Dataset:
     """Tactile tensors from repaired angle recordings, through the same door as simulations.
 
@@ -45,8 +49,6 @@ def make_dataset(
         base, different intervals or durations.
     """
     antenna = make_robot() if antenna is None else antenna
-    if lengths not in LENGTHS:
-        raise InvalidInput(f"unknown lengths={lengths!r}; valid: {', '.join(LENGTHS)}.")
     interval = _check(recordings, antenna)
     angle = _stack(recordings, lengths)
     index = antenna.sensors - 1
@@ -129,5 +131,5 @@ def _list_trials(recordings: Sequence[Recording], antenna: Antenna) -> dict[str,
         **numbers,
         "antenna": [recording.robot or antenna.name for recording in recordings],
         "source": [recording.source for recording in recordings],
-        "seed": [NO_SEED] * len(recordings),
+        "seed": [_NO_SEED] * len(recordings),
     }

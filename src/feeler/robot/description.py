@@ -3,27 +3,22 @@ where its calibration is.
 """
 
 import os
-from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import Gt, Of, Record, Unit
 from feeler.robot.hinge import FACTS, Flexures
 from feeler.robot.sensor import MAX_HINGES
-from feeler.toml import read_toml
+from feeler.toml import make_record, read_toml
 
-SCHEMA = "feeler.robot/1"
-KEYS = {
-    "hinges": ("width", "thickness", "length", "modulus"),
-    "links": ("length", "mass", "radius"),
-    "factors": ("stiffness", "damping"),
-    "sensors": ("hinges", "calibration"),
-}
-TEMPLATE = """\
+_SCHEMA = "feeler.robot/1"
+_TEMPLATE = """\
 # A robotic antenna, base to tip. Each list holds one number per hinge; one number alone stands \
 for all hinges.
 # Try it: feeler robot classify my_recording.csv --antenna {file}
@@ -53,16 +48,85 @@ hold angles
 """
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RobotFile:
+class _Links(Record):
+    """Table ``[links]``: the stiff pieces; each field is one number or one per hinge."""
+
+    length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+    mass: Annotated[np.ndarray, "hinge?", Gt(0), Unit("g")]
+    radius: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
+
+
+class _Factors(Record):
+    """Table ``[factors]``: stiffness and damping of a hinge over its theoretical stiffness k_th."""
+
+    stiffness: Annotated[float, Gt(0)] = FACTS["stiffness_factor"].number
+    """p1 [1]: k = p1·k_th."""
+    damping: Annotated[float, Gt(0), Unit("ms")] = FACTS["damping_factor"].number
+    """p2 [ms]: c = p2·k_th."""
+
+
+class _Sensors(Record):
+    """Table ``[sensors]``: which hinges have a channel, and the file of their calibration."""
+
+    hinges: Annotated[np.ndarray, "sensor", Of(int)] | None = None
+    calibration: str | None = None
+
+
+class RobotFile(Record):
     """What a robot file holds."""
 
-    antenna: Antenna
-    """The model, p1 and p2 included."""
-    theory: Antenna
-    """The same with p1 = 1 and p2 = 1 ms: what :func:`feeler.robot.fit_factors` starts from."""
-    calibration: Path | None
-    """The sensors' calibration, where the file names one."""
+    name: str
+    folder: Path
+    """Where the file lies."""
+    hinges: Flexures
+    links: _Links
+    factors: _Factors = _Factors()
+    sensors: _Sensors = _Sensors()
+
+    def _check(self) -> None:
+        sizes = self._list_sizes()
+        if len(sizes - {1}) > 1:
+            raise InvalidInput(
+                "lists must have one number per hinge; their lengths are"
+                f" {', '.join(map(str, sorted(sizes)))}."
+            )
+        if max(sizes) > MAX_HINGES:
+            raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got {max(sizes)}.")
+        _ = self.antenna  # whose own checks are part of the file's
+
+    def _list_sizes(self) -> set[int]:
+        links = self.links
+        values = (self.hinges.stiffness, links.length, links.mass, links.radius)
+        return {array.size for array in values}
+
+    @cached_property
+    def theory(self) -> Antenna:
+        """p1 = 1 and p2 = 1 ms: what :func:`feeler.robot.fit_factors` starts from."""
+        n = max(self._list_sizes())
+        stiffness = np.broadcast_to(self.hinges.stiffness, n)
+        every_hinge = np.arange(1, n + 1)
+        return Antenna(
+            segment_length=np.broadcast_to(self.links.length, n),
+            segment_mass=np.broadcast_to(self.links.mass, n),
+            radius=self.links.radius,
+            stiffness=stiffness,
+            damping=stiffness,
+            sensors=every_hinge if self.sensors.hinges is None else self.sensors.hinges,
+            name=self.name,
+        )
+
+    @cached_property
+    def antenna(self) -> Antenna:
+        """The model with the file's factors: stiffness p1·k_th, damping p2·k_th."""
+        k_th, factors = self.theory.stiffness, self.factors
+        return self.theory.replace(
+            stiffness=factors.stiffness * k_th, damping=factors.damping * k_th
+        )
+
+    @property
+    def calibration(self) -> Path | None:
+        """The sensors' calibration, where the file names one."""
+        return self.folder / self.sensors.calibration if self.sensors.calibration else None
 
 
 @checked
@@ -80,7 +144,7 @@ def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> Non
         raise InvalidInput(f"{path} exists already. Choose another name.")
     if n_hinges > MAX_HINGES:
         raise InvalidInput(f"a robot has at most {MAX_HINGES} hinges, got {n_hinges}.")
-    text = TEMPLATE.format(
+    text = _TEMPLATE.format(
         file=path.name,
         width=[round(width, 2) for width in np.linspace(12.0, 4.0, n_hinges).tolist()],
         length=[8.0] * n_hinges,
@@ -96,7 +160,7 @@ def is_robot_file(path: str | os.PathLike) -> bool:
         return False
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
-            return f'"{SCHEMA.split("/")[0]}/' in file.read(4096)
+            return f'"{_SCHEMA.split("/")[0]}/' in file.read(4096)
     except OSError:
         return False
 
@@ -111,77 +175,5 @@ def load_robot(path: str | os.PathLike) -> RobotFile:
         Not TOML of this schema, an unknown or missing key, or lists whose lengths do not agree.
     """
     path = Path(path)
-    try:
-        return _build(read_toml(path), path)
-    except ValueError as error:
-        words = str(error)[:300]
-        raise InvalidInput(words if path.name in words else f"{path.name}: {words}") from error
-
-
-def _build(content: dict[str, Any], path: Path) -> RobotFile:
-    if content.get("schema") != SCHEMA:
-        raise InvalidInput(f"schema must be {SCHEMA!r}, got {str(content.get('schema'))[:40]!r}.")
-    _check_keys(content)
-    hinges, links, factors, sensors = (content.get(name, {}) for name in KEYS)
-    flexures = Flexures(**{name: _read(hinges, "hinges", name) for name in KEYS["hinges"]})
-    widths = {
-        np.size(_read(table, name, key))
-        for name, table in (("hinges", hinges), ("links", links))
-        for key in table
-    }
-    if len(widths - {1}) > 1:
-        raise InvalidInput(
-            "lists must have one number per hinge; their lengths are"
-            f" {', '.join(map(str, sorted(widths)))}."
-        )
-    n = max(widths)
-    stiffness = np.broadcast_to(flexures.stiffness, n)
-    theory = Antenna(
-        segment_length=np.broadcast_to(_read(links, "links", "length"), n),
-        segment_mass=np.broadcast_to(_read(links, "links", "mass"), n),
-        radius=_read(links, "links", "radius"),
-        stiffness=stiffness,
-        damping=stiffness,
-        sensors=sensors.get("hinges", np.arange(1, n + 1)),
-        name=str(content.get("name", path.stem)),
-    )
-    p1 = factors.get("stiffness", FACTS["stiffness_factor"].number)
-    p2 = factors.get("damping", FACTS["damping_factor"].number)
-    for name, factor in (("stiffness", p1), ("damping", p2)):
-        if (
-            isinstance(factor, bool)
-            or not isinstance(factor, int | float)
-            or not 0 < factor < np.inf
-        ):
-            raise InvalidInput(f"[factors] {name} must be a number > 0, got {str(factor)[:40]!r}.")
-    named = sensors.get("calibration")
-    return RobotFile(
-        antenna=theory.replace(stiffness=p1 * stiffness, damping=p2 * stiffness),
-        theory=theory,
-        calibration=None if named is None else path.parent / str(named),
-    )
-
-
-def _check_keys(content: dict[str, Any]) -> None:
-    if unknown := sorted(content.keys() - KEYS.keys() - {"schema", "name"}):
-        raise InvalidInput(f"unknown key {unknown[0]!r}; valid: schema, name, {', '.join(KEYS)}.")
-    for name, keys in KEYS.items():
-        table = content.get(name, {})
-        if not isinstance(table, dict):
-            raise InvalidInput(f"{name} must be a table [{name}].")
-        if unknown := sorted(table.keys() - set(keys)):
-            raise InvalidInput(f"[{name}] has no {unknown[0]!r}; valid: {', '.join(keys)}.")
-
-
-def _read(table: dict[str, Any], name: str, key: str) -> np.ndarray:
-    """One number or a list of them."""
-    if key not in table:
-        raise InvalidInput(f"[{name}] needs {key}; see `feeler robot new`.")
-    values = table[key] if isinstance(table[key], list) else [table[key]]
-    if not 1 <= len(values) <= MAX_HINGES or not all(
-        type(value) in (int, float) for value in values
-    ):
-        raise InvalidInput(
-            f"[{name}] {key} must be a number or a list of 1 to {MAX_HINGES} numbers."
-        )
-    return np.array(values if len(values) > 1 else values[0], dtype=float)
+    content = read_toml(path, schema=_SCHEMA)
+    return make_record(RobotFile, {"name": path.stem, **content, "folder": path.parent}, path.name)

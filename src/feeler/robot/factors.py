@@ -14,16 +14,16 @@ from feeler.antenna import Antenna, compute_modes
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.physics.engine import DEFAULT_ENGINE, choose_timestep
-from feeler.robot.hinge import Flexures, make_flexures
+from feeler.record import OneOf
+from feeler.robot.hinge import Flexures
 from feeler.robot.preset import make_robot
 from feeler.robot.recording import Recording
 from feeler.robot.touches import INTERVAL, compute_tip
 
-METHODS = ("update", "powell")
-MAX_UPDATES = 12
-CLOSE = 1e-5  # relative distance at which the updates stop
-MIN_CYCLES = 2.0
-MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
+_MAX_UPDATES = 12
+_CLOSE = 1e-5  # relative distance at which the updates stop
+_MIN_CYCLES = 2.0
+_MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to measure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,9 +85,9 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
         )
     rest = np.mean(tip[-max(tip.size // 4, 2) :])
     crossings = np.flatnonzero(np.diff(np.signbit(tip - rest)))
-    if crossings.size < 2 * MIN_CYCLES:
+    if crossings.size < 2 * _MIN_CYCLES:
         raise InvalidInput(
-            f"the trace crosses rest {crossings.size} times; at least {2 * MIN_CYCLES:.0f} (two"
+            f"the trace crosses rest {crossings.size} times; at least {2 * _MIN_CYCLES:.0f} (two"
             " cycles) are needed. It is too short, over-damped (which has no damped frequency), or"
             " holds no release."
         )
@@ -177,7 +177,7 @@ def fit_factors(
     *,
     hinges: Flexures | None = None,
     theory: Antenna | None = None,
-    method: str = "update",
+    method: Annotated[str, OneOf(("update", "powell"))] = "update",
     name: str = "fitted robot",
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
@@ -209,10 +209,7 @@ def fit_factors(
         Capacitance instead of angles, the wrong number of hinges, or a recording that does not
         ring.
     """
-    if method not in METHODS:
-        raise InvalidInput(f"unknown method {method!r}; valid: {', '.join(METHODS)}.")
     if theory is None:
-        hinges = make_flexures() if hinges is None else hinges
         theory = make_robot(hinges=hinges, stiffness_factor=1.0, damping_factor=1.0)
     theory = theory.replace(name=name)
     target = measure_ringing(recording.time, compute_tip(theory, _check_release(recording, theory)))
@@ -294,14 +291,14 @@ def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.n
     come out right.
     """
     best, best_error = factors, np.inf
-    for _ in range(MAX_UPDATES):
+    for _ in range(_MAX_UPDATES):
         reached, _ = ring(factors)
         if reached is None:
             return best
         error = _distance(reached, target)
         if error < best_error:
             best, best_error = factors, error
-        if error < CLOSE:
+        if error < _CLOSE:
             break
         faster = target.frequency / reached.frequency
         factors = factors * [faster**2, faster * target.damping_ratio / reached.damping_ratio]
@@ -346,7 +343,7 @@ def _check_release(recording: Recording, theory: Antenna) -> np.ndarray:
         raise InvalidInput(
             f"the recording has {recording.n_sensors} channels, the model {n} hinges."
         )
-    if np.abs(recording.values.sum(axis=0)).max() < MIN_RINGING:
+    if np.abs(recording.values.sum(axis=0)).max() < _MIN_RINGING:
         raise InvalidInput(
             "the recording holds no deflection worth measuring: it must start at the release."
         )

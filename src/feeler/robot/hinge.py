@@ -2,14 +2,14 @@
 sources.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from feeler.antenna.fact import Fact
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import Gt, Record, Unit, freeze
 
 FACTS: dict[str, Fact] = {
     "n_hinges": Fact(value=8, unit="1", tag="P", note="capacitive hinges"),
@@ -49,48 +49,31 @@ FACTS: dict[str, Fact] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Flexures:
-    """Flexure hinges as geometry; each field is one number or one per hinge, base to tip.
+class Flexures(Record):
+    """Flexure hinges as geometry; each field is one number or one per hinge, base to tip."""
 
-    Raises
-    ------
-    InvalidInput
-        Not finite and > 0, or lengths that do not agree.
-    """
-
-    width: np.ndarray
+    width: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
     """Width across the antenna [mm]."""
-    thickness: np.ndarray
+    thickness: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
     """Thickness of the bending sheet [mm]."""
-    length: np.ndarray
+    length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
     """Free length of the flexure along the antenna [mm]."""
-    modulus: np.ndarray
+    modulus: Annotated[np.ndarray, "hinge?", Gt(0), Unit("MPa")]
     """Young's modulus [MPa = N/mm²]."""
 
-    def __post_init__(self) -> None:
-        names = ("width", "thickness", "length", "modulus")
+    def _check(self) -> None:
         try:
-            arrays = np.broadcast_arrays(
-                *(np.atleast_1d(np.asarray(getattr(self, name), float)) for name in names)
-            )
-        except (TypeError, ValueError) as error:
+            arrays = np.broadcast_arrays(np.empty(1), *vars(self).values())[1:]
+        except ValueError as error:
             raise InvalidInput(
                 "width, thickness, length and modulus must be one number or one per hinge, all of"
                 " one length."
             ) from error
-        for name, values in zip(names, arrays, strict=True):
-            if values.ndim != 1 or not np.all(np.isfinite(values) & (values > 0)):
-                raise InvalidInput(
-                    f"hinge {name} must be finite and > 0 in every hinge, got {values}."
-                )
-            object.__setattr__(self, name, np.array(values))
+        vars(self).update(zip(vars(self), map(freeze, arrays), strict=True))
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Theoretical stiffness (hinge,) k_th = E·w·t³/(12·ℓ) [N·mm/rad] (Methods, robophysical
-        model; form [B]).
-        """
+        """Theoretical stiffness (hinge,) [N·mm/rad]: k_th = E·w·t³/(12·ℓ) (Methods; form [B])."""
         return self.modulus * self.width * self.thickness**3 / (12 * self.length)
 
 
@@ -99,16 +82,6 @@ def make_flexures(**changes: float | np.ndarray) -> Flexures:
     """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace
     the defaults.
     """
-    unknown = set(changes) - {"width", "thickness", "length", "modulus"}
-    if unknown:
-        raise InvalidInput(
-            f"unknown hinge field {sorted(unknown)[0]!r}; valid: width, thickness, length, modulus."
-        )
-    facts = {
-        "width": "width",
-        "thickness": "thickness",
-        "length": "hinge_length",
-        "modulus": "modulus",
-    }
+    facts = {"length": "hinge_length", **{key: key for key in ("width", "thickness", "modulus")}}
     values: dict[str, Any] = {name: FACTS[fact].value for name, fact in facts.items()}
     return Flexures(**values | changes)

@@ -17,7 +17,7 @@ WRAP = 65536
 CLOCK = (
     2**32 / 1000
 )  # ms after which a board's clock of microseconds in 32 bits begins anew (71.6 minutes)
-MAX_HOLE = 2000  # [C] samples in a row; a longer hole is a board that began anew
+_MAX_HOLE = 2000  # [C] samples in a row; a longer hole is a board that began anew
 
 
 def frame_sample(number: int, time: float, values: np.ndarray) -> str:
@@ -54,14 +54,14 @@ class Link:
             self.broken += 1
             return []
         ahead = 1 if self._last < 0 else (number - self._last) % WRAP
-        if ahead == 0 or ahead > WRAP - MAX_HOLE:
+        if ahead == 0 or ahead > WRAP - _MAX_HOLE:
             self.late += 1
             return []
-        if ahead > MAX_HOLE:  # a board that began anew, and its clock with it
+        if ahead > _MAX_HOLE:  # a board that began anew, and its clock with it
             self._turns, self._time = 0, time
         before, missing, time = (
             self._time,
-            (ahead - 1 if ahead <= MAX_HOLE else 0),
+            (ahead - 1 if ahead <= _MAX_HOLE else 0),
             self.follow(time),
         )
         step = (time - before) / (missing + 1)

@@ -2,25 +2,22 @@
 down.
 """
 
-from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import OneOf
 from feeler.robot.recording import Recording
+from feeler.robot.touches import INTERVAL
 
-INTERVAL = 1.0  # ms; [P] at most 1000 Hz
-MAX_GAP = 10.0  # [C] ms; a fast touch lasts about 100 ms
-MAX_SAMPLES = 2_000_000
-FLAT_RUN = 20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
-FLAT_SHARE, FLAT_LONG = (
-    0.1,
-    100,
-)  # [C] … a tenth of the recording or 100 in any case (hysteresis rests too), …
-FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
-BAD = ("refuse", "missing")
-GAPS = ("refuse", "bridge", "keep")
+_MAX_GAP = 10.0  # [C] ms; a fast touch lasts about 100 ms
+_MAX_SAMPLES = 2_000_000
+_FLAT_RUN = 20  # [C] fewest samples in a row at the channel's extreme that count as saturation, …
+_FLAT_SHARE = 0.1  # [C] … a tenth of the recording, …
+_FLAT_LONG = 100  # [C] … or 100 in any case (hysteresis rests too), …
+_FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the median
 
 
 @checked
@@ -36,7 +33,7 @@ def find_bad_channels(recording: Recording) -> dict[int, str]:
         elif np.ptp(known) == 0:
             bad[number] = f"dead (always {known[0]:.4g})"
         elif (stuck := _count_saturated(known)) >= max(
-            FLAT_RUN, min(FLAT_SHARE * known.size, FLAT_LONG)
+            _FLAT_RUN, min(_FLAT_SHARE * known.size, _FLAT_LONG)
         ):
             bad[number] = f"saturated ({stuck} samples in a row at its extreme value)"
     return bad
@@ -47,7 +44,7 @@ def _count_saturated(values: np.ndarray) -> int:
     noise = np.median(np.abs(np.diff(values))) / 0.6745 / np.sqrt(2)
     longest = 0
     for extreme in (values.min(), values.max()):
-        if abs(extreme - np.median(values)) <= FLAT_STEP * max(noise, 1e-6 * np.ptp(values)):
+        if abs(extreme - np.median(values)) <= _FLAT_STEP * max(noise, 1e-6 * np.ptp(values)):
             continue
         edges = np.flatnonzero(
             np.diff(np.concatenate(([False], values == extreme, [False])).astype(int))
@@ -60,10 +57,10 @@ def _count_saturated(values: np.ndarray) -> int:
 def repair(
     recording: Recording,
     *,
-    interval: float = INTERVAL,
-    max_gap: float = MAX_GAP,
-    gaps: str = "refuse",
-    bad_channels: str = "refuse",
+    interval: Annotated[float, "> 0"] = INTERVAL,
+    max_gap: float = _MAX_GAP,
+    gaps: Annotated[str, OneOf(("refuse", "bridge", "keep"))] = "refuse",
+    bad_channels: Annotated[str, OneOf(("refuse", "missing"))] = "refuse",
 ) -> Recording:
     """The recording on an even time base that starts at 0, with every change in its history.
 
@@ -85,9 +82,6 @@ def repair(
         Bad channels or gaps under ``refuse``, time that stands still or runs backwards, or a
         recording too long.
     """
-    for name, value, valid in (("gaps", gaps, GAPS), ("bad_channels", bad_channels, BAD)):
-        if value not in valid:
-            raise InvalidInput(f"unknown {name}={value!r}; valid: {', '.join(valid)}.")
     recording = _drop_bad(recording, bad_channels)
     time = _check_time(recording.time)
     count = _check_length(time, interval)
@@ -97,10 +91,7 @@ def repair(
     for row, channel in enumerate(recording.values):
         values[row], said = _mend(time - time[0], channel, grid, max_gap, gaps, row + 1)
         words += said
-    result = replace(recording, time=grid, values=values)
-    for line in words:
-        result = result.noted(line)
-    return result
+    return recording.replace(time=grid, values=values, history=(*recording.history, *words))
 
 
 def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
@@ -115,7 +106,7 @@ def _drop_bad(recording: Recording, bad_channels: str) -> Recording:
         raise InvalidInput(f"bad channels: {words}. {advice}")
     values = recording.values.copy()
     values[[number - 1 for number in bad]] = np.nan
-    return replace(recording, values=values).noted(f"made missing: {words}")
+    return recording.replace(values=values).noted(f"made missing: {words}")
 
 
 def _check_time(time: np.ndarray) -> np.ndarray:
@@ -135,13 +126,11 @@ def _check_time(time: np.ndarray) -> np.ndarray:
 
 
 def _check_length(time: np.ndarray, interval: float) -> int:
-    if not (np.isfinite(interval) and interval > 0):
-        raise InvalidInput(f"interval must be > 0 ms, got {interval}.")
     count = np.floor((time[-1] - time[0]) / interval + 1e-9) + 1
-    if count > MAX_SAMPLES:
+    if count > _MAX_SAMPLES:
         raise InvalidInput(
             f"{time[-1] - time[0]:.4g} ms at {interval:g} ms are {count:.4g} samples, more than"
-            f" {MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
+            f" {_MAX_SAMPLES:,}. Is the time unit right? Otherwise cut the recording."
         )
     return int(count)
 

@@ -19,15 +19,15 @@ from feeler.stimulus import Trial
 # rad [C], a hundredth of a gap's noise: a channel that repeats one value to the last bit counts as
 # broken
 QUIET = 4e-5
-ENTRIES = tuple(entry.name for entry in fields(Gap))
-MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
+_ENTRIES = tuple(entry.name for entry in fields(Gap))
+_MECHANICS = ("stiffness", "stiffness_each", "damping", "mass", "length", "rest_angle", "play")
 TOUCH = ("location", "speed", "size", "approach", "friction")
-SENSING = tuple(name for name in ENTRIES if name not in MECHANICS + TOUCH)
+_SENSING = tuple(name for name in _ENTRIES if name not in _MECHANICS + TOUCH)
 PARTS: dict[str, tuple[str, ...]] = {
-    "everything": ENTRIES,
-    "all mechanics": MECHANICS,
+    "everything": _ENTRIES,
+    "all mechanics": _MECHANICS,
     "all of the touch": TOUCH,
-    "all sensing": SENSING,
+    "all sensing": _SENSING,
     **{
         name: (name,)
         for name in ("play", "noise", "drift", "gain", "crosstalk", "hysteresis", "bend", "dropped")
@@ -40,9 +40,9 @@ PARTS: dict[str, tuple[str, ...]] = {
 def keep_parts(names: Collection[str], gap: Gap | None = None) -> Gap:
     """One reality gap with only these entries, the others 0."""
     whole = Gap() if gap is None else gap
-    if unknown := [name for name in names if name not in ENTRIES]:
-        raise InvalidInput(f"a gap has no entry {unknown[0]!r}; valid: {', '.join(ENTRIES)}.")
-    return Gap(**{name: getattr(whole, name) if name in names else 0.0 for name in ENTRIES})
+    if unknown := [name for name in names if name not in _ENTRIES]:
+        raise InvalidInput(f"a gap has no entry {unknown[0]!r}; valid: {', '.join(_ENTRIES)}.")
+    return Gap(**{name: getattr(whole, name) if name in names else 0.0 for name in _ENTRIES})
 
 
 @checked

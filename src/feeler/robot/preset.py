@@ -1,10 +1,11 @@
 """The robotic antenna as an :class:`~feeler.antenna.Antenna` of eight hinges."""
 
+from typing import Annotated
+
 import numpy as np
 
 from feeler.antenna import Antenna
 from feeler.checked import checked
-from feeler.errors import InvalidInput
 from feeler.robot.hinge import FACTS, Flexures, make_flexures
 
 MOUNT = FACTS["mount"].number
@@ -18,9 +19,9 @@ get places on the device.
 def make_robot(
     *,
     hinges: Flexures | None = None,
-    stiffness_factor: float = FACTS["stiffness_factor"].number,
-    damping_factor: float = FACTS["damping_factor"].number,
-    mass: float = FACTS["mass"].number,
+    stiffness_factor: Annotated[float, "> 0"] = FACTS["stiffness_factor"].number,
+    damping_factor: Annotated[float, "> 0"] = FACTS["damping_factor"].number,
+    mass: Annotated[float, "> 0"] = FACTS["mass"].number,
     radius: float = FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
@@ -50,13 +51,6 @@ def make_robot(
         8 segments, every hinge a sensor.
     """
     hinges = make_flexures() if hinges is None else hinges
-    for label, factor in (
-        ("stiffness_factor", stiffness_factor),
-        ("damping_factor", damping_factor),
-        ("mass", mass),
-    ):
-        if not (np.isfinite(factor) and factor > 0):
-            raise InvalidInput(f"{label} must be finite and > 0, got {factor}.")
     n = hinges.stiffness.size
     segment_length = np.append(np.full(n - 1, FACTS["spacing"].number), FACTS["last_link"].number)
     return Antenna(

@@ -35,7 +35,7 @@ from feeler.robot.touches import (
 )
 from feeler.stimulus import Trial
 
-N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
+_N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -220,7 +220,7 @@ def make_classifier(
     """The paper's classifier, trained on simulated touches of any antenna and objects, with
     probabilities.
 
-    Its probabilities are tempered on ``N_TEMPER`` surrogate robots drawn around the antenna at one
+    Its probabilities are tempered on two surrogate robots drawn around the antenna at one
     reality gap, so that they are as sure as they are right there; what your robot's own gap is,
     they cannot know. ``robots`` more surrogates join the training. ``how`` goes to
     :func:`make_training`.
@@ -228,10 +228,10 @@ def make_classifier(
     antenna = make_robot() if antenna is None else antenna
     trials = make_touches() if trials is None else list(trials)
     training = make_training(antenna, trials, **how)
-    children = np.random.SeedSequence([seed, robots]).spawn(N_TEMPER + robots)
+    children = np.random.SeedSequence([seed, robots]).spawn(_N_TEMPER + robots)
     drawn = [make_surrogate(np.random.default_rng(child), nominal=antenna) for child in children]
-    training = add_robots(training, drawn[N_TEMPER:], trials)
-    held = [read_touches(robot, trials, antenna) for robot in drawn[:N_TEMPER]]
+    training = add_robots(training, drawn[_N_TEMPER:], trials)
+    held = [read_touches(robot, trials, antenna) for robot in drawn[:_N_TEMPER]]
     classifier = TransferClassifier(random_state=seed).fit(training.values, training.labels)
     return classifier.temper(
         np.concatenate([touches.values for touches in held]),

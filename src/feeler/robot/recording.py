@@ -4,62 +4,48 @@ explicit step.
 
 import os
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
+from typing import Annotated
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import ALLOW_NAN, OneOf, Record
 from feeler.robot.link import unwrap_clock
 from feeler.robot.sensor import ANGLE_UNITS, CAPACITANCE_UNITS, MAX_HINGES, SensorCalibration
 from feeler.tensors.bags import find_bag, read_bag
 from feeler.tensors.table import Table, read_table
 
-N_CHANNELS = 8  # [P]
-QUANTITIES = ("angle", "capacitance")
-TIME_UNITS = {"ms": 1.0, "s": 1e3, "us": 1e-3, "µs": 1e-3}
-SOURCES = ("robot", "surrogate", "simulation")
-UNITS = {**dict.fromkeys(ANGLE_UNITS, "angle"), **dict.fromkeys(CAPACITANCE_UNITS, "capacitance")}
-LABELS = ("feature", "size", "location", "speed")
+_N_CHANNELS = 8  # [P]
+_TIME_UNITS = {"ms": 1.0, "s": 1e3, "us": 1e-3, "µs": 1e-3}
+_SOURCES = ("robot", "surrogate", "simulation")
+_UNITS = {**dict.fromkeys(ANGLE_UNITS, "angle"), **dict.fromkeys(CAPACITANCE_UNITS, "capacitance")}
+_LABELS = ("feature", "size", "location", "speed")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Recording:
-    """Channels over time, in ms and rad (or pF), exactly as recorded: gaps are NaN, times are as
-    written.
-    """
+class Recording(Record):
+    """Channels over time exactly as recorded: gaps are NaN, times are as written."""
 
-    time: np.ndarray
+    time: Annotated[np.ndarray, "sample", ALLOW_NAN]
     """(sample,) [ms]."""
-    values: np.ndarray
+    values: Annotated[np.ndarray, "sensor sample", ALLOW_NAN]
     """(sensor, sample) [rad, pF or counts], base to tip; NaN where a value is missing."""
-    quantity: str = "angle"
-    """``angle`` or ``capacitance``."""
+    quantity: Annotated[str, OneOf(("angle", "capacitance"))] = "angle"
     robot: str = ""
-    source: str = "robot"
-    """``robot``, ``surrogate`` or ``simulation``."""
+    """Name of the robot; empty where it is not known."""
+    source: Annotated[str, OneOf(_SOURCES)] = "robot"
     labels: dict[str, str | float] = field(default_factory=dict)
     """What is known of the touch: feature, size [mm], location, speed [mm/ms]."""
     history: tuple[str, ...] = ()
     """Every change made to the data since they were read, in words."""
 
-    def __post_init__(self) -> None:
-        time, values = np.asarray(self.time, dtype=float), np.asarray(self.values, dtype=float)
-        if time.ndim != 1 or values.ndim != 2 or values.shape[1] != time.size:
+    def _check(self) -> None:
+        if self.values.shape[1] != self.time.size or self.time.size < 2:
             raise InvalidInput(
-                f"a recording is time (sample,) and values (sensor, sample); got {time.shape} and"
-                f" {values.shape}."
+                "a recording is time (sample,) and values (sensor, sample) of at least 2 samples;"
+                f" got {self.time.shape} and {self.values.shape}."
             )
-        if self.quantity not in QUANTITIES:
-            raise InvalidInput(
-                f"unknown quantity {self.quantity!r}; valid: {', '.join(QUANTITIES)}."
-            )
-        if self.source not in SOURCES:
-            raise InvalidInput(f"unknown source {self.source!r}; valid: {', '.join(SOURCES)}.")
-        if time.size < 2:
-            raise InvalidInput(f"a recording needs at least 2 samples, got {time.size}.")
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "values", values)
 
     @property
     def n_sensors(self) -> int:
@@ -75,19 +61,19 @@ class Recording:
                 "the recording already holds angles; a calibration applies to capacitance only."
             )
         angle = calibration.apply(self.values, robot=self.robot, outside=outside)
-        result = replace(self, values=angle, quantity="angle")
+        result = self.replace(values=angle, quantity="angle")
         return result.noted(f"capacitance to angle by calibration, outside={outside}")
 
     def noted(self, words: str) -> "Recording":
         """The same recording with one more line of history."""
-        return replace(self, history=(*self.history, words))
+        return self.replace(history=(*self.history, words))
 
 
 @checked
 def load_recording(
     path: str | os.PathLike,
     *,
-    n_channels: int | None = N_CHANNELS,
+    n_channels: int | None = _N_CHANNELS,
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:
@@ -131,7 +117,7 @@ def load_recording(
     recording = Recording(
         time=time,
         values=values,
-        quantity=UNITS[chosen],
+        quantity=_UNITS[chosen],
         robot=table.notes.get("robot", ""),
         source=_read_source(table),
         labels=_read_labels(table),
@@ -170,12 +156,12 @@ def _read_time(table: Table, time_unit: str | None) -> np.ndarray:
         match = re.fullmatch(r"(?:time|t)[\s_(\[]*(ms|s|us|µs)?[)\]]?", column, re.IGNORECASE)
         if match:
             unit = match[1] or time_unit or table.notes.get("time unit")
-            if unit not in TIME_UNITS:
+            if unit not in _TIME_UNITS:
                 raise InvalidInput(
                     f"{table.source}: column {column!r} has no time unit; valid:"
-                    f" {', '.join(TIME_UNITS)}. Name the column time_ms, or give time_unit=."
+                    f" {', '.join(_TIME_UNITS)}. Name the column time_ms, or give time_unit=."
                 )
-            return table.column(column) * TIME_UNITS[unit]
+            return table.column(column) * _TIME_UNITS[unit]
     raise InvalidInput(
         f"{table.source}: no time column (time_ms, time_s) among {', '.join(table.columns[:12])}."
     )
@@ -198,7 +184,7 @@ def _check_time(table: Table, time: np.ndarray) -> np.ndarray:
 
 def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]]:
     numbers, columns, units = [], [], []
-    names = "|".join(re.escape(unit) for unit in UNITS)
+    names = "|".join(re.escape(unit) for unit in _UNITS)
     pattern = re.compile(
         rf"(?:hinge|sensor|channel|ch|c|cap|capacitance|angle|joint)[\s_]*(\d{{1,3}})[\s_(\[]*({names})?[)\]]?",
         re.IGNORECASE,
@@ -213,7 +199,7 @@ def _find_channels(table: Table) -> tuple[list[int], list[int], list[str | None]
 
 
 def _canonical(unit: str) -> str:
-    return next(name for name in UNITS if name.lower() == unit.lower())
+    return next(name for name in _UNITS if name.lower() == unit.lower())
 
 
 def _check_numbers(source: str, numbers: list[int], n_channels: int | None) -> None:
@@ -244,9 +230,9 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
         raise InvalidInput(
             f"{table.source}: its header says {chosen}, unit={unit!r} was given. Which is right?"
         )
-    if chosen not in UNITS:
+    if chosen not in _UNITS:
         raise InvalidInput(
-            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(UNITS)}. Name"
+            f"{table.source}: unit of the channels is {chosen!r}; valid: {', '.join(_UNITS)}. Name"
             " the columns hinge1_deg or hinge1_pF, give unit=, or ask for run.mcap:TOPIC:UNIT."
         )
     return chosen
@@ -254,16 +240,16 @@ def _choose_unit(table: Table, found: list[str | None], unit: str | None) -> str
 
 def _read_source(table: Table) -> str:
     source = (table.notes.get("source") or "robot").split()[0].strip(",;.").lower()
-    if source not in SOURCES:
+    if source not in _SOURCES:
         raise InvalidInput(
-            f"{table.source}: unknown source {source!r}; valid: {', '.join(SOURCES)}."
+            f"{table.source}: unknown source {source!r}; valid: {', '.join(_SOURCES)}."
         )
     return source
 
 
 def _read_labels(table: Table) -> dict[str, str | float]:
     labels: dict[str, str | float] = {}
-    for name in LABELS:
+    for name in _LABELS:
         text = table.notes.get(name, "").split(" ")[0]
         if not text:
             continue

@@ -11,13 +11,13 @@ from feeler.compiled import compiled
 from feeler.robot.gap import Gap
 from feeler.robot.sensor import SensorCalibration, fit_sensors
 
-BASE = 5.0  # [C] pF of a straight hinge
-SENSITIVITY = 1.2  # [C] pF/rad
-SPREAD = 0.15  # [C] sd of base and sensitivity between hinges, as a share
-BEND_ANGLE = 0.35  # rad at which Gap.bend is stated
-BENCH_RANGE = np.deg2rad(40.0)  # [C] rad
-BENCH_LEVELS, BENCH_REPEATS = 17, 6  # [C]
-BENCH_INTERVAL = 500.0  # [C] ms between readings
+_BASE = 5.0  # [C] pF of a straight hinge
+_SENSITIVITY = 1.2  # [C] pF/rad
+_SPREAD = 0.15  # [C] sd of base and sensitivity between hinges, as a share
+_BEND_ANGLE = 0.35  # rad at which Gap.bend is stated
+_BENCH_RANGE = np.deg2rad(40.0)  # [C] rad
+_BENCH_LEVELS, _BENCH_REPEATS = 17, 6  # [C]
+_BENCH_INTERVAL = 500.0  # [C] ms between readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,7 +43,7 @@ class Sensing:
         gap = self.gap
         seen = play(np.ascontiguousarray(angle, dtype=float), gap.hysteresis)
         seen = seen + gap.crosstalk * _sum_neighbours(seen)
-        signal = seen * (1 + gap.bend * seen / BEND_ANGLE)
+        signal = seen * (1 + gap.bend * seen / _BEND_ANGLE)
         if not on_bench:
             signal = signal * self.gain[:, None]
             signal = signal + np.cumsum(
@@ -51,7 +51,7 @@ class Sensing:
             )
         signal = signal + gap.noise * rng.standard_normal(signal.shape)
         capacitance = self.base[:, None] + self.sensitivity[:, None] * signal
-        step = gap.quantum * SENSITIVITY
+        step = gap.quantum * _SENSITIVITY
         return np.round(capacitance / step) * step if step > 0 else capacitance
 
     def bench(self, rng: np.random.Generator) -> dict[str, Any]:
@@ -60,8 +60,8 @@ class Sensing:
 
         Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].
         """
-        up = np.linspace(-BENCH_RANGE, BENCH_RANGE, BENCH_LEVELS)
-        angles = np.tile(np.concatenate([up, up[::-1]]), BENCH_REPEATS)
+        up = np.linspace(-_BENCH_RANGE, _BENCH_RANGE, _BENCH_LEVELS)
+        angles = np.tile(np.concatenate([up, up[::-1]]), _BENCH_REPEATS)
         n = self.base.size
         readings = []
         for hinge in range(n):
@@ -72,7 +72,7 @@ class Sensing:
             "hinge": np.repeat(np.arange(1, n + 1), angles.size),
             "angle": np.tile(angles, n),
             "capacitance": np.concatenate(readings),
-            "time": np.arange(n * angles.size) * BENCH_INTERVAL,
+            "time": np.arange(n * angles.size) * _BENCH_INTERVAL,
         }
 
     def calibrate(self, rng: np.random.Generator, robot: str) -> SensorCalibration:
@@ -83,8 +83,8 @@ class Sensing:
 def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
     """Channels drawn at random."""
     return Sensing(
-        base=BASE * np.exp(SPREAD * rng.standard_normal(n_hinges)),
-        sensitivity=SENSITIVITY * np.exp(SPREAD * rng.standard_normal(n_hinges)),
+        base=_BASE * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
+        sensitivity=_SENSITIVITY * np.exp(_SPREAD * rng.standard_normal(n_hinges)),
         gain=np.exp(gap.gain * rng.standard_normal(n_hinges)),
         gap=gap,
     )

@@ -10,10 +10,10 @@ from feeler.errors import InvalidInput
 from feeler.tensors.table import MAX_BYTES, Table, read_table
 
 # [C] share of the calibrated range by which a reading may lie outside and still count as inside
-MARGIN = 0.02
-MIN_READINGS = 3
+_MARGIN = 0.02
+_MIN_READINGS = 3
 MAX_HINGES = 256
-OUTSIDE = ("refuse", "clip", "missing", "extend")
+_OUTSIDE = ("refuse", "clip", "missing", "extend")
 ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "°": np.pi / 180}
 CAPACITANCE_UNITS = {"pF": 1.0, "fF": 1e-3, "nF": 1e3, "counts": 1.0}
 
@@ -77,7 +77,7 @@ class SensorCalibration:
         slope, offset, low, high = (
             v[:, None] for v in (self.slope, self.offset, self.low, self.high)
         )
-        margin = MARGIN * (high - low)
+        margin = _MARGIN * (high - low)
         beyond = (capacitance < low - margin) | (capacitance > high + margin)
         if outside == "refuse" and beyond.any():
             raise InvalidInput(self._describe(capacitance, beyond))
@@ -87,8 +87,8 @@ class SensorCalibration:
         return np.where(beyond, np.nan, angle) if outside == "missing" else angle
 
     def _check(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
-        if outside not in OUTSIDE:
-            raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(OUTSIDE)}.")
+        if outside not in _OUTSIDE:
+            raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(_OUTSIDE)}.")
         if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
             raise InvalidInput(
                 f"the calibration is for {self.n_hinges} hinges, the readings have shape"
@@ -125,7 +125,7 @@ class SensorCalibration:
         return "\n".join(rows)
 
 
-MAX_READING = 1e15  # [C] in any unit; squares of it are still finite
+_MAX_READING = 1e15  # [C] in any unit; squares of it are still finite
 
 
 @checked
@@ -163,9 +163,9 @@ def fit_sensors(
         raise InvalidInput(
             "a calibration table must be complete: hinge, angle and capacitance in every row."
         )
-    if any(np.nanmax(np.abs(v), initial=0.0) > MAX_READING for v in (angle, capacitance, time)):
+    if any(np.nanmax(np.abs(v), initial=0.0) > _MAX_READING for v in (angle, capacitance, time)):
         raise InvalidInput(
-            f"angles, readings and times beyond ±{MAX_READING:g} are no measurements. Check the"
+            f"angles, readings and times beyond ±{_MAX_READING:g} are no measurements. Check the"
             " table."
         )
     n = _count_hinges(hinge)
@@ -195,10 +195,10 @@ def _fit_one(
     number: int, angle: np.ndarray, capacitance: np.ndarray, time: np.ndarray
 ) -> dict[str, float]:
     levels = np.unique(np.round(angle, 9))
-    if angle.size < MIN_READINGS or levels.size < 2:
+    if angle.size < _MIN_READINGS or levels.size < 2:
         raise InvalidInput(
             f"hinge {number} has {angle.size} readings at {levels.size} angles; a line needs"
-            f" {MIN_READINGS} at 2."
+            f" {_MIN_READINGS} at 2."
         )
     if np.ptp(capacitance) == 0:
         raise InvalidInput(

@@ -10,10 +10,10 @@ from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.robot.sensor import MAX_HINGES, SensorCalibration
 
-FORMAT = "feeler sensor calibration"
-VERSION = 1
-MAX_FILE = 2**20
-FIELDS = (
+_FORMAT = "feeler sensor calibration"
+_VERSION = 1
+_MAX_FILE = 2**20
+_FIELDS = (
     "slope",
     "offset",
     "low",
@@ -30,12 +30,12 @@ FIELDS = (
 def save_calibration(calibration: SensorCalibration, path: str | os.PathLike) -> None:
     """Write the lines as JSON: readable, versioned, nothing in it is ever executed."""
     content = {
-        "format": FORMAT,
-        "version": VERSION,
+        "format": _FORMAT,
+        "version": _VERSION,
         "robot": calibration.robot,
         "unit": calibration.unit,
     }
-    for name in FIELDS:
+    for name in _FIELDS:
         content[name] = [None if np.isnan(v) else float(v) for v in getattr(calibration, name)]
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -50,15 +50,15 @@ def load_calibration(path: str | os.PathLike) -> SensorCalibration:
         Not such a file, another version, or damaged content.
     """
     content = _read_json(path)
-    if content.get("format") != FORMAT:
+    if content.get("format") != _FORMAT:
         raise InvalidInput(
             f"{path} is no sensor calibration of feeler. Make one with `feeler robot calibrate`."
         )
-    if content.get("version") != VERSION:
+    if content.get("version") != _VERSION:
         raise InvalidInput(
-            f"{path} has version {content.get('version')!r}; this feeler reads version {VERSION}."
+            f"{path} has version {content.get('version')!r}; this feeler reads version {_VERSION}."
         )
-    arrays = {name: _read_numbers(path, name, content.get(name)) for name in FIELDS}
+    arrays = {name: _read_numbers(path, name, content.get(name)) for name in _FIELDS}
     sizes = {values.size for values in arrays.values()}
     if len(sizes) != 1 or not 1 <= sizes.copy().pop() <= MAX_HINGES:
         raise InvalidInput(f"{path} is damaged: its lists have different lengths.")
@@ -77,9 +77,9 @@ def _read_json(path: str | os.PathLike) -> dict:
             raise InvalidInput(
                 f"cannot read {path!s}: no such file. `feeler robot calibrate` makes a calibration."
             )
-        if Path(path).stat().st_size > MAX_FILE:
+        if Path(path).stat().st_size > _MAX_FILE:
             raise InvalidInput(
-                f"{path} is no sensor calibration: it has more than {MAX_FILE:,} bytes."
+                f"{path} is no sensor calibration: it has more than {_MAX_FILE:,} bytes."
             )
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:

@@ -24,7 +24,7 @@ from feeler.robot.sensor import SensorCalibration
 from feeler.robot.touches import INTERVAL, LEAD, LOCATIONS, SPEEDS, make_touches, simulate_pairs
 from feeler.stimulus import Trial
 
-RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
+_RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting angle
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -147,7 +147,7 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
 
 
 @checked
-def subtract_rest(recording: Recording, before: float = RESTING) -> Recording:
+def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
     """Angles relative to their mean over the first ``before`` ms, when nothing touches yet; said in
     the history.
     """
@@ -158,7 +158,7 @@ def subtract_rest(recording: Recording, before: float = RESTING) -> Recording:
             " subtract."
         )
     level = np.nanmean(recording.values[:, resting], axis=1, keepdims=True)
-    return replace(recording, values=recording.values - level).noted(
+    return recording.replace(values=recording.values - level).noted(
         f"mean of the first {before:g} ms subtracted"
     )
 

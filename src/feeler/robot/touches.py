@@ -20,15 +20,15 @@ LOCATIONS = (
     0.8,
     0.9,
 )  # [C] five from middle to tip [P], as for the insect; the last is "the tip"
-SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
+_SIZE = 4.0  # [C] mm; radius of the ball, half-width and half-height of the box
 LEAD = 20.0  # [C] ms before contact, enough to see the resting level
-TAIL = 400.0  # [C] ms kept after contact can last
-SWEEP = (
+_TAIL = 400.0  # [C] ms kept after contact can last
+_SWEEP = (
     60.0,
     -40.0,
 )  # [C] mm; how far a feature moves before the antenna slips off: at 0.5 L, and per length beyond
 INTERVAL = 1.0  # [P] ms
-ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
+_ALIKE = 1.35  # ratio of durations up to which touches are simulated on one clock
 
 Label = tuple[str, float, float]
 """A class: feature, location, speed."""
@@ -40,7 +40,7 @@ def make_touches(
     features: Sequence[Feature] | None = None,
     locations: Sequence[float] = LOCATIONS,
     speeds: Sequence[float] = SPEEDS,
-    size: float = SIZE,
+    size: float = _SIZE,
     friction: float = 1.0,
 ) -> list[Trial]:
     """Every feature at every location and speed; by default the paper's ball and box of ``size``,
@@ -63,10 +63,10 @@ def get_label(trial: Trial) -> Label:
 
 
 def choose_duration(trial: Trial, reach: float = 1.0) -> float:
-    """Time [ms] after which a touch has let go and rung for about ``TAIL`` ms; ``reach`` is the
+    """Time [ms] after which a touch has let go and rung for about 400 ms; ``reach`` is the
     antenna's length over the paper's robot's."""
-    sweep = reach * max(SWEEP[0] + SWEEP[1] * (trial.location - 0.5), 0.0)
-    return float(np.ceil(trial.lead + sweep / trial.speed + TAIL))
+    sweep = reach * max(_SWEEP[0] + _SWEEP[1] * (trial.location - 0.5), 0.0)
+    return float(np.ceil(trial.lead + sweep / trial.speed + _TAIL))
 
 
 @checked
@@ -121,7 +121,7 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
     """Numbers of the touches whose durations are alike enough to share a clock."""
     groups: list[list[int]] = []
     for i in np.argsort(durations, kind="stable"):
-        if groups and durations[i] <= ALIKE * durations[groups[-1][0]]:
+        if groups and durations[i] <= _ALIKE * durations[groups[-1][0]]:
             groups[-1].append(int(i))
         else:
             groups.append([int(i)])
