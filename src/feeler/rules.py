@@ -99,6 +99,8 @@ class _Array(_Rule):
         try:
             if value is None or isinstance(value, str | bytes | Mapping):
                 raise TypeError
+            if self.dtype is not str and np.asarray(value).dtype.kind in "US":
+                raise TypeError  # NumPy would read "1" as a number
             array = freeze(value, self.dtype)
         except (TypeError, ValueError, OverflowError):
             kind = _WORDS.get(self.dtype, ("", "values"))[1]

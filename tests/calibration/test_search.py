@@ -85,7 +85,7 @@ def test_measuring_together_is_measuring_alone(targets):
 def test_a_cylinder_that_still_pushes_at_the_end_is_run_for_longer(monkeypatch):
     names, found = ("ratio_71", "ratio_86"), []
     for first in (0.02, 0.6):
-        monkeypatch.setattr(protocol_module, "IMPULSE_TRAVEL", (first, 0.6))
+        monkeypatch.setattr(protocol_module, "_IMPULSE_TRAVEL", (first, 0.6))
         found.append(Protocol().measure(make_small(), names).values)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
 

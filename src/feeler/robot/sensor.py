@@ -1,12 +1,13 @@
 """Sensor calibration: from capacitance to hinge angle, by linear regression per hinge."""
 
 import os
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import ALLOW_NAN, Record
 from feeler.tensors.table import MAX_BYTES, Table, read_table
 
 # [C] share of the calibrated range by which a reading may lie outside and still count as inside
@@ -18,36 +19,47 @@ ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "°": np.pi / 180}
 CAPACITANCE_UNITS = {"pF": 1.0, "fF": 1e-3, "nF": 1e3, "counts": 1.0}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SensorCalibration:
-    """Straight lines angle = slope · capacitance + offset, one per hinge, and how far to trust
-    them.
-    """
+_PerHinge = Annotated[np.ndarray, "hinge"]
+_MaybePerHinge = Annotated[np.ndarray, "hinge", ALLOW_NAN]
 
-    slope: np.ndarray
+
+class SensorCalibration(Record):
+    """Lines angle = slope · capacitance + offset, one per hinge, and how far to trust them."""
+
+    slope: _PerHinge
     """(hinge,) [rad per unit]."""
-    offset: np.ndarray
+    offset: _PerHinge
     """(hinge,) [rad]."""
-    low: np.ndarray
+    low: _PerHinge
     """(hinge,) smallest calibrated capacitance [unit]."""
-    high: np.ndarray
+    high: _PerHinge
     """(hinge,) largest calibrated capacitance [unit]."""
-    residual: np.ndarray
+    residual: _MaybePerHinge
     """(hinge,) root mean square residual [rad]."""
-    cross_validated: np.ndarray
+    cross_validated: _MaybePerHinge
     """(hinge,) root mean square error at angles that the line did not see (leave one angle out)
     [rad].
     """
-    resolution: np.ndarray
+    resolution: _MaybePerHinge
     """(hinge,) sd of repeated readings at one angle, as an angle [rad]; NaN without repeats."""
-    drift: np.ndarray
+    drift: _MaybePerHinge
     """(hinge,) trend of the residuals in time [rad/ms]; NaN without times."""
-    r_squared: np.ndarray
+    r_squared: _MaybePerHinge
     """(hinge,) share of the angles' variance that the line explains."""
     robot: str = ""
     """Name of the robot the lines belong to; empty where unknown."""
     unit: str = "pF"
     """Unit of capacitance: pF, or counts for uncalibrated electronics."""
+
+    def _check(self) -> None:
+        sizes = {values.size for values in vars(self).values() if isinstance(values, np.ndarray)}
+        if len(sizes) != 1 or not 1 <= self.n_hinges <= MAX_HINGES:
+            raise InvalidInput(
+                "a calibration has one number per hinge in each list, for 1 to"
+                f" {MAX_HINGES} hinges; got lists of {', '.join(map(str, sorted(sizes)))}."
+            )
+        if np.any(self.low > self.high):
+            raise InvalidInput("a calibrated range is empty: low > high.")
 
     @property
     def n_hinges(self) -> int:
@@ -73,7 +85,7 @@ class SensorCalibration:
             Another robot, another number of hinges, or readings outside the range under ``refuse``.
         """
         capacitance = np.asarray(capacitance, dtype=float)
-        self._check(capacitance, robot, outside)
+        self._check_readings(capacitance, robot, outside)
         slope, offset, low, high = (
             v[:, None] for v in (self.slope, self.offset, self.low, self.high)
         )
@@ -86,7 +98,7 @@ class SensorCalibration:
         angle = slope * capacitance + offset
         return np.where(beyond, np.nan, angle) if outside == "missing" else angle
 
-    def _check(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
+    def _check_readings(self, capacitance: np.ndarray, robot: str, outside: str) -> None:
         if outside not in _OUTSIDE:
             raise InvalidInput(f"unknown outside={outside!r}; valid: {', '.join(_OUTSIDE)}.")
         if capacitance.ndim != 2 or capacitance.shape[0] != self.n_hinges:
