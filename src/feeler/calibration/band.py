@@ -12,8 +12,9 @@ _STEP = 1e-3  # of a parameter's typical change
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
-    """A fitted profile: (quantity, segment) of stiffness [N·mm/rad] and damping [N·mm·ms/rad], base
-    to tip.
+    """A fitted profile (quantity, segment), base to tip.
+
+    The quantities are stiffness [N·mm/rad] and damping [N·mm·ms/rad].
     """
 
     place: np.ndarray
@@ -37,8 +38,7 @@ class Band:
 
 @checked
 def compute_band(hinges: Hinges, p: np.ndarray, covariance: np.ndarray, factor: float) -> Band:
-    """Profiles at ``p`` and ``factor`` standard deviations around, from the covariance of the
-    searched numbers.
+    """Profiles at ``p`` and ``factor`` standard deviations around, from the covariance of ``x``.
 
     Linear in the logarithms: sd(ln k_n)² = g Σ gᵀ with g the derivatives of ln k_n.
     """

@@ -27,17 +27,16 @@ def compute_residuals(simulated: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 @checked
 def compute_distance(simulated: np.ndarray, target: np.ndarray) -> float:
-    """Normalised Euclidean distance ``√ Σ ((target − simulated) / target)²`` (Methods, antenna
-    model).
-    """
+    """Normalised Euclidean distance ``√ Σ ((target − simulated) / target)²`` (Methods)."""
     return float(np.linalg.norm(compute_residuals(simulated, target)))
 
 
 @checked
 def compute_symmetric_accuracy(simulated: np.ndarray, target: np.ndarray) -> float:
-    """Median symmetric accuracy ``exp(median |ln(simulated / target)|) − 1``, as a fraction (Morley
-    et al. 2018, doi:10.1002/2017SW001669); infinite where half the simulated quantities or more
-    have no logarithm.
+    """Median symmetric accuracy ``exp(median |ln(simulated / target)|) − 1``, as a fraction.
+
+    Morley et al. 2018, doi:10.1002/2017SW001669; infinite where half the simulated quantities or
+    more have no logarithm.
     """
     compute_residuals(simulated, target)
     ratio = np.asarray(simulated, dtype=float) / np.asarray(target, dtype=float)

@@ -43,9 +43,11 @@ def make_starts(
     *,
     spread: float = 0.7,
 ) -> np.ndarray:
-    """Starts (start, parameter): the family's own first, then ones perturbed by ``spread`` (sd, in
-    logs; a rate by a fiftieth of it), kept inside the bounds. A large ``spread`` makes them random
-    starts."""
+    """Starts (start, parameter): the family's own first, then perturbed ones inside the bounds.
+
+    ``spread`` is their sd in logs (a rate moves by a fiftieth of it); a large one makes random
+    starts.
+    """
     low, high = hinges.bounds
     own = hinges.to_x(hinges.start)
     others = own + spread * hinges.scale * rng.standard_normal((n_starts - 1, own.size))

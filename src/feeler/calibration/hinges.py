@@ -1,14 +1,11 @@
-"""Families of hinges: few numbers that give stiffness and damping along an antenna; positive ones
-searched as logs.
-"""
+"""Families of hinges: few numbers that give stiffness and damping along an antenna."""
 
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.profile import Constant, Exponential, Linear
+from feeler.antenna import Antenna, Constant, Exponential, Linear
 from feeler.checked import checked
 from feeler.errors import InvalidInput
 from feeler.record import Record
@@ -68,8 +65,7 @@ class Hinges(Record):
 
     @property
     def scale(self) -> np.ndarray:
-        """A typical change of each searched number: 1 for logarithms, an eighth of its range for
-        others.
+        """A typical change of each searched number: 1 for logarithms, else an eighth of its range.
 
         For rates of 140 joints that is 0.02 per joint, a factor of 16 along the antenna.
         """
@@ -109,8 +105,7 @@ def _read_ends(values: np.ndarray) -> tuple[float, float]:
 
 @FAMILIES.register("exponential")
 def _make_exponential(antenna: Antenna) -> Hinges:
-    """p1…p4 of the paper in its order: stiffness and damping at the base, then their rates per
-    joint.
+    """p1…p4 of the paper: stiffness and damping at the base, then their rates per joint.
 
     Starts at the antenna's own ends; bounds are those of the cockroach, as multiples of where it
     starts.
@@ -138,8 +133,9 @@ def _make_exponential(antenna: Antenna) -> Hinges:
 
 @FAMILIES.register("linear")
 def _make_linear(antenna: Antenna) -> Hinges:
-    """Stiffness and damping at the base and at the tip; the tip is kept from being softer than the
-    cockroach's.
+    """Stiffness and damping at the base and at the tip.
+
+    The tip is kept from being softer than the cockroach's.
     """
     return _make(
         "linear",
@@ -173,9 +169,7 @@ def _make_constant(antenna: Antenna) -> Hinges:
 
 @FAMILIES.register("scale")
 def make_scale(antenna: Antenna) -> Hinges:
-    """Two factors on the antenna's own hinges: p1 on its stiffness, p2 on its damping (the robot's
-    fit).
-    """
+    """Two factors on the antenna's own hinges (the robot's fit): p1 on stiffness, p2 on damping."""
     return _make(
         "scale",
         antenna,
@@ -186,8 +180,9 @@ def make_scale(antenna: Antenna) -> Hinges:
 
 @FAMILIES.register("tilt")
 def _make_tilt(antenna: Antenna) -> Hinges:
-    """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted: times exp(tilt ·
-    (x − ½)).
+    """The antenna's own hinges times p1 (stiffness) and p2 (damping), each tilted.
+
+    A tilt multiplies by exp(tilt · (x − ½)), x the place of the hinge.
     """
     x = antenna.hinge_position / antenna.length - 0.5
     return _make(

@@ -12,9 +12,7 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
-    """Singular directions of the residuals at an optimum, stiffest first, in the searched numbers'
-    typical changes.
-    """
+    """Singular directions of the residuals at an optimum, stiffest first, in typical changes."""
 
     names: tuple[str, ...]
     p: np.ndarray
@@ -73,8 +71,7 @@ def decompose(names: tuple[str, ...], p: np.ndarray, jacobian: np.ndarray) -> Di
 def walk_loose(
     problem: Problem, directions: Directions, steps: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters (step, parameter) and errors (step,) of the model itself along the loosest
-    direction.
+    """Parameters (step, parameter) and errors (step,) along the loosest direction.
 
     ``steps`` are typical changes (a factor e, or 0.02 per joint) away from where the directions
     were taken; points are cut at the bounds.
@@ -98,9 +95,7 @@ class Profiles:
     """All parameters of those fits (parameter, place, parameter)."""
 
     def find_interval(self, k: int, level: float) -> tuple[float, float]:
-        """Smallest and largest held value of parameter ``k`` whose refitted error stays under
-        ``level``.
-        """
+        """Smallest and largest held value of parameter ``k`` whose error stays under ``level``."""
         inside = self.value[k][self.error[k] <= level]
         if not inside.size:
             raise InvalidInput(
@@ -113,8 +108,7 @@ class Profiles:
 def compute_profiles(
     problem: Problem, p: np.ndarray, *, span: float = 1.0, n_places: int = 5, refits: int = 4
 ) -> Profiles:
-    """Profile of the error over each parameter, from ``−span`` to ``+span`` typical changes around
-    the optimum ``p``.
+    """Profile of the error over each parameter, ``span`` typical changes to either side of ``p``.
 
     Going outwards each refit starts from its neighbour's result; ``refits`` bounds its trust-region
     steps.
@@ -174,8 +168,7 @@ def bootstrap(
     refits: int = 0,
     directions: Directions | None = None,
 ) -> np.ndarray:
-    """Parameters (draw, parameter) refitted to targets drawn anew from the animals' spread
-    (parametric bootstrap).
+    """Parameters (draw, parameter) refitted to targets drawn from the animals' spread (parametric).
 
     Each draw's targets are means of ``n_animals`` normal values with the targets' spread. With
     ``refits=0`` a refit is one Gauss–Newton step from ``p`` with the Jacobian there, cut at the

@@ -19,8 +19,7 @@ def find_rest(signal: np.ndarray) -> float:
 
 @checked
 def find_release(signal: np.ndarray, name: str = "trace") -> tuple[int, float]:
-    """Number of the last held sample, and the position at rest, of a trace that is held, let go,
-    and settles.
+    """Number of the last held sample, and the position at rest, of a trace that is let go.
 
     Rest is :func:`find_rest`. Let go, a tip may first rise: the release is the last sample before
     the trace leaves the held displacement, by more than four standard deviations of the noise or 1

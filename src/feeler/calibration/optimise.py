@@ -77,9 +77,7 @@ class _Spent(Exception):
 
 @METHODS.register("least-squares")
 def _least_squares(problem: Problem, x: np.ndarray, max_evaluations: int) -> None:
-    """Bounded trust region on the residuals themselves (Branch, Coleman & Li 1999), Jacobians in
-    lanes.
-    """
+    """Bounded trust region on the residuals (Branch, Coleman & Li 1999), Jacobians in lanes."""
     least_squares(
         problem.compute_residuals,
         x,

@@ -1,6 +1,4 @@
-"""Fit your own animals: hinges from recorded free responses, by the whole trace or by frequency and
-damping.
-"""
+"""Fit your own animals: hinges from recorded free responses."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -165,9 +163,7 @@ def _find_directions(hinges: Hinges, one: _Fitted) -> Directions | None:
 def _measure_spread(
     xs: np.ndarray, covariance: np.ndarray, confidence: float, n: int
 ) -> tuple[np.ndarray, np.ndarray, float, str]:
-    """Mean, its covariance, how many standard deviations the interval reaches, and where it comes
-    from.
-    """
+    """Mean, its covariance, the interval's reach in standard deviations, and its origin."""
     count, upper = len(xs), (1 + confidence) / 2
     if count > 1:
         spread = np.atleast_2d(np.cov(xs.T)) / count
@@ -301,9 +297,10 @@ def make_synthetic_traces(
     protocol: Protocol | None = None,
     planted: tuple[float, float] = (1.0, 1.0),
 ) -> Traces:
-    """Simulated free responses: each animal's stiffness and damping factors around ``planted``
-    (log-normal, sd ``spread``), white noise of sd ``noise`` of the first deflection, sampled as the
-    animals were (1000 frames/s).
+    """Simulated free responses of several animals, sampled at 1000 frames/s as the real ones.
+
+    Each animal's stiffness and damping factors lie around ``planted`` (log-normal, sd ``spread``);
+    white noise has an sd of ``noise`` of the first deflection.
     """
     hinges = make_scale(antenna)
     time = np.arange(0.0, duration, interval)

@@ -21,8 +21,9 @@ FAILED = 10.0
 
 @dataclass(kw_only=True, eq=False)
 class Problem:
-    """Residuals of hinges against targets, counted; ``best_x`` and ``best_error`` remember the best
-    ever seen.
+    """Residuals of hinges against targets, counted.
+
+    ``best_x`` and ``best_error`` remember the best ever seen.
 
     What stands in the ``journal`` is taken from there, and counts as if it had been simulated.
     """
@@ -51,9 +52,7 @@ class Problem:
         return self.compute_many(np.asarray(x, dtype=float)[None])[0]
 
     def compute_many(self, xs: np.ndarray) -> np.ndarray:
-        """Residuals (vector, target), simulated together; ``FAILED`` where there was nothing to
-        measure.
-        """
+        """Residuals (vector, target), simulated together; ``FAILED`` where none is measured."""
         new = [k for k, x in enumerate(xs) if self.journal.find(x) is None]
         for k, entry in zip(new, self._simulate(xs[new]) if new else (), strict=True):
             self.journal.add(entry, xs[k])

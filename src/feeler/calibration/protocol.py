@@ -5,8 +5,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from feeler.antenna.antenna import Antenna
-from feeler.antenna.modes import compute_modes
+from feeler.antenna import Antenna, compute_modes
 from feeler.errors import FeelerError, InvalidInput, SimulationDiverged
 from feeler.execute.threads import ThreadExecutor, count_cores
 from feeler.experiment.impulse import LEAD, Impulse, make_impulse_scene, measure_impulse
@@ -58,8 +57,9 @@ class Protocol(Record):
     def measure_many(
         self, antennas: Sequence[Antenna], names: Sequence[str]
     ) -> "list[Measured | FeelerError]":
-        """The named quantities of many antennas; those that could not be simulated give their error
-        instead.
+        """The named quantities of many antennas.
+
+        Those that could not be simulated give their error instead.
         """
         names = tuple(names)
         outcomes: list[dict] = [{} for _ in antennas]
@@ -80,8 +80,7 @@ class Protocol(Record):
     def simulate_steps(
         self, antennas: Sequence[Antenna], places: Sequence[float] | np.ndarray = (1.0,)
     ) -> list[tuple[np.ndarray, np.ndarray] | FeelerError]:
-        """Time [ms] from release and sideways displacement (place, sample) [mm] of each antenna
-        after a step.
+        """Time [ms] from release and sideways displacement (place, sample) [mm] after a step.
 
         ``places`` are fractions of the length; 1 is the tip.
         """
@@ -188,8 +187,9 @@ class Measured(Record):
 
 
 def _follow(antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Sideways displacement from rest (place, sample) of points at fractions of the length;
-    segments are straight.
+    """Sideways displacement from rest (place, sample) of points at fractions of the length.
+
+    Segments are straight.
     """
     moved = (antenna.shape(motion.angle) - antenna.shape())[..., 0]
     ends = np.append(antenna.hinge_position, antenna.length) / antenna.length

@@ -81,8 +81,9 @@ def load_traces(
     frame_rate: Annotated[float, "> 0"] | None = None,
     release: Annotated[str, OneOf(("first", "found"))] = "first",
 ) -> Traces:
-    """Traces from a CSV table: ``time_ms``, ``time_s`` or ``frame``, and a named column of
-    displacement per animal.
+    """Traces from a CSV table: a column of time or frames, and a named column per animal.
+
+    Time is ``time_ms``, ``time_s`` or ``frame``; the other columns are displacements.
 
     A column is the tip's, or ``animal@0.5`` a point's at half of the length; any unit serves, as
     only shapes are used. Lines that begin with ``#`` are comments. ``synthetic_step`` names the
@@ -151,8 +152,9 @@ def _read_time(table: Table, frame_rate: float | None) -> tuple[np.ndarray, str]
 
 @checked
 def _cut_at_release(traces: Traces) -> Traces:
-    """Traces from rest, each animal's cut at its own release, all as long as the shortest; see
-    :func:`find_release`.
+    """Traces from rest, each animal's cut at its own release (:func:`find_release`).
+
+    All are as long as the shortest.
     """
     parts: dict[str, np.ndarray] = {}
     for animal in traces.animals:

@@ -66,8 +66,10 @@ def measure_free_trace(time: np.ndarray, trace: np.ndarray, name: str) -> FreeRe
 
 
 def _smooth(trace: np.ndarray) -> np.ndarray:
-    """The trace through a cubic Savitzky–Golay filter that spans 80 % of the time to the first zero
-    crossing, so that noise does not move the turning points."""
+    """The trace through a cubic Savitzky–Golay filter, so that noise moves no turning point.
+
+    It spans 80 % of the time to the first zero crossing.
+    """
     crossing = int(np.argmax(trace * np.sign(trace[0]) <= 0))
     window = 2 * int(0.4 * crossing) + 1
     return savgol_filter(trace, window, 3) if 5 <= window < trace.size else trace

@@ -1,6 +1,4 @@
-"""Answers: what a classifier says of one recording, how likely that is, and what the recording's
-notes know.
-"""
+"""What a classifier says of one recording, how sure it is, and what the recording's notes say."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -21,8 +21,9 @@ _STRIDE = 4  # every fourth sample is kept: nothing in the motion is faster than
 
 @checked
 def make_profiles() -> dict[str, Antenna]:
-    """The robot (its widths fall linearly) and two controls of the same compliance Σ 1/k_n and
-    damping time c/k.
+    """The robot, whose widths fall linearly, and two controls.
+
+    All have the same compliance Σ 1/k_n and the same damping time c/k.
     """
     linear = make_robot()
     steps = np.linspace(0, 1, linear.n_segments)
@@ -44,8 +45,9 @@ def make_profiles() -> dict[str, Antenna]:
 def simulate_comparison(
     antenna: Antenna, *, speeds: Sequence[float] = SPEEDS, engine: str = DEFAULT_ENGINE
 ) -> tuple[np.ndarray, list[Trial]]:
-    """Rectified tensors (trial, sensor, time) [rad] of one duration, 4 ms apart, and their trials:
-    10 per speed, not aligned.
+    """Rectified tensors (trial, sensor, time) [rad], 4 ms apart, and their trials: 10 per speed.
+
+    All have one duration; they are not aligned.
     """
     trials = make_touches(speeds=speeds, locations=LOCATIONS)
     motions = simulate_touches(antenna, trials, duration=_DURATION, engine=engine)
@@ -56,8 +58,9 @@ def simulate_comparison(
 def compute_comparison(
     *, n_repeats: int = 3, random_state: int = 0, engine: str = DEFAULT_ENGINE
 ) -> dict[str, dict]:
-    """Dispersion and accuracy by speed (the robot) and by profile (slow touches), rectified as for
-    the 140-link model.
+    """Dispersion and accuracy by speed (the robot) and by profile (slow touches).
+
+    Tensors are rectified as those of the 140-link model.
 
     Returns
     -------

@@ -1,6 +1,4 @@
-"""Robot files: one TOML file says how a robotic antenna is built, which hinges are sensed, and
-where its calibration is.
-"""
+"""Robot files: one TOML file describes a robotic antenna, its sensors and their calibration."""
 
 import os
 from functools import cached_property
@@ -131,8 +129,9 @@ class RobotFile(Record):
 
 @checked
 def write_robot(path: str | os.PathLike, n_hinges: Annotated[int, "> 0"]) -> None:
-    """Write a commented robot file to be edited: widths fall linearly from 12 to 4 mm, 8 mm links
-    of 30 mg [C].
+    """Write a commented robot file to be edited.
+
+    Widths fall linearly from 12 to 4 mm; links are 8 mm long and weigh 30 mg [C].
 
     Raises
     ------

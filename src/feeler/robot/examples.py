@@ -13,8 +13,9 @@ EXAMPLES = {
 
 
 def get_example(name: str) -> Path:
-    """Path of an example file: ``recording`` (capacitance), ``calibration`` (bench table),
-    ``release`` (angles).
+    """Path of an example file.
+
+    ``recording`` holds capacitance, ``calibration`` a bench table, ``release`` angles.
     """
     if name not in EXAMPLES:
         raise InvalidInput(f"unknown example {name!r}; valid: {', '.join(EXAMPLES)}.")

@@ -1,6 +1,4 @@
-"""Fit of the robot's two factors p1 and p2 to the ringing after a release (Methods, robophysical
-model).
-"""
+"""Fit of the robot's factors p1 and p2 to the ringing after a release (Methods)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -57,8 +55,7 @@ class RobotFit:
 
 @checked
 def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
-    """Damped frequency and damping ratio of a free tip trace (time,) by a least-squares damped
-    cosine.
+    """Damped frequency and damping ratio of a free tip trace (time,).
 
     ``y(t) = A exp(−ζω t) cos(2πf t + φ) + b`` with ω = 2πf/√(1 − ζ²), fitted from the first
     crossing of rest on, when the faster modes have died down. The first sample must be the release
@@ -95,8 +92,9 @@ def measure_ringing(time: np.ndarray, tip: np.ndarray) -> Ringing:
 
 
 def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
-    """Frequency and decay by nonlinear least squares; amplitude, phase and offset are linear and
-    solved inside.
+    """Frequency and decay by nonlinear least squares.
+
+    Amplitude, phase and offset are linear and solved inside.
     """
 
     def residual(logs: np.ndarray) -> np.ndarray:
@@ -122,9 +120,7 @@ def _fit_cosine(time: np.ndarray, tip: np.ndarray) -> Ringing:
 
 
 def _guess_frequencies(time: np.ndarray, tip: np.ndarray) -> list[float]:
-    """From the spectrum's peak (light damping), and from the spacing of the first extremes (heavy
-    damping).
-    """
+    """From the spectrum's peak (light damping) and the first extremes' spacing (heavy damping)."""
     interval, away = time[1] - time[0], tip - np.mean(tip[-max(tip.size // 4, 2) :])
     spectrum = np.abs(np.fft.rfft(away * np.hanning(away.size), 8 * away.size))
     guesses = [(np.argmax(spectrum[4:]) + 4) / (8 * away.size * interval)]
@@ -143,9 +139,7 @@ def simulate_release(
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
 ) -> np.ndarray:
-    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad] at
-    rest.
-    """
+    """Hinge angles (hinge, time) [rad] at 1 kHz after letting go of ``posture`` (hinge,) [rad]."""
     from feeler.physics.clock import Clock
     from feeler.physics.run import run_scene
     from feeler.physics.scene import Scene
@@ -163,9 +157,7 @@ def simulate_release(
 
 @checked
 def make_posture(antenna: Antenna, deflection: float = 15.0) -> np.ndarray:
-    """Angles (hinge,) [rad] of an antenna held still by a sideways force at the tip, ``deflection``
-    mm off (linear).
-    """
+    """Angles (hinge,) [rad] under a sideways force that holds the tip ``deflection`` mm off."""
     arm = antenna.length - antenna.hinge_position
     angle = np.divide(arm, antenna.stiffness, out=np.zeros_like(arm), where=antenna.stiffness > 0)
     return angle * deflection / float(arm @ angle)
@@ -264,9 +256,7 @@ def compare_tips(
     engine: str = DEFAULT_ENGINE,
     timestep: float | None = None,
 ) -> np.ndarray:
-    """Tip [mm] (2, time) of a recorded release off its rest, and of ``antenna`` let go of the same
-    posture.
-    """
+    """Tip [mm] (2, time) off rest: as recorded, and of ``antenna`` from the same posture."""
     recorded = compute_tip(antenna, _check_release(recording, antenna))
     motion = simulate_release(antenna, *_find_release(recording), engine=engine, timestep=timestep)
     after = recording.time - recording.time[0]
@@ -276,8 +266,7 @@ def compare_tips(
 
 @checked
 def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
-    """Closed form (p1, p2) for which the linear model's first mode has the target's frequency and
-    damping ratio.
+    """Closed form of (p1, p2): the linear model's first mode rings as the target does.
 
     With k = p1·k_th and c = p2·k_th every mode is damped by ζ = p2 ω/(2 p1), and ω grows with √p1.
     """
@@ -287,9 +276,7 @@ def solve_factors(target: Ringing, theory: Antenna) -> np.ndarray:
 
 
 def _search_update(ring: Callable, target: Ringing, factors: np.ndarray) -> np.ndarray:
-    """Repeat: simulate, then scale p1 by the squared ratio of frequencies and p2 so that ζ would
-    come out right.
-    """
+    """Simulate, scale p1 by the squared ratio of frequencies and p2 to mend ζ; repeat."""
     best, best_error = factors, np.inf
     for _ in range(_MAX_UPDATES):
         reached, _ = ring(factors)

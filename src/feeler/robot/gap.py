@@ -1,6 +1,4 @@
-"""The reality gap as numbers: how far a surrogate robot may differ from the model that trains the
-classifier.
-"""
+"""The reality gap as numbers: how far a surrogate robot may differ from the model."""
 
 from dataclasses import fields
 from typing import Annotated
@@ -18,8 +16,9 @@ _Size = Annotated[float, Ge(0)]
 
 
 class Gap(Record):
-    """Standard deviations and sizes of every difference; all are choices [C], none was measured on
-    the real robot.
+    """Standard deviations and sizes of every difference.
+
+    All are choices [C]; none was measured on the real robot.
 
     ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)``
     removes them all.
@@ -101,8 +100,9 @@ class Gap(Record):
 
 
 def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenna:
-    """The same antenna with its mechanics drawn around the nominal; shares are log-normal, so all
-    stay positive.
+    """The same antenna with its mechanics drawn around the nominal.
+
+    Shares are log-normal, so all stay positive.
     """
     n = antenna.n_segments
     shares = {
@@ -120,8 +120,9 @@ def draw_antenna(antenna: Antenna, gap: Gap, rng: np.random.Generator) -> Antenn
 
 
 def draw_trial(trial: Trial, gap: Gap, rng: np.random.Generator) -> Trial:
-    """The same touch as an experimenter would carry it out: place, speed, size, direction and
-    friction drawn.
+    """The same touch as an experimenter would carry it out.
+
+    Place, speed, size, direction and friction are drawn.
     """
     named = {name: getattr(gap, name) for name in NUISANCES}
     return Nuisances(kind="normal", **named).jitter([trial], rng)[0]

@@ -1,6 +1,4 @@
-"""The robotic antenna's hinges: geometry, theoretical stiffness, and the numbers with their
-sources.
-"""
+"""The robotic antenna's hinges: geometry, theoretical stiffness, numbers with their sources."""
 
 from typing import Annotated, Any
 
@@ -79,8 +77,9 @@ class Flexures(Record):
 
 @checked
 def make_flexures(**changes: float | np.ndarray) -> Flexures:
-    """The robot's eight hinges; ``thickness=…``, ``length=…``, ``width=…``, ``modulus=…`` replace
-    the defaults.
+    """The robot's eight hinges.
+
+    ``thickness``, ``length``, ``width`` and ``modulus`` replace the defaults.
     """
     facts = {"length": "hinge_length", **{key: key for key in ("width", "thickness", "modulus")}}
     values: dict[str, Any] = {name: FACTS[fact].value for name, fact in facts.items()}

@@ -1,5 +1,4 @@
-"""The lines that a board sends: numbered, timed and summed, so that lost, late, doubled and broken
-ones are known.
+"""The lines that a board sends: numbered, timed and summed, so that every fault is noticed.
 
     $12,1034.250,4.73,4.71,nan*7F
 
@@ -27,8 +26,9 @@ def frame_sample(number: int, time: float, values: np.ndarray) -> str:
 
 
 def unwrap_clock(time: np.ndarray) -> np.ndarray:
-    """Times (sample,) [ms] that go on where a board's clock began anew; times that fall by less
-    than half of it stay.
+    """Times (sample,) [ms] that go on where a board's clock began anew.
+
+    Times that fall by less than half of its range stay.
     """
     return time + CLOCK * np.cumsum(np.diff(time, prepend=time[:1]) < -CLOCK / 2)
 
@@ -46,9 +46,7 @@ class Link:
         self._n, self._last, self._time, self._turns = n_sensors, -1, 0.0, 0
 
     def take(self, line: str) -> list[tuple[float, np.ndarray]]:
-        """The samples (time [ms], values) that a line adds: none, one, or one and those lost before
-        it.
-        """
+        """Samples (time [ms], values) that a line adds: none, one, or one and those lost before."""
         number, time, values = self._read(line.strip())
         if number is None:
             self.broken += 1

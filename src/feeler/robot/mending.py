@@ -1,6 +1,4 @@
-"""Repair of recordings: bad channels named, gaps mended only as far as asked, every change written
-down.
-"""
+"""Repair of recordings: bad channels named, gaps mended as asked, every change written down."""
 
 from typing import Annotated
 
@@ -22,8 +20,9 @@ _FLAT_STEP = 8.0  # [C] … if the extreme lies this many noise sds from the med
 
 @checked
 def find_bad_channels(recording: Recording) -> dict[int, str]:
-    """Channels not to be trusted, hinge number → why: empty, dead (never changes) or saturated
-    (stuck at an end).
+    """Channels not to be trusted: hinge number → why.
+
+    They are empty, dead (never change) or saturated (stuck at an end).
     """
     bad = {}
     for number, values in enumerate(recording.values, 1):

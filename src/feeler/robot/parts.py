@@ -1,6 +1,4 @@
-"""Which part of the reality gap costs what: surrogate robots that differ from the model in one way
-only.
-"""
+"""Which part of the reality gap costs what: surrogate robots that differ in one way only."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields
@@ -55,8 +53,7 @@ def measure_parts(
     seed: Annotated[int, "≥ 0"] = 0,
     progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> dict[str, TransferScore]:
-    """Train on simulated touches alone, test on surrogate robots with one part of the gap at full
-    size each.
+    """Train on simulated touches, test on surrogate robots with one part of the gap each.
 
     Parameters
     ----------

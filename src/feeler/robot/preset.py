@@ -25,8 +25,7 @@ def make_robot(
     radius: float = FACTS["radius"].number,
     name: str = "robot",
 ) -> Antenna:
-    """The robotic antenna: k = p1·k_th and c = p2·k_th in every hinge, k_th from the flexure's
-    geometry.
+    """The robotic antenna: k = p1·k_th and c = p2·k_th, k_th from each flexure's geometry.
 
     The antenna's length counts from hinge 1 (62.45 mm); the 6.2 mm mount before it is rigid and not
     part of the model. The sheet's thickness, its free length, the share of mass in each link and
@@ -65,8 +64,9 @@ def make_robot(
 
 
 def _share_mass(mass: float, segment_length: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Mass (segment,) [g] of links of one areal density; the mount takes the device's remaining
-    length, full width.
+    """Mass (segment,) [g] of links of one areal density.
+
+    The mount takes the device's remaining length at full width.
     """
     length, body_width, _ = FACTS["body"].numbers
     link_area = segment_length * width

@@ -92,8 +92,7 @@ def make_training(
     rng: np.random.Generator | None = None,
     **how: Any,
 ) -> Touches:
-    """Simulate the training set: the nominal model, and ``n_variants`` more with mechanics and
-    touches drawn at random.
+    """Simulate the training set: the nominal model, and ``n_variants`` drawn at random.
 
     The variants are domain randomisation: each draws an antenna and every touch with differences of
     size ``gap`` (default one reality gap), without the sensing faults, and all keep the nominal
@@ -117,9 +116,7 @@ def _simulate(
     rng: np.random.Generator | None,
     how: dict,
 ) -> list[np.ndarray]:
-    """Angles of the sensed hinges from rest (sensor, time): the nominal model's touches, then each
-    variant's.
-    """
+    """Angles (sensor, time) from rest: the nominal model's touches, then each variant's."""
     how = {"reach": antenna.length / make_robot().length, **how}
     motions = simulate_touches(antenna, trials, **how)
     if n_variants:
@@ -137,8 +134,9 @@ def _simulate(
 
 @checked
 def choose_before(antenna: Antenna, trials: Sequence[Trial]) -> int:
-    """Samples to keep before the peak: the paper's window, longer where slower touches or a longer
-    antenna need it.
+    """Samples to keep before the peak.
+
+    The paper's window, longer where slower touches or a longer antenna need it.
     """
     slowest = min(trial.speed for trial in trials)
     return math.ceil(BEFORE * max(1.0, antenna.length / make_robot().length * SPEEDS[-1] / slowest))
@@ -148,8 +146,7 @@ def choose_before(antenna: Antenna, trials: Sequence[Trial]) -> int:
 def add_robots(
     training: Touches, robots: Sequence[Surrogate], trials: Sequence[Trial] | None = None
 ) -> Touches:
-    """The training set with the touches of whole surrogate robots added: randomisation of the
-    sensing as well.
+    """The training set with the touches of whole surrogate robots, sensing included, added.
 
     Draw these robots with a seed of their own; a robot that is tested must not be among them.
     """
@@ -192,8 +189,7 @@ def _read(
 def align_recordings(
     recordings: Sequence[Recording], antenna: Antenna | None = None, *, before: int = BEFORE
 ) -> np.ndarray:
-    """Align repaired angle recordings of a robot, as :func:`make_training` aligned the simulated
-    touches.
+    """Align repaired angle recordings as :func:`make_training` aligned the simulated touches.
 
     ``before`` is ``Touches.before`` of the training set.
     """
@@ -217,8 +213,7 @@ def make_classifier(
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
 ) -> TransferClassifier:
-    """The paper's classifier, trained on simulated touches of any antenna and objects, with
-    probabilities.
+    """The paper's classifier, trained on simulated touches of any antenna and objects.
 
     Its probabilities are tempered on two surrogate robots drawn around the antenna at one
     reality gap, so that they are as sure as they are right there; what your robot's own gap is,
@@ -248,8 +243,9 @@ def make_decoder(
     seed: Annotated[int, "≥ 0"] = 0,
     **how: Any,
 ) -> StreamDecoder:
-    """A streaming decoder of the nominal model's touches, tempered on a model and touches drawn at
-    random.
+    """A streaming decoder of the nominal model's touches.
+
+    It is tempered on a model and touches drawn at random.
 
     Antenna and trials are those of :func:`make_training`, as are the words in ``how``.
     """
@@ -274,9 +270,7 @@ def draw_robots(
     gap: Gap | None = None,
     nominal: Antenna | None = None,
 ) -> list[Surrogate]:
-    """Surrogate robots around ``nominal`` at a reality gap of ``size``; the same seed gives the
-    same robots.
-    """
+    """Surrogate robots around ``nominal`` at a reality gap of ``size``; one seed, same robots."""
     gap = (Gap() if gap is None else gap).scaled(size)
     children = np.random.SeedSequence([seed, round(1000 * size)]).spawn(n_robots)
     return [
@@ -296,8 +290,9 @@ def touch_robots(
     antenna: Antenna | None = None,
     engine: str = DEFAULT_ENGINE,
 ) -> list[Touches]:
-    """The six tip contacts of each robot, or other ``trials``, ``repeats`` times; all robots are
-    simulated together.
+    """The six tip contacts of each robot, or other ``trials``, ``repeats`` times.
+
+    All robots are simulated together.
     """
     antenna = make_robot() if antenna is None else antenna
     trials = make_tip_touches(repeats) if trials is None else list(trials) * repeats
@@ -328,8 +323,7 @@ def sweep_shots(
     n_tests: int = 1,
     engine: str = DEFAULT_ENGINE,
 ) -> list[TransferScore]:
-    """Transfer after few-shot calibration: k touches of the robot itself, per tip contact, join the
-    training set.
+    """Transfer after k touches of the robot itself, per tip contact, have joined the training set.
 
     Each robot is touched max(shots) + ``n_tests`` times in each of the six ways; the last
     ``n_tests`` are the test, the first k join the training, so no touch is in both.

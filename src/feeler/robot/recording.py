@@ -1,6 +1,4 @@
-"""Recordings: what a robotic antenna's electronics wrote, read as it is; repair is a separate,
-explicit step.
-"""
+"""Recordings: what a robotic antenna's electronics wrote, as it is; repair is another step."""
 
 import os
 import re
@@ -53,8 +51,9 @@ class Recording(Record):
         return self.values.shape[0]
 
     def to_angles(self, calibration: SensorCalibration, *, outside: str = "refuse") -> "Recording":
-        """The same recording as hinge angles; refuses another robot's calibration and readings out
-        of range.
+        """The same recording as hinge angles.
+
+        Another robot's calibration and readings out of range are refused.
         """
         if self.quantity == "angle":
             raise InvalidInput(
@@ -77,8 +76,7 @@ def load_recording(
     unit: str | None = None,
     time_unit: str | None = None,
 ) -> Recording:
-    """Read a recording: a CSV of a time column and one column per hinge, named and numbered from
-    the base, or ROS 2's MCAP.
+    """Read a recording: a CSV with a time column and numbered hinges, or ROS 2's MCAP.
 
     The header names units: ``time_ms`` or ``time (s)``; ``hinge1_pF``, ``hinge 1 (deg)``, ``c1``
     with ``unit=``. Notes above the header may hold ``# robot:``, ``# source:``, ``# unit:``, ``#
@@ -137,8 +135,9 @@ def load_recording(
 
 
 def _number_joints(table: Table) -> Table:
-    """Channels of a bag in the order of the numbers that end their names, or in their own order
-    where some have none.
+    """Channels of a bag in the order of the numbers that end their names.
+
+    Where some have none, they keep their own order.
     """
     names = table.columns[1:]
     ends = [int(found[1]) for name in names if (found := re.search(r"(\d{1,9})\D*$", name))]
@@ -264,9 +263,7 @@ def _read_labels(table: Table) -> dict[str, str | float]:
 
 @checked
 def save_recording(recording: Recording, path: str | os.PathLike, *, digits: int = 6) -> None:
-    """Write a recording as CSV with notes, so that :func:`load_recording` gives the same data and
-    labels.
-    """
+    """Write a recording as CSV that :func:`load_recording` reads with the same data and labels."""
     unit = "rad" if recording.quantity == "angle" else "pF"
     notes = {"source": recording.source, "robot": recording.robot, **recording.labels}
     header = ",".join(["time_ms", *(f"hinge{n + 1}_{unit}" for n in range(recording.n_sensors))])

@@ -13,8 +13,9 @@ MAX_LINE = 4096  # characters of one sample; more is no sample
 
 
 def parse_sample(line: str | bytes, n_sensors: int) -> tuple[float | None, np.ndarray]:
-    """Time [ms] or None, and values (sensor,), of one line: numbers separated by commas,
-    semicolons, tabs or blanks.
+    """Time [ms] or None, and values (sensor,), of one line.
+
+    Numbers are separated by commas, semicolons, tabs or blanks.
 
     ``n_sensors`` numbers are a sample, one more in front is its time. ``nan`` marks a missing
     channel.
@@ -51,8 +52,9 @@ def _decode(line: str | bytes) -> str:
 def take_line(
     line: str | bytes, n_sensors: int, link: Link
 ) -> list[tuple[float | None, np.ndarray]]:
-    """The samples that a line adds; one that begins with ``$`` is a board's, which ``link`` checks
-    and counts.
+    """The samples that a line adds.
+
+    A line that begins with ``$`` is a board's, which ``link`` checks and counts.
     """
     text = _decode(line)
     if text.lstrip().startswith("$"):
@@ -88,8 +90,7 @@ def read_lines(stream: BinaryIO) -> Iterator[bytes]:
 
 
 def open_serial(port: str, baudrate: int = 115_200, timeout: float = 2.0) -> Iterator[bytes]:
-    """Lines from a serial port, until ``timeout`` seconds pass without one. Needs the extra
-    ``robot``.
+    """Lines from a serial port, until ``timeout`` seconds pass without one (extra ``robot``).
 
     Raises
     ------

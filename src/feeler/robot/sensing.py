@@ -1,6 +1,4 @@
-"""The surrogate's electronics: from true hinge angles to the capacitances that a real device would
-write down.
-"""
+"""The surrogate's electronics: from true hinge angles to the capacitances of a real device."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -55,8 +53,9 @@ class Sensing:
         return np.round(capacitance / step) * step if step > 0 else capacitance
 
     def bench(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A calibration table (reading,): each hinge bent by itself through known angles, up and
-        down, several times.
+        """A calibration table (reading,).
+
+        Each hinge is bent by itself through known angles, up and down, several times.
 
         Keys ``hinge``, ``angle`` [rad], ``capacitance`` [pF], ``time`` [ms].
         """
@@ -92,8 +91,7 @@ def draw_sensing(gap: Gap, n_hinges: int, rng: np.random.Generator) -> Sensing:
 
 @compiled
 def play(signal: np.ndarray, half_width: float) -> np.ndarray:
-    """Play (backlash) operator on each row: the output moves only when pushed by either end of the
-    gap.
+    """Play (backlash) operator on each row: the output moves only when an end of the gap pushes it.
 
     ``y_t = min(max(y_{t−1}, x_t − r), x_t + r)`` from y_0 = x_0, r = ``half_width``.
     """

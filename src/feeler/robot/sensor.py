@@ -261,9 +261,11 @@ def _trend(time: np.ndarray, residual: np.ndarray) -> float:
 
 @checked
 def load_calibration_table(path: str | os.PathLike) -> SensorCalibration:
-    """Fit from a CSV table with the columns ``hinge``, ``angle_deg`` (or ``_rad``),
-    ``capacitance_pF`` (or ``_fF``, ``_counts``) and optionally ``time_ms``; a note ``# robot:
-    NAME`` names the robot."""
+    """Fit the lines to a CSV table of a calibration bench.
+
+    Columns are ``hinge``, ``angle_deg`` (or ``_rad``), ``capacitance_pF`` (or ``_fF``, ``_counts``)
+    and optionally ``time_ms``; a note ``# robot: NAME`` names the robot.
+    """
     table = read_table(path, max_bytes=MAX_BYTES)
     angle, _ = _take(table, "angle", ANGLE_UNITS)
     capacitance, unit = _take(table, "capacitance", CAPACITANCE_UNITS)

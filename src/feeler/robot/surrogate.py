@@ -1,5 +1,4 @@
-"""A surrogate robot: an independent model that stands in for hardware whose recordings were never
-published.
+"""A surrogate robot: an independent model in the place of hardware that published no recordings.
 
 Nothing that comes out of it is a measurement of the real robot; every recording carries
 source="surrogate".
@@ -47,8 +46,9 @@ class Surrogate:
         return float(self.antenna.segment_length[0]) if self.gap.play > 0 else 0.0
 
     def touch(self, trials: Sequence[Trial], **how: Any) -> list[Recording]:
-        """Raw recordings (capacitance, uneven time, dropped samples) of touches carried out with
-        human precision.
+        """Raw recordings of touches carried out with human precision.
+
+        They hold capacitance at uneven times and lack dropped samples.
         """
         motions = simulate_pairs(self.carry_out(trials), **how)
         return [self.record(motion, trial) for motion, trial in zip(motions, trials, strict=True)]
@@ -97,9 +97,7 @@ class Surrogate:
         )
 
     def read_angles(self, recording: Recording) -> Recording:
-        """The user's way from raw to angles: calibrate, mend, subtract the resting level before
-        contact.
-        """
+        """From raw to angles as a user does it: calibrate, mend, subtract the resting level."""
         angles = recording.to_angles(self.calibration, outside="extend")
         return subtract_rest(repair(angles, gaps="bridge"))
 
@@ -112,8 +110,9 @@ def make_surrogate(
     nominal: Antenna | None = None,
     name: str = "surrogate",
 ) -> Surrogate:
-    """Draw a surrogate robot around ``nominal`` (default :func:`make_robot`) with differences of
-    size ``gap``.
+    """Draw a surrogate robot around ``nominal`` with differences of size ``gap``.
+
+    Defaults are :func:`make_robot` and one :class:`Gap`.
     """
     gap = Gap() if gap is None else gap
     antenna = draw_antenna(make_robot() if nominal is None else nominal, gap, rng)
@@ -148,8 +147,9 @@ def _add_mount(antenna: Antenna, gap: Gap) -> Antenna:
 
 @checked
 def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
-    """Angles relative to their mean over the first ``before`` ms, when nothing touches yet; said in
-    the history.
+    """Angles relative to their mean over the first ``before`` ms, when nothing touches yet.
+
+    The history says so.
     """
     resting = recording.time < before
     if not np.isfinite(recording.values[:, resting]).any(axis=1).all():
@@ -165,7 +165,5 @@ def subtract_rest(recording: Recording, before: float = _RESTING) -> Recording:
 
 @checked
 def make_tip_touches(repeats: int = 1) -> list[Trial]:
-    """The paper's six hardware contacts: ball and box at the tip at three speeds, each ``repeats``
-    times.
-    """
+    """The paper's hardware contacts: ball and box at the tip at three speeds, ``repeats`` times."""
     return make_touches(locations=LOCATIONS[-1:], speeds=SPEEDS) * repeats

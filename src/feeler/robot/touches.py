@@ -43,8 +43,9 @@ def make_touches(
     size: float = _SIZE,
     friction: float = 1.0,
 ) -> list[Trial]:
-    """Every feature at every location and speed; by default the paper's ball and box of ``size``,
-    30 touches.
+    """Every feature at every location and speed.
+
+    By default the paper's ball and box of ``size``, 30 touches.
     """
     if features is None:
         features = (Ball(radius=size), Box(half_width=size, half_height=size))
@@ -63,16 +64,19 @@ def get_label(trial: Trial) -> Label:
 
 
 def choose_duration(trial: Trial, reach: float = 1.0) -> float:
-    """Time [ms] after which a touch has let go and rung for about 400 ms; ``reach`` is the
-    antenna's length over the paper's robot's."""
+    """Time [ms] after which a touch has let go and rung for about 400 ms.
+
+    ``reach`` is the antenna's length over that of the paper's robot.
+    """
     sweep = reach * max(_SWEEP[0] + _SWEEP[1] * (trial.location - 0.5), 0.0)
     return float(np.ceil(trial.lead + sweep / trial.speed + _TAIL))
 
 
 @checked
 def simulate_touches(antenna: Antenna, trials: Sequence[Trial], **how: Any) -> list[np.ndarray]:
-    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz; durations differ, see
-    :func:`choose_duration`.
+    """Hinge angles (hinge, time) [rad] of each trial at 1 kHz.
+
+    Durations differ, see :func:`choose_duration`.
 
     ``how`` may hold ``duration`` [ms] or ``reach`` (see :func:`choose_duration`) and,
     as for :func:`feeler.touch`, ``engine``, ``timestep``, ``workers``, ``executor``.
@@ -91,8 +95,9 @@ def simulate_pairs(
     workers: int | None = None,
     executor: Executor | None = None,
 ) -> list[np.ndarray]:
-    """As :func:`simulate_touches`, each trial with an antenna of its own; touches of like durations
-    run together.
+    """As :func:`simulate_touches`, each trial with an antenna of its own.
+
+    Touches of like durations run together.
 
     Raises
     ------
@@ -130,8 +135,9 @@ def _group(durations: Sequence[float]) -> list[list[int]]:
 
 @checked
 def compute_tip(antenna: Antenna, angle: Annotated[np.ndarray, "... hinge time"]) -> np.ndarray:
-    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time): the trace that
-    touches align on.
+    """Tip's sideways position (…, time) [mm] from hinge angles (…, hinge, time).
+
+    Touches are aligned on it.
 
     Angles of the sensed hinges alone count the others as straight.
     """
