@@ -267,9 +267,7 @@ def test_conditions_stand_at_the_foot_of_a_design(monkeypatch, tmp_path):
     monkeypatch.setattr(
         design_page, "write_design", lambda *_, conditions, **__: said.append(conditions)
     )
-    task = SimpleNamespace(
-        n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common:0.03"
-    )
+    task = SimpleNamespace(n_classes=12, speeds=(0.06, 0.6), deadline=40.0, noise="common:0.03")
     task.seeds, task.timestep = (("optimiser", 1), ("test", 2)), 0.1
     scores = {name: SimpleNamespace(errors=0.1) for name in ("final", "reference_final")}
     found = SimpleNamespace(

@@ -9,7 +9,8 @@ from sklearn.base import BaseEstimator
 from feeler.decoding import curves as curves_module
 from feeler.decoding.codes import make_codes
 from feeler.decoding.curves import Curve, Group, PeakEncoder, compute_curves
-from feeler.decoding.sweep import Plan, compute_sweep
+from feeler.decoding.plan import Plan
+from feeler.decoding.sweep import compute_sweep
 from feeler.decoding.verdict import compute_explained, judge_order
 from feeler.errors import InvalidInput
 

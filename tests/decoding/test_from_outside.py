@@ -9,7 +9,7 @@ from sklearn.neighbors import KNeighborsClassifier
 
 from feeler.decoding import NOISES, Noise, compute_sweep, make_codes
 from feeler.decoding.curves import Group, compute_curves
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, Index, compute_dispersion
 from feeler.encoding import ConvolutiveNMF
 from feeler.errors import InvalidInput

@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator
 
 from feeler.decoding import group_tensors, list_groups, make_null
 from feeler.decoding.groups import configure
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 
 PLAN = Plan(ratios=(0.1,), n_repeats=1, n_restarts=7, null_iter=5)

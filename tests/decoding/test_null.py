@@ -6,7 +6,7 @@ from sklearn.base import BaseEstimator
 
 from feeler.decoding.codes import compare_twins, fit_null, make_null
 from feeler.decoding.curves import Group, _repeat_code
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 
 PLAN = Plan(ratios=(0.05,), n_repeats=2, n_copies=4, null_iter=7)
 TIME = np.arange(60)

@@ -26,13 +26,14 @@ def info(
     """Print what files hold: sizes, units, labels, configuration, versions, licence. Nothing in
     them is executed.
     """
-    import feeler.design.files
-    import feeler.robot.files
-    import feeler.tracking.files  # noqa: F401
+    from feeler.design.files import DESIGN_FILES
     from feeler.guard import Limits
+    from feeler.robot.files import ROBOT_FILES
     from feeler.tensors.inspect import describe_file
+    from feeler.tracking.files import TRACK_FILES
 
-    found = {file: describe_file(file, Limits(max_bytes=int(max_gib * 2**30))) for file in files}
+    limits, also = Limits(max_bytes=int(max_gib * 2**30)), DESIGN_FILES | ROBOT_FILES | TRACK_FILES
+    found = {file: describe_file(file, limits, also) for file in files}
     if as_json:
         say_json([{"file": file, "says": lines} for file, lines in found.items()])
     for lines in [] if as_json else found.values():

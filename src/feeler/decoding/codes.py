@@ -12,7 +12,8 @@ from sklearn.base import clone
 
 from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.sweep import Plan, Sweep, compute_sweep
+from feeler.decoding.plan import Plan
+from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.errors import InvalidInput
 from feeler.task.noise import Relative

@@ -9,8 +9,9 @@ import numpy as np
 from feeler.checked import checked
 from feeler.decoding.classifiers import make_fitting_lda, make_lda
 from feeler.decoding.codes import CODES, JointFit, encode_with, fit_null, make_null
+from feeler.decoding.plan import Plan
 from feeler.decoding.reader import READERS, Reader
-from feeler.decoding.sweep import Plan, Sweep, compute_sweep
+from feeler.decoding.sweep import Sweep, compute_sweep
 from feeler.dispersion.index import check_tensors
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.labels import label_like

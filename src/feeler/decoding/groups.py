@@ -10,7 +10,7 @@ from feeler.checked import checked
 from feeler.decoding.codes import JointFit, fit_null, make_codes
 from feeler.decoding.curves import Group
 from feeler.decoding.labels import make_labels
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.errors import InvalidInput
 from feeler.tensors.scaling import rectify
 

@@ -1,7 +1,7 @@
-"""What ``feeler info`` says of a design file; importing this adds it to what it knows."""
+"""What ``feeler info`` says of a design file."""
 
 from feeler.design.plan import DesignPlan, load_plan
-from feeler.tensors.formats import INPUTS, Format
+from feeler.tensors.formats import Format
 
 
 def _describe(plan: DesignPlan) -> list[str]:
@@ -16,13 +16,12 @@ def _describe(plan: DesignPlan) -> list[str]:
     ]
 
 
-INPUTS.register(
-    "design",
-    Format(
+DESIGN_FILES = {
+    "design": Format(
         words="design (TOML)",
         kind="design",
         detect=lambda path, start: b"feeler.design/" in start,
         load=lambda path, limits, trusted: load_plan(path),
         tell=_describe,
     ),
-)
+}

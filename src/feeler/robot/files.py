@@ -1,4 +1,4 @@
-"""What ``feeler info`` says of a robot's files; importing this adds them to what it knows."""
+"""What ``feeler info`` says of a robot's files."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from feeler.robot.description import RobotFile, is_robot_file, load_robot
 from feeler.robot.recording import Recording, load_recording
 from feeler.tensors.bags import find_bag
-from feeler.tensors.formats import INPUTS, Format
+from feeler.tensors.formats import Format
 
 _TIME = re.compile(rb"(?im)^[\"\s]*(time|t)\b[^\n]*[,;\t]|^[\"\s]*time_?(ms|s|us)\b")
 
@@ -38,23 +38,19 @@ def _describe_robot(robot: RobotFile) -> list[str]:
     ]
 
 
-INPUTS.register(
-    "robot",
-    Format(
+ROBOT_FILES = {
+    "robot": Format(
         words="robot (TOML)",
         kind="robot",
         detect=lambda path, start: is_robot_file(path),
         load=lambda path, limits, trusted: load_robot(path),
         tell=_describe_robot,
     ),
-)
-INPUTS.register(
-    "recording",
-    Format(
+    "recording": Format(
         words="recording of a robot",
         kind="recording",
         detect=_is_recording,
         load=lambda path, limits, trusted: load_recording(path, n_channels=None),
         tell=_describe_recording,
     ),
-)
+}

@@ -11,7 +11,7 @@ from feeler.registry import Registry
 from feeler.stimulus.ninety import LOCATIONS
 
 if TYPE_CHECKING:
-    from feeler.decoding.sweep import Plan
+    from feeler.decoding.plan import Plan
     from feeler.encoding.model import ConvolutiveNMF
 
 SCALES: Registry["Scale"] = Registry("scale")
@@ -136,7 +136,7 @@ class Scale:
     @property
     def plan(self) -> "Plan":
         """Ratios, repeats and copies of the noise sweeps."""
-        from feeler.decoding.sweep import Plan
+        from feeler.decoding.plan import Plan
 
         return Plan(**self.sweep)
 

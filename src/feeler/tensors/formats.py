@@ -64,10 +64,6 @@ FORMATS: Registry[Format] = Registry(
         "model": "feeler.tensors.kinds:MODEL",
     },
 )
-INPUTS: Registry[Format] = Registry("input")
-"""Files that other rooms read (tracks, recordings, robots, designs), for ``feeler info``; each room
-registers its own.
-"""
 _HINTS = {
     b"PK\x03\x04": "a ZIP archive (.npz, .zip): unpack it first; pickled content is never read",
     b"CDF": "NetCDF-3: convert it with nccopy -k nc4, or open it with xarray and feeler.save it",

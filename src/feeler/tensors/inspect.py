@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,27 +12,33 @@ import xarray as xr
 from feeler.errors import FeelerError, InvalidInput
 from feeler.guard import Limits, find_limits
 from feeler.tensors.contract import find_breaches
-from feeler.tensors.formats import FORMATS, INPUTS, Format, detect, find_formats
+from feeler.tensors.formats import FORMATS, Format, detect, find_formats
 
 MAX_VALUES = 6
 LARGE = 64 * 2**20  # bytes; the extremes of a larger variable are not looked up
 
 
-def describe_file(path: str | os.PathLike, limits: Limits | None = None) -> list[str]:
+def describe_file(
+    path: str | os.PathLike,
+    limits: Limits | None = None,
+    also: Mapping[str, Format] | None = None,
+) -> list[str]:
     """Lines that say what a file holds: kind, sizes, variables with units, labels, configuration,
-    versions, licence.
+    versions, licence; ``also`` are formats of other rooms, beside ``FORMATS``.
     """
     path = Path(path)
-    form, content = _open(path, limits)
+    form, content = _open(path, limits, also)
     lines = [f"{path}: {form.words}", *(form.describe(path) if form.describe else [])]
     return lines + (form.tell or _describe_dataset)(content)
 
 
-def _open(path: Path, limits: Limits | None) -> tuple[Format, Any]:
+def _open(
+    path: Path, limits: Limits | None, also: Mapping[str, Format] | None
+) -> tuple[Format, Any]:
     """The content, and the first of the file's likely formats that can read it."""
     refused: list[InvalidInput] = []
     empty = None
-    for form in find_formats(path, INPUTS).values():
+    for form in find_formats(path, also).values():
         try:
             glance = form.glance
             content = glance(path) if glance else form.load(path, find_limits(limits), False)

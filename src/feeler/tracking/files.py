@@ -1,11 +1,11 @@
-"""What ``feeler info`` says of a tracker's file; importing this adds tracks to what it knows."""
+"""What ``feeler info`` says of a tracker's file."""
 
 import re
 from pathlib import Path
 
 from feeler.errors import InvalidInput
 from feeler.guard import Limits
-from feeler.tensors.formats import INPUTS, Format
+from feeler.tensors.formats import Format
 from feeler.tensors.table import Table
 from feeler.tracking.trackers import HDF5_ENDINGS, read_tracker
 from feeler.tracking.tracks import load_tracks
@@ -33,9 +33,8 @@ def _load(path: Path, limits: Limits, trusted: bool) -> list[str]:
     return lines + [f"{name:12}{text}" for name, text in tracks.notes.items()]
 
 
-INPUTS.register(
-    "tracks",
-    Format(
+TRACK_FILES = {
+    "tracks": Format(
         words="tracks of landmarks",
         kind="tracks",
         detect=lambda path, start: (
@@ -44,4 +43,4 @@ INPUTS.register(
         load=_load,
         tell=list,
     ),
-)
+}

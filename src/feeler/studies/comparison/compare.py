@@ -9,7 +9,7 @@ import numpy as np
 from feeler.checked import checked
 from feeler.decoding import Reader, list_groups, make_codes
 from feeler.decoding.curves import Curves, Group, compute_curves
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.dispersion import (
     INDICES,
     Dispersion,

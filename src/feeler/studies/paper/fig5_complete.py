@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from feeler.decoding import NOISES, Sweep, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.experiment.touch import DURATION
 from feeler.plotting.accuracy import plot_sweep

@@ -22,7 +22,7 @@ from feeler.decoding import (
     make_labels,
 )
 from feeler.decoding.curves import Curves, compute_curves
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.encoding import LABELS

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from feeler.decoding import Relative, compute_left_out, compute_sweep, make_labels
 from feeler.decoding.classifiers import make_fitting_lda
 from feeler.decoding.curves import Group
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.experiment.touch import DURATION, touch
 from feeler.plotting.look import PALETTE, PROFILE_COLOURS
 from feeler.report import Section

@@ -8,7 +8,7 @@ from typing import Any
 from feeler.decoding.codes import JointFit, Twins, compare_twins
 from feeler.decoding.curves import Group
 from feeler.decoding.groups import configure
-from feeler.decoding.sweep import Plan
+from feeler.decoding.plan import Plan
 from feeler.dispersion import INDICES, Dispersion, compute_dispersion
 from feeler.report import Section, make_spread
 from feeler.studies.paper.claims import CLAIMED
