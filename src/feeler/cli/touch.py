@@ -98,7 +98,11 @@ class TouchOptions:
             f"outline:file={self.outline}" if kind == "outline" and self.outline else kind
             for kind in self.feature
         ]
-        same = {"approach": self.approach, "side": self.side, "friction": self.friction}
+        same: dict[str, Any] = {
+            "approach": self.approach,
+            "side": self.side,
+            "friction": self.friction,
+        }
         return [
             Trial(feature=parse_feature(kind, width), location=place, speed=pace, **same)
             for kind, width, place, pace in product(named, self.size, self.location, self.speed)
@@ -174,7 +178,11 @@ def _show(said: TouchOptions, antenna: Any, trial: Any) -> None:
     out, movie = said.out, said.movie
     # first of all: a wrong path is said before the work is done
     out.mkdir(parents=True, exist_ok=True)
-    options = {"duration": said.duration, "timestep": said.timestep, "engine": said.engine}
+    options: dict[str, Any] = {
+        "duration": said.duration,
+        "timestep": said.timestep,
+        "engine": said.engine,
+    }
     everything = simulate(antenna, trial, all_hinges=True, **options)
     tensors = everything.isel(sensor=antenna.sensors - 1)
     save(tensors, out / "tensor.nc")

@@ -105,7 +105,7 @@ def tracks(said: TrackOptions) -> None:
     """
     from feeler.tracking import load_tracks, measure_exploration
 
-    how = {
+    how: dict[str, Any] = {
         "frame_rate": said.frame_rate,
         "origin": said.origin,
         "landmarks": _split(said.landmarks),

@@ -48,9 +48,8 @@ def wall(
 
     if not near <= far:
         raise InvalidInput(f"--near must not exceed --far, got {near:g} and {far:g} mm.")
-    posture = Posture(
-        inter_antennal_angle=angle, reading=reading, prebend=prebend, friction=friction
-    )
+    said: dict[str, Any] = {"reading": reading, "prebend": prebend}
+    posture = Posture(inter_antennal_angle=angle, friction=friction, **said)
     distances = np.linspace(far, near, steps) if steps > 1 else np.array([near])
     names = antennas or ["exponential", "linear", "constant", "matched"]
     sweeps = {Path(name).stem: approach(choose_antenna(name), posture, distances) for name in names}

@@ -115,6 +115,7 @@ class Job:
         return self._store(share, done) if share.store is not None and done.readings else done
 
     def _store(self, share: Share, done: ShareResult) -> ShareResult:
+        assert share.store is not None
         kept = [place for place, index in enumerate(share.indices) if index in done.readings]
         indices, trials = (
             [share.indices[place] for place in kept],
@@ -124,7 +125,7 @@ class Job:
         made = self.list_made(indices, trials)
         stored = write_group(
             share.store, share.group_size, indices, self.drop_derived(tensors), made
-        )  # type: ignore[arg-type]
+        )
         return ShareResult(errors=done.errors, stored=stored)
 
     def drop_derived(self, tensors: xr.Dataset) -> xr.Dataset:

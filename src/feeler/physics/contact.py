@@ -131,10 +131,10 @@ class Contact:
 
     def halve(self) -> "Contact":
         """The contact of half the width."""
-        low, high, width, *rest = self.solimp
+        low, high, width, middle, power = self.solimp
         return replace(
             self,
-            solimp=(low, high, width / 2, *rest),
+            solimp=(low, high, width / 2, middle, power),
             share=self.share / 2,
             crossing=self.crossing / 2,
             lingering=self.lingering / 2,

@@ -116,7 +116,7 @@ class Stepper(Protocol):
 
     scenes: list[Scene]
     timestep: float
-    advice = "Use a smaller timestep, a slower or smaller feature, or a softer contact"
+    advice: str = "Use a smaller timestep, a slower or smaller feature, or a softer contact"
     """What helps where a simulation diverges."""
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:

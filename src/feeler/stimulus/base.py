@@ -45,7 +45,7 @@ class BaseMotion(Record):
                 "a BaseMotion has either a velocity and a turn or a path (time and pose), not both."
             )
         count = [0 if part is None else len(part) for part in (self.time, self.pose)]
-        if count[0] != count[1] or count[0] < 4:
+        if self.time is None or count[0] != count[1] or count[0] < 4:
             raise InvalidInput(
                 "a recorded path needs time (sample,) and pose (sample, 3: x, y, heading) of at"
                 f" least four samples, got {count[0]} and {count[1]}."

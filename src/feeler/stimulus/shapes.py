@@ -60,5 +60,6 @@ class Triangle(Feature):
 
     def make_parts(self) -> list:
         """The core's corners, the leading one first."""
+        assert self.half_height is not None  # _check has filled it
         w, h = self.half_width, 2.0 * self.half_height
         return [[(0.0, 0.0), (-h, w), (-h, -w)]]

@@ -184,7 +184,7 @@ class Study(Record):
             fields[name] = xr.DataArray(values, dims=dims)
             if values.ndim > len(shape):
                 fields[name] = fields[name].transpose("antenna", "reader", ...)
-        kinds, values, names = zip(*self.list_windows(), strict=True)
+        kinds, lengths, names = zip(*self.list_windows(), strict=True)
         return xr.Dataset(
             fields,
             {
@@ -194,7 +194,7 @@ class Study(Record):
                 "level": list(self.noises),
                 "window": list(names),
                 "kind": ("window", list(kinds)),
-                "value": ("window", list(values)),
+                "value": ("window", list(lengths)),
             },
             {"touches": self.task.n_classes},
         )
@@ -256,7 +256,7 @@ class Study(Record):
             _MATCHED if kind == _MATCHED else first + len(samples)
             for kind, samples in zip(kinds, windows, strict=True)
         ]
-        ends = sorted({name for name in names if name != _MATCHED})
+        ends: Any = sorted({name for name in names if name != _MATCHED})
         energies: dict[bytes, dict[Any, np.ndarray]] = {}
         found = np.empty((len(self.noises), len(windows), 2))
         for row, noise in zip(found, self.noises.values(), strict=True):

@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Event, Lock
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from feeler.tensors.scaling import rectify, scale_common
 
 DURATION, INTERVAL = 380.0, 1.0  # ms [P]
 INDEX_NAMES = {"nmi": compute_nmi, "pearson": compute_pearson, "ssim": compute_ssim}
-ENCODER = {
+ENCODER: dict[str, Any] = {
     "n_components": 3,
     "n_lags": 40,
     "sparseness": 0.8,

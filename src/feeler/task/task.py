@@ -108,7 +108,8 @@ class Task(Record):
     @property
     def duration(self) -> float:
         """Recorded time of a touch [ms]: the longest lead, and on to the deadline."""
-        lead = self.lead if isinstance(self.lead, int | float) else max(self.lead)
+        lead: Any = self.lead
+        lead = lead if isinstance(lead, int | float) else max(lead)
         return lead + float(np.ceil(self.deadline))
 
     def to_plain(self) -> dict[str, Any]:

@@ -95,11 +95,11 @@ def make_layout(dataset: xr.Dataset) -> Layout:
             )
     rest = dataset.drop_vars([*variables, *labels])
     return Layout(
-        variables=variables,
-        labels=labels,
+        variables={str(name): item for name, item in variables.items()},
+        labels={str(name): item for name, item in labels.items()},
         shared=json.dumps(describe_whole(rest), sort_keys=True),
         coordinates=tuple(map(str, dataset.coords)),
-        attributes=attributes,
+        attributes={str(name): item for name, item in attributes.items()},
     )
 
 

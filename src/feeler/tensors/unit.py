@@ -3,13 +3,14 @@
 import math
 import re
 from fractions import Fraction
+from typing import Any
 
 import xarray as xr
 
 from feeler.errors import InvalidInput
 
 _NEWTON, _JOULE = (1, 1, -2, 0), (1, 2, -2, 0)
-_BASE = {
+_BASE: dict[str, tuple[tuple[int, ...], Any]] = {
     "1": ((0, 0, 0, 0), 1),
     "g": ((1, 0, 0, 0), Fraction(1, 1000)),
     "m": ((0, 1, 0, 0), 1),
@@ -71,12 +72,14 @@ def _read_unit(text: str) -> tuple[tuple[int, ...], Fraction]:
     factor = r"([*/])([A-Za-z]+|1)(?:\^([1-9]))?"
     if not re.fullmatch(f"(?:{factor})+", plain):
         raise InvalidInput(f"{text!r} is no unit; write products and quotients, such as mm/ms.")
-    powers, size = (0, 0, 0, 0), Fraction(1)
+    powers: tuple[int, ...] = (0, 0, 0, 0)
+    size = Fraction(1)
     for operator, symbol, power in re.findall(factor, plain):
         own, one = _read_symbol(symbol)
         times = int(power or 1) * (-1 if operator == "/" else 1)
         powers = tuple(a + times * b for a, b in zip(powers, own, strict=True))
-        size *= one**times
+        for _ in range(abs(times)):
+            size = size * one if times > 0 else size / one
     return powers, size
 
 
@@ -90,4 +93,4 @@ def _read_symbol(symbol: str) -> tuple[tuple[int, ...], Fraction]:
             f" {', '.join(filter(None, _PREFIX))}."
         )
     powers, size = _BASE[base]
-    return powers, size * Fraction(10) ** _PREFIX[prefix]
+    return powers, size * Fraction(f"1e{_PREFIX[prefix]}")

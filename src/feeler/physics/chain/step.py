@@ -71,7 +71,7 @@ def make_handle(tables):
     return Handle(tables)
 
 
-if config.DISABLE_JIT:  # numba's proxy would call itself for ever
+if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba's proxy would call itself for ever
 
     class _PlainHandle(NamedTuple):
         tables: Tables

@@ -47,7 +47,9 @@ def _collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, 
     best = find_best(first, study.shown["common"])
     for deadline in study.windows["deadlines"]:
         one = best.sel(window=f"{deadline:g} ms")
-        found[f"tradeoff.best.{deadline:g}"] = make_spread(one["best"], one["least"], one["most"])
+        found[f"tradeoff.best.{deadline:g}"] = make_spread(
+            *(float(one[name]) for name in ("best", "least", "most"))
+        )
         accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]))
         found[f"tradeoff.accuracy.{deadline:g}"] = accuracy
     for word, speed in named.items():

@@ -17,13 +17,13 @@ def load_declared(**changes: Any) -> Study:
         Fields of :class:`feeler.studies.study.Study` or of its task; ``seed`` of the touches.
     """
     text = files("feeler.studies.tradeoff").joinpath("declared.toml").read_text(encoding="utf-8")
-    found = parse_toml(text, "declared.toml")
-    asked = {
+    found: dict[str, Any] = parse_toml(text, "declared.toml")
+    asked: dict[str, Any] = {
         name: tuple(sorted(value)) if name == "speeds" else value
         for name, value in (found | changes).items()
     }
     seed = asked.pop("seed")
-    task = {name: asked.pop(name) for name in ("speeds", "nuisances")}
+    task: dict[str, Any] = {name: asked.pop(name) for name in ("speeds", "nuisances")}
     seeds = {"test": seed, "train": seed + 1_000_000}
     study = Study(task=Task(**task, seeds=seeds), **{n: asked.pop(n) for n in found if n in asked})
     return study.replace(**asked)
