@@ -5,6 +5,7 @@ import timeit
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from feeler import Antenna, presets
 from feeler.checked import checked
 from feeler.errors import InvalidInput
+from feeler.record import OneOf
 
 
 @checked
@@ -110,3 +112,14 @@ def test_checking_costs_microseconds():
         return min(timeit.repeat(run, number=100, repeat=40, timer=time.thread_time)) / 100
 
     assert spend(measure) - spend(measure.__wrapped__) < 20e-6
+
+
+def test_one_of_some_names():
+    @checked
+    def turn(side: Annotated[str, OneOf(("left", "right"))] = "left") -> str:
+        return side
+
+    assert turn("right") == "right"
+    for wrong in ("up", 1, ["left"]):
+        with pytest.raises(InvalidInput, match="turn: side must be one of left, right, got"):
+            turn(wrong)

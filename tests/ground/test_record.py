@@ -233,3 +233,12 @@ def test_a_record_may_be_grown_by_a_record_or_by_a_plain_dataclass():
         Longer(low=1.0, step=0)
     with pytest.raises(InvalidInput, match=r"Outside.extra must be a number"):
         Outside(stiffness=1, extra="a")
+
+
+@pytest.mark.parametrize("values", [["1", 2.0], ["1", "2"], np.array(["1", "2"])])
+def test_an_array_of_texts_is_no_array_of_numbers(values):
+    class Row(Record):
+        values: np.ndarray
+
+    with pytest.raises(InvalidInput, match=r"values must be an array of numbers, got"):
+        Row(values=values)

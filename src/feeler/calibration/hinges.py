@@ -82,9 +82,9 @@ def _make(name, antenna, fields, build) -> Hinges:
         names=names,
         units=units,
         positive=positive,
-        start=start,
-        low=low,
-        high=high,
+        start=np.array(start),
+        low=np.array(low),
+        high=np.array(high),
         build=lambda p: antenna.replace(
             **build(np.asarray(p, dtype=float), antenna.n_segments), name=name
         ),

@@ -114,9 +114,10 @@ def fit_traces(
     for done, animal in enumerate(traces.animals, 1):
         found.append(_fit_one(traces, animal, hinges, protocol, by))
         progress(done, len(traces.animals))
+    first = found[0]
     xs = np.array([one.x for one in found])
     middle, covariance, factor, origin = _measure_spread(
-        xs, found[0].covariance, confidence, len(traces.time)
+        xs, first.covariance, confidence, len(traces.time)
     )
     half = factor * np.sqrt(np.diag(covariance))
     return TraceFit(
@@ -134,7 +135,11 @@ def fit_traces(
             if np.isnan(covariance).any()
             else compute_band(hinges, hinges.to_p(middle), covariance, factor)
         ),
-        directions=_find_directions(hinges, found[0]),
+        directions=(
+            None
+            if first.jacobian is None
+            else decompose(hinges.names, hinges.to_p(first.x), first.jacobian * hinges.scale)
+        ),
     )
 
 
@@ -149,14 +154,6 @@ def _simulate_all(
         rows |= {f"{animal}@{place:.12g}": row for place, row in zip(places, moved, strict=True)}
     return np.array(
         [rows[f"{name.partition('@')[0]}@{get_place(name):.12g}"] for name in traces.names]
-    )
-
-
-def _find_directions(hinges: Hinges, one: _Fitted) -> Directions | None:
-    return (
-        None
-        if one.jacobian is None
-        else decompose(hinges.names, hinges.to_p(one.x), one.jacobian * hinges.scale)
     )
 
 

@@ -139,7 +139,8 @@ class Protocol(Record):
     def _read_step(
         self, antenna: Antenna, scene: Scene, motion: Motion, last: bool
     ) -> dict[str, object] | None:
-        free = measure_free_response(*_follow_tip(antenna, scene, motion), floor=1e-6, fit=False)
+        tip = antenna.tip(motion.angle)[:, 0] - antenna.tip()[0]
+        free = measure_free_response(motion.time, tip, floor=1e-6, fit=False)
         if not free.overdamped:
             return {
                 "overdamped": False,
@@ -194,10 +195,6 @@ def _follow(antenna: Antenna, motion: Motion, places: Sequence[float] | np.ndarr
     moved = (antenna.shape(motion.angle) - antenna.shape())[..., 0]
     ends = np.append(antenna.hinge_position, antenna.length) / antenna.length
     return np.array([[np.interp(place, ends, row) for row in moved] for place in places])
-
-
-def _follow_tip(antenna: Antenna, scene: Scene, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    return motion.time, antenna.tip(motion.angle)[:, 0] - antenna.tip()[0]
 
 
 def _collect(outcome: dict[str, Any], names: tuple[str, ...]) -> "Measured | FeelerError":
