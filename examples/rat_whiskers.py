@@ -72,10 +72,9 @@ def measure_moment(antenna: feeler.Antenna, share: float, turn: float = 0.02) ->
     return abs(simulation.base_moment)
 
 
-def compute_moment(cone: bool, share: float, turn: float = 0.02) -> float:
+def compute_moment(taper: float, share: float, turn: float = 0.02) -> float:
     """The same by beam theory (Birdwell et al. 2007, equations for small angles)."""
-    bending = 3 * MODULUS * np.pi / 4 * BASE**4 * turn / LENGTH
-    return bending * (1 / share - 1 if cone else 1 / share)
+    return 3 * MODULUS * np.pi / 4 * BASE**4 * turn / LENGTH * (1 / share - taper)
 
 
 def measure_slip(antenna: feeler.Antenna, share: float, rate: float = 2e-4) -> float:
@@ -150,7 +149,7 @@ def main(out: Path) -> dict[str, float]:
     slip: dict[str, np.ndarray] = {}
     elastica: dict[str, np.ndarray] = {}
     for name, taper in (("cylinder", 0.0), ("cone", 0.998)):
-        theory = np.array([compute_moment(name == "cone", share) for share in places])
+        theory = np.array([compute_moment(taper, share) for share in places])
         found = np.array([measure_moment(make_beam(taper), share) for share in places])
         worst = max(worst, float(np.abs(found / theory - 1).max()))
         (line,) = moments.semilogy(places, 1e3 * theory, label=f"{name}, theory")

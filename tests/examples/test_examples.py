@@ -14,6 +14,18 @@ LEAST = {
 }  # right answers of 120; chance is a third, with a standard error of 0.04
 
 
+def check_whiskers(found):
+    """Hartmann et al. 2003 for the modes; beam theory for modes and moments."""
+    assert 27 <= found["slowest"] < found["fastest"] <= 260  # Hz
+    assert max(abs(found["cylinder"]), abs(found["cone"])) <= 0.1  # %
+    assert found["moment"] <= 1  # %
+    assert found["slip_cone"] < 0.5 * found["slip_cylinder"]
+    assert found["slip_off"] <= 12  # %
+
+
+CHECKS = {"rat_whiskers": check_whiskers}
+
+
 def test_there_are_examples():
     assert len(EXAMPLES) >= 6
 
@@ -22,6 +34,7 @@ def test_there_are_examples():
 def test_example_runs(path, tmp_path, capsys):
     found = runpy.run_path(str(path))["main"](tmp_path)
     assert path.stem not in LEAST or found > LEAST[path.stem]
+    CHECKS.get(path.stem, lambda found: None)(found)
     picture = imread(tmp_path / f"{path.stem}.png")
     assert picture.std() > 0.02  # not an empty canvas
     assert capsys.readouterr().out.strip()
