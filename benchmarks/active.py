@@ -174,7 +174,6 @@ def store_learned() -> None:
         n
         for n in range(1, comparison.sets, 2)
         if f"practice {n}" in found
-        # fmt: skip
         and all(len(found.get(f"seed {s} set {n}", {})) == len(comparison.deadlines) for s in seeds)
     ]
     runs = [
@@ -264,7 +263,6 @@ def places() -> None:
                 "touches": mean,
                 "half": 1.96 * error,
                 "right": one.right.mean(),
-                # fmt: skip
                 "sure": one.sure.mean(),
                 "reached": reached,
                 "used": used,

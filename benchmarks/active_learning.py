@@ -41,7 +41,9 @@ SLOWEST = 0.06  # [C] mm/ms; whoever is slower feels as much
 
 
 class Practice:
-    """What all touches of a task feel like, in units of the noise, by speed and place of the way."""
+    """What all touches of a task feel like, in units of the noise, by speed and place of the
+    way.
+    """
 
     def __init__(self, task: TouchTask, *, menu: Sequence[float] = MENU) -> None:
         self.task, self.speeds = (
@@ -107,9 +109,14 @@ class Practised:
         belief = weight @ np.eye(practice.task.n_outputs)[practice.label]
         touching = (weight * self._touched).sum(axis=1)
         return Known(
-            time=self.time, left=self.deadline - self.time, belief=belief, touching=touching, way=self._way,
-            speed=self._speed, look=_look_no_further,
-        )  # fmt: skip
+            time=self.time,
+            left=self.deadline - self.time,
+            belief=belief,
+            touching=touching,
+            way=self._way,
+            speed=self._speed,
+            look=_look_no_further,
+        )
 
 
 def _look_no_further(speeds: Sequence[float], ms: float) -> np.ndarray:

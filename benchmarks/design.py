@@ -14,7 +14,8 @@ of at least 0.5. Twice: relative noise 1.0 of peak, and common noise 0.03 rad (t
 angle of at most 0.12 rad, or else the floppiest wins). **final**: the paper's profile and the five
 splines, on the final draws (12 test touches of each class), at 0.6, 0.3 and 0.06 m/s. Held: at each
 speed the mean over the seeds of 1 − errors/errors of the paper's is ≥ 0.30 and its 95 % interval
-over the seeds (Student's t) excludes 0. Anything else is reported as not held. **sensors**: the fewest of the 56 sensors that keep 95 % of
+over the seeds (Student's t) excludes 0. Anything else is reported as not held. **sensors**: the
+fewest of the 56 sensors that keep 95 % of
 the bits (test draws), by rule, for the paper's profile, its controls and the spline that is best on
 the test draws. **front**: of all candidates of the spline searches those that no other beats in
 missing bits, settling time and peak angle; their peak forces are measured.

@@ -99,7 +99,6 @@ def map_stability(
                         controller=controller,
                         speed=speed,
                         start=target + OFFSET,
-                        # fmt: skip
                         distance_map=known,
                         oracle=oracle,
                         engine=engine,

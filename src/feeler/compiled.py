@@ -34,7 +34,7 @@ def compiled(function: Callable | None = None, **options: Any) -> Any:
     if hasattr(kept, "_cache_file"):  # absent where nothing is kept or compiled
         file = kept._cache_file
         file._load_index = partial(_load_index, file._load_index)
-        file._source_stamp = stamp_code(function.__module__) or file._source_stamp
+        file._source_stamp = _stamp_code(function.__module__) or file._source_stamp
         _tell(logging.INFO, f"compiled code is kept in {kept.cache_path}.")
     return dispatcher
 
@@ -60,7 +60,7 @@ def _load_index(load: Callable[[], dict]) -> dict:
 
 
 @cache
-def stamp_code(module: str) -> str:
+def _stamp_code(module: str) -> str:
     """Fingerprint of the code that a module's functions can call; "" where no file holds it (at a
     prompt).
     """

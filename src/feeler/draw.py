@@ -81,7 +81,7 @@ def spread_out(spread: Spread, name: str, share: np.ndarray) -> np.ndarray:
 
 def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
     if isinstance(spread, list | np.ndarray):
-        return pick_choice(spread, share)
+        return _pick_choice(spread, share)
     if isinstance(spread, tuple):
         low, high = map(float, spread)
         if low > high:
@@ -92,7 +92,7 @@ def _evaluate(spread: Spread, share: np.ndarray) -> np.ndarray:
     return np.full(share.shape, float(spread))
 
 
-def pick_choice(choices: Sequence | np.ndarray, share: np.ndarray) -> np.ndarray:
+def _pick_choice(choices: Sequence | np.ndarray, share: np.ndarray) -> np.ndarray:
     """One of the choices for each share, all equally likely."""
     return np.asarray(choices, dtype=float)[(share * len(choices)).astype(int)]
 

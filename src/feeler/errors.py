@@ -8,12 +8,17 @@ class FeelerError(Exception):
 
 
 class InvalidInput(FeelerError, ValueError):
-    """A value, file or combination that cannot be used as given."""
+    """A value, file or combination that cannot be used as given.
+
+    Parameters
+    ----------
+    tables : tuple[str | int, ...]
+        The fields (and places in them, from 1) that lead to that record from the outermost one.
+    """
 
     subject = ""
     """What the message is about, where it begins so: the class of a record."""
     tables: tuple[str | int, ...] = ()
-    """The fields (and places in them, from 1) that lead to that record from the outermost one."""
 
 
 class SimulationDiverged(FeelerError, RuntimeError):

@@ -45,12 +45,18 @@ Frames = Iterator[tuple[bytes, bytes]]
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """What one file from outside may cost; [C], also by FEELER_MAX_GIB and FEELER_MAX_SECONDS."""
+    """What one file from outside may cost; [C], also by FEELER_MAX_GIB and FEELER_MAX_SECONDS.
+
+    Parameters
+    ----------
+    max_bytes : int
+        Bytes of numbers once unpacked; the process that reads may take 512 MiB more.
+    max_seconds : float
+        Processor time [s], and 30 s more for each GiB that the file has on disk.
+    """
 
     max_bytes: int = 4 * 2**30
-    """Bytes of numbers once unpacked; the process that reads may take 512 MiB more."""
     max_seconds: float = 10.0
-    """Processor time [s], and 30 s more for each GiB that the file has on disk."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -201,7 +207,10 @@ def answer(function: str, path: str, max_bytes: int, *words: str) -> Frames:
     except MemoryError:
         yield (
             b"e",
-            f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB (FEELER_MAX_GIB).".encode(),
+            (
+                f"it needs more memory than the limit of {max_bytes / 2**30:.4g} GiB"
+                " (FEELER_MAX_GIB)."
+            ).encode(),
         )
     except (
         Exception

@@ -33,19 +33,28 @@ Wanted = tuple[str, str | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Module:
-    """What one file of Python says that matters here."""
+    """What one file of Python says that matters here.
+
+    Parameters
+    ----------
+    digest : str
+        Fingerprint of its syntax tree without documentation.
+    imports : tuple[Wanted, ...]
+        What it imports when it runs.
+    names : dict[str, Wanted]
+        Where a room's names come from.
+    texts : tuple[str, ...]
+        Its texts that may name data; ``*`` stands for what is filled in.
+    packages : tuple[str, ...]
+        Packages of others that it imports.
+    """
 
     path: str
     digest: str
-    """Fingerprint of its syntax tree without documentation."""
     imports: tuple[Wanted, ...]
-    """What it imports when it runs."""
     names: dict[str, Wanted]
-    """Where a room's names come from."""
     texts: tuple[str, ...]
-    """Its texts that may name data; ``*`` stands for what is filled in."""
     packages: tuple[str, ...]
-    """Packages of others that it imports."""
 
 
 Find = Callable[[str], Path | None]
@@ -61,14 +70,14 @@ def find_modules(*modules: str) -> dict[str, Module]:
     """
     tops = {"feeler", *(name.partition(".")[0] for name in modules)}
     folders = {
-        path.parent for top in tops if (path := find_file(top)) and path.name != "__init__.py"
+        path.parent for top in tops if (path := _find_file(top)) and path.name != "__init__.py"
     }
 
     def is_own(module: str) -> bool:
         top = module.partition(".")[0]
         return top in tops or any((folder / f"{top}.py").is_file() for folder in folders)
 
-    find, read = cache(find_file), cache(read_module)  # a hundred modules import the same dozen
+    find, read = cache(_find_file), cache(_read_module)  # a hundred modules import the same dozen
     found: dict[str, Module] = {}
     waiting = list(modules)
     while waiting:
@@ -97,7 +106,7 @@ def find_data(modules: dict[str, Module]) -> set[Path]:
     }
 
 
-def find_file(module: str) -> Path | None:
+def _find_file(module: str) -> Path | None:
     """The Python file of a module, without running it; None for what is built in or typed at a
     prompt.
     """
@@ -115,7 +124,7 @@ def find_file(module: str) -> Path | None:
     return Path(spec.origin) if spec and spec.origin and spec.origin.endswith(".py") else None
 
 
-def read_module(name: str, path: Path) -> Module:
+def _read_module(name: str, path: Path) -> Module:
     """Read one file, or what was noted of it when it was last read."""
     now, notes = path.stat(), _open_notes(SOURCE)
     stamp = [now.st_mtime_ns, now.st_size]
@@ -125,7 +134,9 @@ def read_module(name: str, path: Path) -> Module:
     return notes[name][2]
 
 
-def resolve(module: str, name: str | None, find: Find = find_file, read: Read = read_module) -> str:
+def resolve(
+    module: str, name: str | None, find: Find = _find_file, read: Read = _read_module
+) -> str:
     """The module that defines what ``from module import name`` gives."""
     path = find(module)
     if name is None or path is None or path.name != "__init__.py":

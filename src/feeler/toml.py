@@ -129,7 +129,9 @@ def save_toml(content: Mapping[str, Any], path: str | os.PathLike) -> None:
 
 
 def write_toml(content: Mapping[str, Any]) -> str:
-    """Plain data as a TOML text: values first, then a table for each dictionary; None is left out."""
+    """Plain data as a TOML text: values first, then a table for each dictionary; None is left
+    out.
+    """
     return "\n".join(_write_table(content, "")) + "\n"
 
 

@@ -65,11 +65,15 @@ def test_a_constant_speed_is_a_touch_bit_for_bit():
     felt = [envs.step(make_action(n, speed))[0]["angle"][:, -1] for _ in range(29)]
     touches = [
         feeler.Trial(
-            feature=t.feature, location=t.location, speed=speed, lead=t.lead / speed, approach=t.approach,
+            feature=t.feature,
+            location=t.location,
+            speed=speed,
+            lead=t.lead / speed,
+            approach=t.approach,
             friction=t.friction,
         )
         for t in trials
-    ]  # fmt: skip
+    ]
     tensors = feeler.touch(task.antenna, touches, duration=30.0, timestep=task.timestep)
     assert np.abs(felt).max() > 0.01
     np.testing.assert_array_equal(np.stack(felt, axis=2), tensors["angle"].values[:, :, 1:])
@@ -158,7 +162,9 @@ def test_time_and_work_are_charged():
 
 
 def test_work_is_never_gained():
-    """What an antenna that is slowed down gives back is at most what bringing it to its speed took."""
+    """What an antenna that is slowed down gives back is at most what bringing it to its speed
+    took.
+    """
     arena = Arena(make_task(gap=8.0, noise=0.0, acceleration=2.0), 2)
     for lane in (0, 1):
         arena.begin(lane, np.random.default_rng(lane))

@@ -45,7 +45,9 @@ def compute_posterior(felt, known, noise):
 
 @pytest.mark.parametrize("noise", [Common(0.05), Proportional(0.5)])
 def test_the_observer_is_bayes_for_a_touch_of_one_speed(noise):
-    """What the observer believes after each period is the posterior of what ``feeler.touch`` gives."""
+    """What the observer believes after each period is the posterior of what ``feeler.touch``
+    gives.
+    """
     one = make_observer(pool=4, noise=noise)
     members = np.eye(2)[one.label]
     assert np.all(members.sum(axis=0) > 0)

@@ -29,7 +29,7 @@ def test_every_number_has_a_tag_and_what_was_published_a_reference(name):
     )
 
 
-def test_the_crickets_first_mode_is_11_hz_and_shaken_its_tip_resonates_near_30_hz_while_its_base_is_still():
+def test_the_crickets_first_mode_is_11_hz_and_its_tip_resonates_near_30_hz_while_its_base_is_still():
     modes = compute_modes(make_preset("cricket"), 1)
     assert modes.frequency[0] == pytest.approx(0.011, rel=1e-3) and modes.damping_ratio[
         0
@@ -66,7 +66,9 @@ def test_the_whisker_rings_as_whiskers_do():
 
 
 def test_a_shaken_rod_swings_as_a_pendulum_on_a_spring_does():
-    """One rod: (k + iωc − ω²J) θ = ω² m a with J = m ℓ²/3 and a = ℓ/2; the tip swings by 1 + ℓ θ."""
+    """One rod: (k + iωc − ω²J) θ = ω² m a with J = m ℓ²/3 and a = ℓ/2; the tip swings by 1 + ℓ
+    θ.
+    """
     rod = feeler.Antenna(
         segment_length=[3.0], segment_mass=[0.5], radius=1, stiffness=2.0, damping=0.7
     )

@@ -33,10 +33,14 @@ def make_beam(n, length=40.0, bending=5.0, density=1e-4):
 @pytest.mark.parametrize("engine", ["chain-consistent", "chain", "mujoco"])
 def test_mirrored_touch_gives_mirrored_tensor(engine):
     left, right = (
-        feeler.touch(ANTENNA, Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s),
-                     engine=engine, **SHORT)
+        feeler.touch(
+            ANTENNA,
+            Trial(feature=Box(half_width=1.5, half_height=1.5), location=0.6, speed=0.6, side=s),
+            engine=engine,
+            **SHORT,
+        )
         for s in ("left", "right")
-    )  # fmt: skip
+    )
     assert abs(left["angle"]).max() > 1e-3
     np.testing.assert_allclose(right["angle"], -left["angle"], atol=1e-9)
 

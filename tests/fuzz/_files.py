@@ -56,7 +56,10 @@ TRACES = b"# synthetic: no animal\ntime_ms,one,two\n" + b"".join(
     for t in range(12)
 )
 SAMPLES = [b"0.5,1.0,2.0,3.0", b"1 2 3", b"nan;1e-3;\t4"]
-LINES = b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
+LINES = (
+    b"# robot\ntime_ms,a,b,c\n0,0,0,0\n1,0.01,0,0\n2,0.5,0.1,0\n3,0.9,nan,0.1\n\n"
+    b"5,1,0.3,0.1\n6,1,0.3,0.1\n7,1,1,1\n"
+)
 JOURNAL = b'{"key": "0a"}\n{"name": [[1.0]], "result": [[0.5, 2], 0.1]}\n'
 JOURNAL += b'{"name": [[2], "even"], "result": {"bits": 1.5}}\n'
 SMALL = {

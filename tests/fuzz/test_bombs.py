@@ -132,7 +132,9 @@ HDF5 = (
 
 @pytest.mark.parametrize("room", [0, 2**40])
 def test_a_full_disk_is_said_in_the_systems_words(tmp_path, monkeypatch, room):
-    """No room to begin with, or none left while HDF5 writes, which tells of it over several lines."""
+    """No room to begin with, or none left while HDF5 writes, which tells of it over several
+    lines.
+    """
 
     def write(*_, **__):
         raise OSError(HDF5)

@@ -34,11 +34,23 @@ def measure(
 
 
 GOOD = [
-    {"share": 1}, {"share": np.float32(0.5)}, {"share": np.int64(2)}, {"count": None}, {"count": np.int32(3)},
-    {"pair": [0, 1]}, {"pair": np.zeros(2)}, {"names": ["a", "b"]}, {"names": np.array(["a"])}, {"table": {}},
-    {"path": Path("a")}, {"call": abs}, {"deep": np.True_}, {"values": [[1, 2], [3, 4]]}, {"values": ["a", "b"]},
+    {"share": 1},
+    {"share": np.float32(0.5)},
+    {"share": np.int64(2)},
+    {"count": None},
+    {"count": np.int32(3)},
+    {"pair": [0, 1]},
+    {"pair": np.zeros(2)},
+    {"names": ["a", "b"]},
+    {"names": np.array(["a"])},
+    {"table": {}},
+    {"path": Path("a")},
+    {"call": abs},
+    {"deep": np.True_},
+    {"values": [[1, 2], [3, 4]]},
+    {"values": ["a", "b"]},
     {"values": 3.0},
-]  # fmt: skip
+]
 BAD = [
     ({"share": "x"}, "measure: share must be a number, got str 'x'"),
     ({"share": True}, "share must be a number"),

@@ -16,9 +16,8 @@ OWN = {
     r"angular speed|mean of peak speeds|\|speed\||^left$|^right$": {"°/s", "%"},
     r"distance since": {"mm"},
     r"processor time|^time$": {"s", "ms"},
-    r"time|timestep|deadline|delay|duration|lag|integration step|since contact|at the latest|last contact": {
-        "ms"
-    },
+    r"time|timestep|deadline|delay|duration|lag|integration step|"
+    r"since contact|at the latest|last contact": {"ms"},
     r"simulated touches": {"ms"},
     r"speed|touches to tell apart": {"m/s"},
     r"frequency|mode \d|low-pass|^$": {"Hz", "m/s", "mm"},
@@ -34,13 +33,11 @@ OWN = {
     r"entropy|information": {"bits"},
     r"gain: ω": {"rad/ms"},
     r"^noise$": {"%", "rad"},
-    r"share of|accuracy|right|wrong|learned|steered|fixed|null|twin|kept|avoided|sure within|new place|new size|ms$": {
-        "%"
-    },
+    r"share of|accuracy|right|wrong|learned|steered|fixed|"
+    r"null|twin|kept|avoided|sure within|new place|new size|ms$": {"%"},
     r"^x$|^y$": {"mm", "px"},
-    r"distance|length|width|radius|sheet|thickness|error|intercept|tip|sideways|from hinge|told apart|nearest": {
-        "mm"
-    },
+    r"distance|length|width|radius|sheet|thickness|error|"
+    r"intercept|tip|sideways|from hinge|told apart|nearest": {"mm"},
 }
 
 

@@ -31,7 +31,9 @@ def make_whisker(shape: str, n_segments: int = 60) -> feeler.Antenna:
 
 
 def measure_moment(shape: str, share: float, turn: float, **how: object) -> float:
-    """The base moment over the theory's, at the segment's middle next to that share of the length."""
+    """The base moment over the theory's, at the segment's middle next to that share of the
+    length.
+    """
     whisker = make_whisker(shape)
     n = whisker.n_segments
     at = (np.floor(share * n) + 0.5) * LENGTH / n

@@ -144,7 +144,9 @@ def test_a_collision_gives_no_more_energy_than_the_object_spends(engine):
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 @pytest.mark.parametrize("profile", ["exponential", "constant"])
 def test_consistent_scheme_is_stable_at_the_largest_timestep(profile, contact):
-    """Half the contact's time constant, the fastest of the paper's touches, the stiffest damping."""
+    """Half the contact's time constant, the fastest of the paper's touches, the stiffest
+    damping.
+    """
     trial = Trial(feature=make_feature("box", 1.5), location=0.5, speed=0.6)
     scene = make_scene(make_preset(profile), trial, contact)
     coarse, fine = (
@@ -313,7 +315,9 @@ def test_samples_are_states_at_their_times():
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("ends", [(0.4,), (0.06, 0.4), (0.02, 0.04, 1.0)])
 def test_a_leg_ends_at_its_step(engine, ends):
-    """Where an object stands after each step is the sum of its legs' velocities times their times."""
+    """Where an object stands after each step is the sum of its legs' velocities times their
+    times.
+    """
     rng, h = np.random.default_rng(1), 0.02
     velocity = rng.normal(0, 0.1, (len(ends) + 1, 2))
     scene = replace(

@@ -106,7 +106,9 @@ def test_a_reset_lane_starts_afresh_and_its_neighbours_go_on(engine, new):
 
 @pytest.mark.parametrize("engine", DYNAMIC)
 def test_contacts_add_up_and_lie_on_their_segments(engine):
-    """With a base at rest: the contacts of the last step were found where the lanes were before it."""
+    """With a base at rest: the contacts of the last step were found where the lanes were before
+    it.
+    """
     scenes = [scene for scene in many() if scene.base_motion is None]
     groups = [scenes] if engine in CHAINS else [[scene] for scene in scenes]
     for stepper in (make(engine, group) for group in groups):

@@ -18,7 +18,9 @@ from .scenes import DYNAMIC, touch
 @pytest.mark.parametrize("damped", [False, True])
 @pytest.mark.parametrize("contact", ["smooth", "hard"])
 def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
-    """From the accelerations that it had, with contacts, gravity and a base that moves and turns."""
+    """From the accelerations that it had, with contacts, gravity and a base that moves and
+    turns.
+    """
     motion = BaseMotion(velocity=(0.05, -0.02), turn=0.002)
     scene = replace(
         touch(n=20, contact=contact),
@@ -36,10 +38,15 @@ def test_the_chain_s_reaction_is_newton_s_and_euler_s(damped, contact):
         after, last, contacts = stepper.read(), np.array(rate), stepper.read_contacts(0)
         touched += len(contacts) > 0
         force, moment = compute_reaction(
-            scene.antenna, before.angle[0], before.velocity[0], (after.velocity - before.velocity)[0] / h,
-            np.array([before.base[0], then, (last - then) / h]), np.asarray(scene.gravity),
-            contacts.point, contacts.force,
-        )  # fmt: skip
+            scene.antenna,
+            before.angle[0],
+            before.velocity[0],
+            (after.velocity - before.velocity)[0] / h,
+            np.array([before.base[0], then, (last - then) / h]),
+            np.asarray(scene.gravity),
+            contacts.point,
+            contacts.force,
+        )
         np.testing.assert_allclose(
             after.base_force[0], force, rtol=1e-6, atol=1e-6 * np.hypot(*force)
         )

@@ -108,7 +108,9 @@ def test_the_right_side_is_the_mirror_image_to_the_last_bit(feature, base):
 
 
 def test_a_hook_is_met_inside_where_it_is_open_and_refused_behind_itself():
-    """A J: the feature starts in its mouth; with a long lead it would start behind the other arm."""
+    """A J: the feature starts in its mouth; with a long lead it would start behind the other
+    arm.
+    """
     angle = np.zeros(40)
     angle[15:25] = np.pi / 10
     hook = bend(0.0, n=40).replace(rest_angle=angle)

@@ -1,4 +1,6 @@
-"""Random touches: within their ranges, the same whatever is drawn beside them, and all of them fit."""
+"""Random touches: within their ranges, the same whatever is drawn beside them, and all of them
+fit.
+"""
 
 import numpy as np
 import pytest

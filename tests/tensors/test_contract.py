@@ -47,25 +47,40 @@ def test_a_whole_set_passes_and_comes_back_itself():
 BREACHES = [
     (change("time", [0.0, *range(39)]), "'time' must rise strictly"),
     (change("time", [*range(39), 37.0]), "'time' must rise strictly"),
-    (change("position", [0.0, 0.25, 0.25, 0.75, 1.0]), "sensors must run from base to tip: 'position' must rise strictly"),
-    (change("position", [1.0, 0.75, 0.5, 0.25, 0.0]), "sensors must run from base to tip: 'position' must rise strictly"),
+    (
+        change("position", [0.0, 0.25, 0.25, 0.75, 1.0]),
+        "sensors must run from base to tip: 'position' must rise strictly",
+    ),
+    (
+        change("position", [1.0, 0.75, 0.5, 0.25, 0.0]),
+        "sensors must run from base to tip: 'position' must rise strictly",
+    ),
     (poke("angle", np.nan), "'angle' has values that are not finite numbers"),
     (poke("curvature", -np.inf), "'curvature' has values that are not finite numbers"),
     (poke("tip", np.nan), "'tip' has values that are not finite numbers"),
     (change("time", [*range(39), np.inf]), "'time' has values that are not finite numbers"),
-    (lambda t: t.assign(angle=t.angle.astype(complex)), "'angle' has values that are not finite numbers"),
+    (
+        lambda t: t.assign(angle=t.angle.astype(complex)),
+        "'angle' has values that are not finite numbers",
+    ),
     (change("size", ["1"] * 8), "'size' has values that are not finite numbers"),
     (name_unit("angle", "deg"), "'angle' must be in rad, says 'deg'"),
     (name_unit("time", "s"), "'time' must be in ms, says 's'"),
-    (change("source", ["simulation"] * 7 + ["dream"]), "'source' must be one of simulation, robot, surrogate, got ['dream']"),
+    (
+        change("source", ["simulation"] * 7 + ["dream"]),
+        "'source' must be one of simulation, robot, surrogate, got ['dream']",
+    ),
     (
         lambda t: t.transpose("sensor", "trial", ...),
         "'angle' must have dims ('trial', 'sensor', 'time'), got ('sensor', 'trial', 'time')",
     ),
     (lambda t: t.isel(axis=[0, 1, 1]).drop_vars("axis"), "'tip' must have 2 axes, got 3"),
     (lambda t: t.isel(axis=[0]).drop_vars("axis"), "'tip' must have 2 axes, got 1"),
-    (lambda t: t.drop_vars("angle"), "variable 'angle' ('trial', 'sensor', 'time') is missing; found ['curvature', 'tip']"),
-]  # fmt: skip
+    (
+        lambda t: t.drop_vars("angle"),
+        "variable 'angle' ('trial', 'sensor', 'time') is missing; found ['curvature', 'tip']",
+    ),
+]
 
 
 @pytest.mark.parametrize(("spoil", "words"), BREACHES, ids=[words[:40] for _, words in BREACHES])

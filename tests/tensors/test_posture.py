@@ -1,4 +1,6 @@
-"""Postures from sensors: exact where nothing is between them, as good as stated where something is."""
+"""Postures from sensors: exact where nothing is between them, as good as stated where something
+is.
+"""
 
 import numpy as np
 import pytest

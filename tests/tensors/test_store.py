@@ -171,7 +171,9 @@ def test_the_disk_may_be_full_at_every_single_step(fast, monkeypatch, stride):
 
 
 def kill_often(tmp_path, n_kills, seed):
-    """Kill the writer ``n_kills`` times at random moments; after each, what it reported is there."""
+    """Kill the writer ``n_kills`` times at random moments; after each, what it reported is
+    there.
+    """
     rng = np.random.default_rng(seed)
     path, began = tmp_path / "set.zarr", time.perf_counter()
     os.waitpid(in_child(lambda: fill(tmp_path / "undisturbed.zarr", n_trials=60)), 0)

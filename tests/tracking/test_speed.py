@@ -224,7 +224,9 @@ def test_the_error_is_of_the_mean_and_holds_the_noise():
 
 
 def test_synthetic_animals_walk_and_are_as_large_as_they_say():
-    """10 mm/s, 28 mm of body and 42 mm of antenna at 8 px/mm; head and abdomen lie along the body."""
+    """10 mm/s, 28 mm of body and 42 mm of antenna at 8 px/mm; head and abdomen lie along the
+    body.
+    """
     tracks = make_synthetic_tracks(
         np.random.default_rng(3), noise=0.0, frame_rate=50.0, duration=2000.0
     )

@@ -52,8 +52,12 @@ def test_the_table_of_set_ups_by_hand():
     table = summarise(cases, np.random.default_rng(0))
     assert list(table) == ["a", "b"]
     assert {k: table["a"][k] for k in ("set_ups", "undefined", "median", "least", "greatest")} == {
-        "set_ups": 4, "undefined": 1, "median": 0.4, "least": 0.2, "greatest": 0.9,
-    }  # fmt: skip
+        "set_ups": 4,
+        "undefined": 1,
+        "median": 0.4,
+        "least": 0.2,
+        "greatest": 0.9,
+    }
     assert 0.2 <= table["a"]["low"] <= 0.4 <= table["a"]["high"] <= 0.9
     assert table["b"]["set_ups"] == table["b"]["undefined"] == 1
     assert all(np.isnan(table["b"][k]) for k in ("median", "low", "high", "least", "greatest"))
@@ -146,9 +150,13 @@ def test_a_map_is_fitted_where_the_posture_stands_in_balance_with_its_peak_off_t
     prebend, expected
 ):
     sweep = SimpleNamespace(
-        antenna=ANTENNA, posture=Posture(prebend=prebend), distance=np.arange(20.0, 14.0, -1.0),
-        contact=np.ones(6, bool), inverted=np.array([1, 0, 1, 1, 1, 1], bool), balanced=np.array([1, 1, 1, 1, 0, 1], bool),
-    )  # fmt: skip
+        antenna=ANTENNA,
+        posture=Posture(prebend=prebend),
+        distance=np.arange(20.0, 14.0, -1.0),
+        contact=np.ones(6, bool),
+        inverted=np.array([1, 0, 1, 1, 1, 1], bool),
+        balanced=np.array([1, 1, 1, 1, 0, 1], bool),
+    )
     at_base = np.array([0, 0, 0, 0, 0, 1], bool)
     peak = Peak(position=2 * sweep.distance - 3, curvature=np.ones(6), at_base=at_base)
     found = map_distance.__wrapped__(sweep, peak=peak)

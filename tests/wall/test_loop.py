@@ -29,7 +29,9 @@ def test_the_limit_of_the_delayed_loop_is_a_root_of_its_equation():
 
 
 def test_a_body_that_is_told_the_distance_is_stable_below_the_limit_and_not_above():
-    """Of the rod, whose long steps make it quick; low-pass and period add some 7 ms to the delay."""
+    """Of the rod, whose long steps make it quick; low-pass and period add some 7 ms to the
+    delay.
+    """
     frequency, more = 0.03, 7.0
     assert frequency * (10.0 + more) < loop.LIMIT < frequency * 40.0
     found = map_stability(

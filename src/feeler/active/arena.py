@@ -1,4 +1,6 @@
-"""An arena: episodes of one task side by side, each with its own noise, begun and moved by itself."""
+"""An arena: episodes of one task side by side, each with its own noise, begun and moved by
+itself.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -187,10 +189,12 @@ class Arena:
     def targets(self) -> np.ndarray:
         """What is asked for (lane,), as it is now."""
         bases = np.zeros((self.n, 3)) if self.state is None else self.state.base
-        return np.array([
-            self.task.measure(start, np.array(start.scene.base) if fresh else base)
-            for start, base, fresh in zip(self.starts, bases, self.fresh, strict=True)
-        ])  # fmt: skip
+        return np.array(
+            [
+                self.task.measure(start, np.array(start.scene.base) if fresh else base)
+                for start, base, fresh in zip(self.starts, bases, self.fresh, strict=True)
+            ]
+        )
 
     @property
     def touching(self) -> np.ndarray:

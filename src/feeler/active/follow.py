@@ -31,14 +31,20 @@ class FollowTask(ActiveTask):
     A prediction is the distance [mm]; the loss is its squared error over the target's square, and
     the same is charged for the distance itself, so that a body which keeps the target and knows it
     loses nothing. A body that runs into the wall has come to its end.
+
+    Parameters
+    ----------
+    distance : float
+        To keep, from the antenna's base [mm], [C].
+    courses : tuple[Course, ...]
+        Walls of which an episode draws one.
+    starts : tuple[float, ...]
+        Distances at which an episode may begin [mm].
     """
 
     distance: Annotated[float, Gt(0), Unit("mm")] = 12.0
-    """To keep, from the antenna's base [mm], [C]."""
     courses: tuple[Course, ...] = field(default_factory=_make_courses)
-    """Walls of which an episode draws one."""
     starts: tuple[float, ...] = STARTS
-    """Distances at which an episode may begin [mm]."""
     posture: Posture = FOLLOWING
 
     def _check(self) -> None:

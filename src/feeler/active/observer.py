@@ -31,24 +31,34 @@ Look = Callable[[Arena], None]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Known:
-    """What each body knows when it decides; arrays (episode, …)."""
+    """What each body knows when it decides; arrays (episode, …).
+
+    Parameters
+    ----------
+    time : float
+        Since the beginning [ms].
+    left : float
+        Until the deadline [ms].
+    belief : np.ndarray
+        Probability of each object (episode, object).
+    touching : np.ndarray
+        Probability that contact has begun (episode,).
+    way : np.ndarray
+        Gone ahead so far (episode,) [mm].
+    speed : np.ndarray
+        Now (episode,) [mm/ms].
+    look : Callable[[Sequence[float], float], np.ndarray]
+        ``look(speeds, ms)``: bits (episode, speed) about the object that a body expects to gain by
+        each speed.
+    """
 
     time: float
-    """Since the beginning [ms]."""
     left: float
-    """Until the deadline [ms]."""
     belief: np.ndarray
-    """Probability of each object (episode, object)."""
     touching: np.ndarray
-    """Probability that contact has begun (episode,)."""
     way: np.ndarray
-    """Gone ahead so far (episode,) [mm]."""
     speed: np.ndarray
-    """Now (episode,) [mm/ms]."""
     look: Callable[[Sequence[float], float], np.ndarray] = field(repr=False)
-    """``look(speeds, ms)``: bits (episode, speed) about the object that a body expects to gain by
-    each speed.
-    """
 
 
 Policy = Callable[[Known], Any]
@@ -59,22 +69,33 @@ is taken.
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Episodes:
-    """What bodies did and believed; row 0 is the beginning, then one row after each period."""
+    """What bodies did and believed; row 0 is the beginning, then one row after each period.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (row,) [ms]
+    target : np.ndarray
+        Number of the object (episode,).
+    belief : np.ndarray
+        (row, episode, object)
+    speed : np.ndarray
+        Of the period that ends there (row, episode) [mm/ms]; in row 0 what the first one was.
+    work : np.ndarray
+        On the antenna since the beginning (row, episode) [µJ].
+    """
 
     time: np.ndarray
-    """(row,) [ms]"""
     target: np.ndarray
-    """Number of the object (episode,)."""
     belief: np.ndarray
-    """(row, episode, object)"""
     speed: np.ndarray
-    """Of the period that ends there (row, episode) [mm/ms]; in row 0 what the first one was."""
     work: np.ndarray
-    """On the antenna since the beginning (row, episode) [µJ]."""
 
     @property
     def accuracy(self) -> np.ndarray:
-        """Share of right answers that the observer itself expects (row,): its mean greatest belief."""
+        """Share of right answers that the observer itself expects (row,): its mean greatest
+        belief.
+        """
         return self.belief.max(axis=2).mean(axis=1)
 
     @property

@@ -26,19 +26,28 @@ _PEAK = 0.06  # rad; where the colours end [C]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Film:
-    """What one episode looked like, a row per millisecond."""
+    """What one episode looked like, a row per millisecond.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (row,) [ms]
+    points : np.ndarray
+        (row, joint, 2) [mm]
+    angle : np.ndarray
+        (row, segment) [rad]
+    speed : np.ndarray
+        (row,) [mm/ms]
+    belief : np.ndarray
+        (row, class), or no class.
+    """
 
     scene: Scene
     time: np.ndarray
-    """(row,) [ms]"""
     points: np.ndarray
-    """(row, joint, 2) [mm]"""
     angle: np.ndarray
-    """(row, segment) [rad]"""
     speed: np.ndarray
-    """(row,) [mm/ms]"""
     belief: np.ndarray
-    """(row, class), or no class."""
     labels: tuple[str, ...] = ()
 
 
@@ -83,7 +92,9 @@ def _set_up(ax: Axes, scene: Scene, points: np.ndarray) -> None:
 def write_film(
     film: Film, path: Path, *, slower: float = SLOWER, report: Callable[[str], None] | None = None
 ) -> Path:
-    """The movie of an episode: the antenna and the object, the body's speed, and what it believes."""
+    """The movie of an episode: the antenna and the object, the body's speed, and what it
+    believes.
+    """
     with style():
         figure = Figure(figsize=(7.2, 3.6), layout="constrained")
         left, grid = figure.add_subplot(1, 2, 1), figure.add_gridspec(2, 2)

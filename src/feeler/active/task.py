@@ -26,52 +26,72 @@ SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
 
 
 class Start(Record):
-    """How one episode begins."""
+    """How one episode begins.
+
+    Parameters
+    ----------
+    scene : Scene
+        The antenna and what it may meet; nothing moves yet.
+    direction : tuple[float, float]
+        Where the body goes when it goes ahead, in the world [unit vector].
+    target : float
+        What is asked for, as it is now.
+    course : Course | None
+        The wall, where there is one.
+    """
 
     scene: Scene
-    """The antenna and what it may meet; nothing moves yet."""
     direction: tuple[float, float]
-    """Where the body goes when it goes ahead, in the world [unit vector]."""
     target: float
-    """What is asked for, as it is now."""
     course: Course | None = None
-    """The wall, where there is one."""
 
 
 class ActiveTask(Record, kw_only=False):
     """What all tasks share: an antenna on a body that moves by speed and turn, and is asked
     something all the while.
+
+    Parameters
+    ----------
+    antenna : Antenna | SampledAntennas
+        Or several, of which episodes draw.
+    noise : Any
+        On each sample of each sensor: a :class:`feeler.task.Noise`, text such as ``"common:0.03"``,
+        or a number, the standard deviation [rad] [C]. What a noise is relative to is a sample of
+        all sensors.
+    duration : float
+        Length of an episode [ms].
+    window : int
+        Samples of every sensor that an observation shows, the last one last [C].
+    max_speed : float
+        Greatest speed of the body, ahead and back [mm/ms], [C].
+    acceleration : float
+        Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the
+        speed of arrival [C].
+    max_turn : float
+        Greatest turn rate [rad/ms]; 0.03 is 1700 °/s [C].
+    time_cost : float
+        Reward lost per millisecond [C].
+    work_cost : float
+        Reward lost per µJ of work on the antenna [C].
+    timestep : float
+        Of the integration [ms]: the coarsest that the contact allows [C].
+    seed : int
+        Of what may be met; episodes draw from it with a generator of their own.
     """
 
     antenna: Antenna | SampledAntennas = field(default_factory=cockroach)
-    """Or several, of which episodes draw."""
     _: KW_ONLY
     noise: Any = "common:0.03"
-    """On each sample of each sensor: a :class:`feeler.task.Noise`, text such as ``"common:0.03"``,
-    or a number, the standard deviation [rad] [C]. What a noise is relative to is a sample of all
-    sensors.
-    """
     duration: Annotated[float, Gt(0), Unit("ms")] = 200.0
-    """Length of an episode [ms]."""
     window: Annotated[int, Gt(0)] = 5
-    """Samples of every sensor that an observation shows, the last one last [C]."""
     max_speed: Annotated[float, Gt(0), Unit("mm/ms")] = 1.2
-    """Greatest speed of the body, ahead and back [mm/ms], [C]."""
     acceleration: Annotated[float, Gt(0), Unit("mm/ms²")] = 0.2
-    """Greatest change of its speed in a millisecond [mm/ms per ms]; the first action sets the speed
-    of arrival [C].
-    """
     max_turn: Annotated[float, Gt(0), Unit("rad/ms")] = 0.03
-    """Greatest turn rate [rad/ms]; 0.03 is 1700 °/s [C]."""
     time_cost: Annotated[float, Ge(0)] = 0.0
-    """Reward lost per millisecond [C]."""
     work_cost: Annotated[float, Ge(0)] = 0.0
-    """Reward lost per µJ of work on the antenna [C]."""
     timestep: Annotated[float, Gt(0), Unit("ms")] = 0.1
-    """Of the integration [ms]: the coarsest that the contact allows [C]."""
     engine: str = DEFAULT_ENGINE
     seed: int = 0
-    """Of what may be met; episodes draw from it with a generator of their own."""
 
     n_outputs: ClassVar[int] = 1
     """How many numbers a prediction is."""
@@ -117,22 +137,32 @@ class TouchTask(ActiveTask):
 
     A prediction is a score for each object; the loss is the cross entropy of their softmax [nat],
     ln K for one who knows nothing.
+
+    Parameters
+    ----------
+    features : Any
+        Objects that may be met, equally likely: features, or text such as ``"ball:radius=2"``.
+    sizes : Any
+        Half-widths [mm], a spread; default: as large as the features are.
+    locations : Any
+        Where it meets the antenna, as a share of its length, a spread.
+    gap : Any
+        How far the object is at first [mm], a spread.
+    approach : Any
+        Angle of the motion to the antenna [degrees], a spread.
+    friction : Any
+        Coefficient of friction, a spread.
+    pool : int
+        How many touches are drawn beforehand, of which episodes take one at random.
     """
 
     features: Any = field(default_factory=make_features)
-    """Objects that may be met, equally likely: features, or text such as ``"ball:radius=2"``."""
     sizes: Any = None
-    """Half-widths [mm], a spread; default: as large as the features are."""
     locations: Any = (0.5, 0.9)
-    """Where it meets the antenna, as a share of its length, a spread."""
     gap: Any = (2.0, 8.0)
-    """How far the object is at first [mm], a spread."""
     approach: Any = (86.0, 94.0)
-    """Angle of the motion to the antenna [degrees], a spread."""
     friction: Any = (0.6, 1.0)
-    """Coefficient of friction, a spread."""
     pool: Annotated[int, Gt(0)] = 2048
-    """How many touches are drawn beforehand, of which episodes take one at random."""
 
     def _check(self) -> None:
         super()._check()

@@ -35,6 +35,25 @@ class Antenna(Record):
     Each array holds one value per segment; a single number stands for the same value in every
     segment.
 
+    Parameters
+    ----------
+    segment_length : np.ndarray
+        Length of each segment [mm], > 0.
+    segment_mass : np.ndarray
+        Mass of each segment [g], > 0, spread evenly over its length (a thin rod).
+    radius : np.ndarray
+        Collision radius of each segment [mm], > 0; it enters contact, not inertia.
+    stiffness : np.ndarray
+        Stiffness of each segment's proximal hinge [N·mm/rad], ≥ 0, not all zero.
+    damping : np.ndarray
+        Damping of each hinge [N·mm·ms/rad], ≥ 0.
+    rest_angle : np.ndarray
+        Angle of each hinge at which its spring is slack [rad], positive towards +x.
+    sensors : np.ndarray
+        Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly.
+    name : str
+        Name that labels its tensors.
+
     Raises
     ------
     InvalidInput
@@ -43,21 +62,13 @@ class Antenna(Record):
     """
 
     segment_length: Annotated[np.ndarray, "segment?", Gt(0), Unit("mm")]
-    """Length of each segment [mm], > 0."""
     segment_mass: Annotated[np.ndarray, "segment?", Gt(0), Unit("g")]
-    """Mass of each segment [g], > 0, spread evenly over its length (a thin rod)."""
     radius: Annotated[np.ndarray, "segment?", Gt(0), Unit("mm")]
-    """Collision radius of each segment [mm], > 0; it enters contact, not inertia."""
     stiffness: Annotated[np.ndarray, "segment?", Ge(0), Unit("N·mm/rad")]
-    """Stiffness of each segment's proximal hinge [N·mm/rad], ≥ 0, not all zero."""
     damping: Annotated[np.ndarray, "segment?", Ge(0), Unit("N·mm·ms/rad")]
-    """Damping of each hinge [N·mm·ms/rad], ≥ 0."""
     rest_angle: Annotated[np.ndarray, "segment?", Unit("rad")] = 0.0  # type: ignore[assignment]  # one number stands for as many as segments
-    """Angle of each hinge at which its spring is slack [rad], positive towards +x."""
     sensors: Annotated[np.ndarray, "sensor?"] = None  # type: ignore[assignment]  # chosen when the segments are known
-    """Numbers (1 = base) of the hinges that carry a sensor, rising; default 56 spread evenly."""
     name: str = "custom"
-    """Name that labels its tensors."""
 
     def _check(self) -> None:
         n = self.segment_length.size

@@ -14,19 +14,26 @@ MIN_SEGMENTS = 8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SigmoidFit:
-    """A sigmoid of length shares, and the data it was fitted to."""
+    """A sigmoid of length shares, and the data it was fitted to.
+
+    Parameters
+    ----------
+    x : np.ndarray
+        Relative segment numbers (segment,), (n − 0.5) / N.
+    share : np.ndarray
+        Length shares (antenna, segment) of an antenna of N segments; an antenna with another count
+        is interpolated.
+    squared_residual : float
+        Squared norm of the residual of the antennae's mean, Σ (mean − sigmoid)².
+    squared_residual_pooled : float
+        The same over every antenna's every segment.
+    """
 
     sigmoid: Sigmoid
     x: np.ndarray
-    """Relative segment numbers (segment,), (n − 0.5) / N."""
     share: np.ndarray
-    """Length shares (antenna, segment) of an antenna of N segments; an antenna with another count
-    is interpolated.
-    """
     squared_residual: float
-    """Squared norm of the residual of the antennae's mean, Σ (mean − sigmoid)²."""
     squared_residual_pooled: float
-    """The same over every antenna's every segment."""
 
 
 def fit_sigmoid(lengths: Sequence[np.ndarray], n_segments: int | None = None) -> SigmoidFit:

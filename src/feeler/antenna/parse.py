@@ -45,14 +45,20 @@ SOURCE_KEYS = ("tag", "reference", "note")
 
 
 class Source(Record):
-    """Where the numbers of one quantity come from."""
+    """Where the numbers of one quantity come from.
+
+    Parameters
+    ----------
+    tag : SourceTag | Literal[]
+        One of P, A, D, B, C, joined by + where several apply; empty where unknown.
+    formula : str
+        The formula that gives the numbers, in feeler's own unit; empty where a file lists them.
+    """
 
     tag: SourceTag | Literal[""] = ""
-    """One of P, A, D, B, C, joined by + where several apply; empty where unknown."""
     reference: str = ""
     note: str = ""
     formula: str = ""
-    """The formula that gives the numbers, in feeler's own unit; empty where a file lists them."""
 
 
 class AntennaFile(Record):

@@ -15,10 +15,14 @@ class Band:
     """A fitted profile (quantity, segment), base to tip.
 
     The quantities are stiffness [N·mm/rad] and damping [N·mm·ms/rad].
+
+    Parameters
+    ----------
+    place : np.ndarray
+        Place of each hinge as a fraction of the length (segment,).
     """
 
     place: np.ndarray
-    """Place of each hinge as a fraction of the length (segment,)."""
     middle: np.ndarray
     low: np.ndarray
     high: np.ndarray

@@ -20,19 +20,28 @@ _Progress = Callable[[int, int, Minimum, float], None]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:
-    """The best of several searches, and all of them."""
+    """The best of several searches, and all of them.
+
+    Parameters
+    ----------
+    p : np.ndarray
+        Best parameters.
+    error : float
+        Normalised Euclidean distance.
+    symmetric_accuracy : float
+        Median symmetric accuracy (fraction).
+    measured : Measured
+        Quantities at the best parameters.
+    minima : tuple[Minimum, ...]
+        Where each search ended, in the order of the starts.
+    """
 
     names: tuple[str, ...]
     p: np.ndarray
-    """Best parameters."""
     error: float
-    """Normalised Euclidean distance."""
     symmetric_accuracy: float
-    """Median symmetric accuracy (fraction)."""
     measured: Measured
-    """Quantities at the best parameters."""
     minima: tuple[Minimum, ...]
-    """Where each search ended, in the order of the starts."""
 
 
 @checked

@@ -20,6 +20,15 @@ class Hinges(Record):
     """A family of hinges on a given antenna.
 
     ``x`` is the searched vector (logarithms where ``positive``), ``p`` the parameters themselves.
+
+    Parameters
+    ----------
+    start : np.ndarray
+        Parameters to start from.
+    low : np.ndarray
+        Lower bounds of the parameters.
+    high : np.ndarray
+        Upper bounds.
     """
 
     name: str
@@ -27,11 +36,8 @@ class Hinges(Record):
     units: tuple[str, ...]
     positive: tuple[bool, ...]
     start: Annotated[np.ndarray, "parameter"]
-    """Parameters to start from."""
     low: Annotated[np.ndarray, "parameter"]
-    """Lower bounds of the parameters."""
     high: Annotated[np.ndarray, "parameter"]
-    """Upper bounds."""
     build: Callable[[np.ndarray], Antenna]
 
     def _check(self) -> None:

@@ -12,16 +12,23 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Directions:
-    """Singular directions of the residuals at an optimum, stiffest first, in typical changes."""
+    """Singular directions of the residuals at an optimum, stiffest first, in typical changes.
+
+    Parameters
+    ----------
+    jacobian : np.ndarray
+        (target, parameter), per typical change (a factor e, or 0.02 per joint for a rate).
+    sensitivity : np.ndarray
+        (direction,) change of the error per unit along the direction.
+    direction : np.ndarray
+        (direction, parameter), unit rows.
+    """
 
     names: tuple[str, ...]
     p: np.ndarray
     jacobian: np.ndarray
-    """(target, parameter), per typical change (a factor e, or 0.02 per joint for a rate)."""
     sensitivity: np.ndarray
-    """(direction,) change of the error per unit along the direction."""
     direction: np.ndarray
-    """(direction, parameter), unit rows."""
 
     @property
     def condition(self) -> float:
@@ -84,15 +91,22 @@ def walk_loose(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profiles:
-    """Profile of the error: one parameter held at a value, the others refitted."""
+    """Profile of the error: one parameter held at a value, the others refitted.
+
+    Parameters
+    ----------
+    value : np.ndarray
+        Held values (parameter, place).
+    error : np.ndarray
+        Error of the best fit with that value held (parameter, place).
+    others : np.ndarray
+        All parameters of those fits (parameter, place, parameter).
+    """
 
     names: tuple[str, ...]
     value: np.ndarray
-    """Held values (parameter, place)."""
     error: np.ndarray
-    """Error of the best fit with that value held (parameter, place)."""
     others: np.ndarray
-    """All parameters of those fits (parameter, place, parameter)."""
 
     def find_interval(self, k: int, level: float) -> tuple[float, float]:
         """Smallest and largest held value of parameter ``k`` whose error stays under ``level``."""

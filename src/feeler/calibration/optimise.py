@@ -19,19 +19,28 @@ _POWELL_TOLERANCE = (
 
 @dataclass(frozen=True, kw_only=True)
 class Minimum:
-    """Where one search ended."""
+    """Where one search ended.
+
+    Parameters
+    ----------
+    start : tuple[float, ...]
+        Parameters it started from.
+    p : tuple[float, ...]
+        Parameters it found.
+    error : float
+        Normalised Euclidean distance there.
+    evaluations : int
+        Antennas simulated.
+    seconds : float
+        Processor time of its simulations.
+    """
 
     method: str
     start: tuple[float, ...]
-    """Parameters it started from."""
     p: tuple[float, ...]
-    """Parameters it found."""
     error: float
-    """Normalised Euclidean distance there."""
     evaluations: int
-    """Antennas simulated."""
     seconds: float
-    """Processor time of its simulations."""
 
 
 @checked

@@ -29,44 +29,60 @@ _LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was f
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TraceFit:
-    """Hinges fitted to recorded traces, animal by animal."""
+    """Hinges fitted to recorded traces, animal by animal.
+
+    Parameters
+    ----------
+    each : np.ndarray
+        Parameters (animal, parameter).
+    p : np.ndarray
+        Mean over the animals (of the logarithms, where positive).
+    low : np.ndarray
+        Lower end of the confidence interval of ``p``.
+    high : np.ndarray
+        Upper end.
+    residual : np.ndarray
+        Relative root-mean-square residual (animal,); by targets: the error.
+    simulated : np.ndarray
+        Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost
+        point at the release.
+    interval : str
+        Where the interval comes from.
+    band : Band | None
+        Stiffness and damping along the antenna with their intervals; None where nothing is known of
+        the spread.
+    directions : Directions | None
+        What the first animal's trace determines best and least; None for a fit by targets.
+    """
 
     names: tuple[str, ...]
     animals: tuple[str, ...]
     each: np.ndarray
-    """Parameters (animal, parameter)."""
     p: np.ndarray
-    """Mean over the animals (of the logarithms, where positive)."""
     low: np.ndarray
-    """Lower end of the confidence interval of ``p``."""
     high: np.ndarray
-    """Upper end."""
     residual: np.ndarray
-    """Relative root-mean-square residual (animal,); by targets: the error."""
     simulated: np.ndarray
-    """Displacement (trace, sample) of each fit, as the recording's: 1 is the animal's outermost
-    point at the release.
-    """
     interval: str
-    """Where the interval comes from."""
     band: Band | None
-    """Stiffness and damping along the antenna with their intervals; None where nothing is known of
-    the spread.
-    """
     directions: Directions | None
-    """What the first animal's trace determines best and least; None for a fit by targets."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Fitted:
-    """One animal's searched vector, and what its residuals say of it."""
+    """One animal's searched vector, and what its residuals say of it.
+
+    Parameters
+    ----------
+    shift : float
+        How long after its release the trace begins [ms].
+    """
 
     x: np.ndarray
     residual: float
     covariance: np.ndarray
     jacobian: np.ndarray | None = None
     shift: float = 0.0
-    """How long after its release the trace begins [ms]."""
 
 
 @checked

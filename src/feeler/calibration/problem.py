@@ -26,6 +26,13 @@ class Problem:
     ``best_x`` and ``best_error`` remember the best ever seen.
 
     What stands in the ``journal`` is taken from there, and counts as if it had been simulated.
+
+    Parameters
+    ----------
+    seconds : float
+        Processor time of the simulations.
+    watch : Callable[[int, float], None] | None
+        Called after each group of simulations with ``evaluations`` and ``best_error``.
     """
 
     hinges: Hinges
@@ -36,10 +43,8 @@ class Problem:
     best_x: np.ndarray = field(init=False, repr=False)
     best_error: float = field(init=False, default=np.inf)
     seconds: float = 0.0
-    """Processor time of the simulations."""
     journal: Journal = field(default_factory=Journal, repr=False)
     watch: Callable[[int, float], None] | None = None
-    """Called after each group of simulations with ``evaluations`` and ``best_error``."""
 
     def measure(self, p: Sequence[float] | np.ndarray) -> Measured:
         """Quantities of the antenna with parameters ``p``."""

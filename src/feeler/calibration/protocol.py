@@ -28,23 +28,32 @@ _IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the leng
 
 
 class Protocol(Record):
-    """How the two experiments are done in simulation."""
+    """How the two experiments are done in simulation.
+
+    Parameters
+    ----------
+    at : float
+        Distance of the forceps from the fixation [mm], [P].
+    deflection : float
+        How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 %
+        up to 3 mm.
+    step_duration : float
+        [ms]
+    speed : float
+        Of the cylinder [mm/ms], [C].
+    lever : float | None
+        Lever arm [mm] of the cylinder, None for a straight path [C].
+    timestep : float
+        [ms]; the engines ``chain`` and ``mujoco`` need a tenth of it for the same accuracy.
+    """
 
     at: float = 10.0
-    """Distance of the forceps from the fixation [mm], [P]."""
     deflection: float = 1.0
-    """How far the forceps hold that point aside [mm], [C]; frequency and damping change by < 0.5 %
-    up to 3 mm.
-    """
     step_duration: Annotated[float, Gt(0), Unit("ms")] = 150.0
-    """[ms]"""
     speed: Annotated[float, Gt(0), Unit("mm/ms")] = 0.2
-    """Of the cylinder [mm/ms], [C]."""
     lever: float | None = None
-    """Lever arm [mm] of the cylinder, None for a straight path [C]."""
     sample_interval: Annotated[float, Gt(0), Unit("ms")] = 0.5
     timestep: Annotated[float, Gt(0), Unit("ms")] = _TIMESTEP
-    """[ms]; the engines ``chain`` and ``mujoco`` need a tenth of it for the same accuracy."""
     engine: str = DEFAULT_ENGINE
 
     def measure(self, antenna: Antenna, names: Sequence[str]) -> "Measured":

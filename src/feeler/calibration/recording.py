@@ -23,16 +23,22 @@ class Traces(Record):
 
     A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction
     of the length.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (sample,) since the release [ms].
+    displacement : np.ndarray
+        (trace, sample), in any unit.
+    found : bool
+        Whether the release was found in the traces, and is thus known to a few samples only.
     """
 
     time: Annotated[np.ndarray, "sample", ALLOW_NAN]
-    """(sample,) since the release [ms]."""
     displacement: Annotated[np.ndarray, "trace sample", ALLOW_NAN]
-    """(trace, sample), in any unit."""
     names: tuple[str, ...]
     source: str = "recorded"
     found: bool = False
-    """Whether the release was found in the traces, and is thus known to a few samples only."""
 
     def _check(self) -> None:
         if self.displacement.shape != (len(self.names), self.time.size):

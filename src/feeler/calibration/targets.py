@@ -17,24 +17,35 @@ _SHIPPED = ("cockroach",)
 
 
 class Target(Record):
-    """One quantity: its value, its spread between animals, and where they come from."""
+    """One quantity: its value, its spread between animals, and where they come from.
+
+    Parameters
+    ----------
+    value : float
+        In ``unit``.
+    spread : float
+        Standard deviation between animals, in ``unit``.
+    """
 
     name: Annotated[str, OneOf(_QUANTITIES)]
     value: Annotated[float, Gt(0)]
-    """In ``unit``."""
     spread: Annotated[float, Ge(0)]
-    """Standard deviation between animals, in ``unit``."""
     unit: str
     tag: SourceTag
     note: str = ""
 
 
 class Targets(Record):
-    """A set of targets."""
+    """A set of targets.
+
+    Parameters
+    ----------
+    status : str
+        How far to trust them: measured, reconstructed or synthetic.
+    """
 
     name: str
     status: str
-    """How far to trust them: measured, reconstructed or synthetic."""
     targets: Annotated[tuple[Target, ...], Len(1)]
     reference: str = ""
 

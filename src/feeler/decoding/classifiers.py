@@ -17,10 +17,10 @@ from feeler.tensors.labels import label_like
 N_COMPONENTS = 30  # [P] "selected the first 30 features"
 
 
-class FlatPipeline(Reader, Pipeline):
+class _FlatPipeline(Reader, Pipeline):
     """A pipeline that takes tables (trial, entry), and tensors (trial, sensor, time) flattened."""
 
-    def fit(self, X: Any, y: Any = None, **params: Any) -> "FlatPipeline":
+    def fit(self, X: Any, y: Any = None, **params: Any) -> "_FlatPipeline":
         """Fit all steps."""
         self._keep(X, y)
         return Pipeline.fit(self, _flatten(X), y, **params)
@@ -47,7 +47,7 @@ class FlatPipeline(Reader, Pipeline):
 
 
 @checked
-def make_lda(n_components: int | None = N_COMPONENTS) -> FlatPipeline:
+def make_lda(n_components: int | None = N_COMPONENTS) -> _FlatPipeline:
     """Principal components, then linear discriminant analysis: the paper's classifier.
 
     Parameters
@@ -62,7 +62,7 @@ def make_lda(n_components: int | None = N_COMPONENTS) -> FlatPipeline:
     return _chain(n_components, LinearDiscriminantAnalysis())
 
 
-def make_fitting_lda(n_trials: int, n_copies: int) -> FlatPipeline:
+def make_fitting_lda(n_trials: int, n_copies: int) -> _FlatPipeline:
     """``make_lda`` with as many of the 30 components as ``n_copies`` of ``n_trials`` can give."""
     return make_lda(min(N_COMPONENTS, n_trials * n_copies - 1))
 
@@ -70,7 +70,7 @@ def make_fitting_lda(n_trials: int, n_copies: int) -> FlatPipeline:
 @checked
 def make_svm(
     n_components: int | None = N_COMPONENTS, *, kernel: str = "linear", C: float = 1.0
-) -> FlatPipeline:
+) -> _FlatPipeline:
     """Principal components, one scale, one-vs-one support vector machine (the paper's, for robots).
 
     Parameters
@@ -93,9 +93,9 @@ def spread_votes(decision: np.ndarray) -> np.ndarray:
     return np.stack([-decision, decision], axis=1) if decision.ndim == 1 else decision
 
 
-def _chain(n_components: int | None, *steps: Any) -> FlatPipeline:
+def _chain(n_components: int | None, *steps: Any) -> _FlatPipeline:
     first = () if n_components is None else (PrincipalComponents(n_components),)
-    return FlatPipeline(make_pipeline(*first, *steps).steps)
+    return _FlatPipeline(make_pipeline(*first, *steps).steps)
 
 
 def _flatten(X: Any) -> Any:

@@ -88,23 +88,35 @@ def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointFit:
-    """Jointly fitted codes, and how the fit ended."""
+    """Jointly fitted codes, and how the fit ended.
+
+    Parameters
+    ----------
+    codes : np.ndarray
+        (trial, component, time)
+    converged : bool
+        Whether the fit ended by its tolerance, not by its iterations.
+    """
 
     codes: np.ndarray
-    """(trial, component, time)"""
     n_iter: int
     converged: bool
-    """Whether the fit ended by its tolerance, not by its iterations."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Twins:
-    """Accuracies on the codes of a set in which every touch stands twice."""
+    """Accuracies on the codes of a set in which every touch stands twice.
+
+    Parameters
+    ----------
+    same : Sweep
+        Trained and tested on noisy copies of the first twins, as in the paper's recipe.
+    other : Sweep
+        Tested on copies of the second twins: what of the accuracy belongs to the touch.
+    """
 
     same: Sweep
-    """Trained and tested on noisy copies of the first twins, as in the paper's recipe."""
     other: Sweep
-    """Tested on copies of the second twins: what of the accuracy belongs to the touch."""
     fitted: JointFit
 
     @property

@@ -13,14 +13,21 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class Confused:
-    """Shares of all test trials, by which attributes the predicted class has wrong."""
+    """Shares of all test trials, by which attributes the predicted class has wrong.
+
+    Parameters
+    ----------
+    correct : float
+        Nothing wrong.
+    wrong : dict[tuple[str, ...], float]
+        ``wrong[("size",)]`` is the share in which only the size is wrong, and so on.
+    accuracy : dict[str, float]
+        accuracy["location"] is the share in which the location is right, whatever else is wrong.
+    """
 
     correct: float
-    """Nothing wrong."""
     wrong: dict[tuple[str, ...], float]
-    """``wrong[("size",)]`` is the share in which only the size is wrong, and so on."""
     accuracy: dict[str, float]
-    """accuracy["location"] is the share in which the location is right, whatever else is wrong."""
 
     def describe(self) -> str:
         """One line of words, greatest share first."""

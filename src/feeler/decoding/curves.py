@@ -19,44 +19,63 @@ from feeler.tensors.scaling import rectify
 
 
 class Curve(NamedTuple):
-    """Which curve."""
+    """Which curve.
+
+    Parameters
+    ----------
+    noise : str
+        Name of the model; ``relative`` is to each tensor for tensors, to each vector for codes.
+    when : str
+        Noise ``after`` encoding (the paper) or ``before``.
+    """
 
     group: str
     kind: str
     noise: str
-    """Name of the model; ``relative`` is to each tensor for tensors, to each vector for codes."""
     n_copies: int
     when: str = "after"
-    """Noise ``after`` encoding (the paper) or ``before``."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Group:
-    """One condition of a comparison: its tensors, labels, fitted encoder and codes."""
+    """One condition of a comparison: its tensors, labels, fitted encoder and codes.
+
+    Parameters
+    ----------
+    tensors : np.ndarray
+        Non-negative (trial, sensor, time), on a scale common to all groups.
+    null : JointFit | None
+        Jointly fitted codes of one tensor of the group, repeated; None: made where needed.
+    """
 
     tensors: np.ndarray
-    """Non-negative (trial, sensor, time), on a scale common to all groups."""
     labels: np.ndarray
     encoder: Any = None
     codes: dict[str, np.ndarray] = field(default_factory=dict, repr=False)
     null: JointFit | None = None
-    """Jointly fitted codes of one tensor of the group, repeated; None: made where needed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curves:
-    """Sweeps of all groups, and what each must be read beside."""
+    """Sweeps of all groups, and what each must be read beside.
+
+    Parameters
+    ----------
+    nulls : dict[Curve, Sweep]
+        The same pipelines on one single tensor repeated, labelled as if it were different touches:
+        of every group for jointly fitted codes, of the first for fixed ones.
+    baselines : dict[str, Sweep]
+        Peak position and time only, by group, noise on the tensors at one common level.
+    fits : dict[str, JointFit]
+        Jointly fitted codes of the null, by group.
+    """
 
     sweeps: dict[Curve, Sweep]
     nulls: dict[Curve, Sweep]
-    """The same pipelines on one single tensor repeated, labelled as if it were different touches:
-    of every group for jointly fitted codes, of the first for fixed ones."""
     baselines: dict[str, Sweep]
-    """Peak position and time only, by group, noise on the tensors at one common level."""
     noises: tuple[str, ...]
     n_copies: int
     fits: dict[str, JointFit] = field(default_factory=dict, repr=False)
-    """Jointly fitted codes of the null, by group."""
 
     def find(
         self,

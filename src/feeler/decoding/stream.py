@@ -41,20 +41,30 @@ class OnsetFinder:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StreamState:
-    """What is known after one sample."""
+    """What is known after one sample.
+
+    Parameters
+    ----------
+    sample : int
+        Number of the sample's slot on the trained time base.
+    state : str
+        ``waiting`` for contact, ``unsure``, ``decided``, or ``over`` (the window is full).
+    label : tuple | None
+        The most probable class; None before contact.
+    probability : float
+        Its posterior; NaN before contact.
+    since_contact : int
+        Samples since contact was noticed; −1 before.
+    posterior : np.ndarray
+        (class,).
+    """
 
     sample: int
-    """Number of the sample's slot on the trained time base."""
     state: str
-    """``waiting`` for contact, ``unsure``, ``decided``, or ``over`` (the window is full)."""
     label: tuple | None
-    """The most probable class; None before contact."""
     probability: float
-    """Its posterior; NaN before contact."""
     since_contact: int
-    """Samples since contact was noticed; −1 before."""
     posterior: np.ndarray
-    """(class,)."""
 
 
 class Stream:

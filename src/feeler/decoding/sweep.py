@@ -28,22 +28,33 @@ Encode = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
-    """Accuracies of one classifier on one set of codes, by noise ratio and repeat."""
+    """Accuracies of one classifier on one set of codes, by noise ratio and repeat.
+
+    Parameters
+    ----------
+    ratios : np.ndarray
+        Noise ratios (ratio,).
+    classes : np.ndarray
+        Class labels, sorted (class,).
+    noisy : np.ndarray
+        Accuracy on noisy copies drawn apart from the training copies (ratio, repeat).
+    clean : np.ndarray
+        Accuracy on the clean originals (ratio, repeat).
+    confusion : np.ndarray
+        Counts over all repeats on noisy copies (ratio, true class, predicted class).
+    kept_noisy : np.ndarray
+        Share of the training copies' variance that the principal components keep (ratio, repeat).
+    kept_clean : np.ndarray
+        Share of the clean test originals' variance (ratio, repeat); NaN without components, both.
+    """
 
     ratios: np.ndarray
-    """Noise ratios (ratio,)."""
     classes: np.ndarray
-    """Class labels, sorted (class,)."""
     noisy: np.ndarray
-    """Accuracy on noisy copies drawn apart from the training copies (ratio, repeat)."""
     clean: np.ndarray
-    """Accuracy on the clean originals (ratio, repeat)."""
     confusion: np.ndarray = field(repr=False)
-    """Counts over all repeats on noisy copies (ratio, true class, predicted class)."""
     kept_noisy: np.ndarray = field(repr=False)
-    """Share of the training copies' variance that the principal components keep (ratio, repeat)."""
     kept_clean: np.ndarray = field(repr=False)
-    """Share of the clean test originals' variance (ratio, repeat); NaN without components, both."""
 
     @property
     def chance(self) -> float:

@@ -230,10 +230,15 @@ def _check_tensors(X: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TransferScore:
-    """How well recordings were read; every share comes with its 95 % Wilson interval."""
+    """How well recordings were read; every share comes with its 95 % Wilson interval.
+
+    Parameters
+    ----------
+    correct : dict[str, int]
+        Right answers: ``all`` parts of a label together, each part by itself, and ``top2``.
+    """
 
     correct: dict[str, int]
-    """Right answers: ``all`` parts of a label together, each part by itself, and ``top2``."""
     total: int
     predicted: list[tuple]
     true: list[tuple]

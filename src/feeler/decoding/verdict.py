@@ -14,18 +14,26 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One claim of an order, first to last, on one measure."""
+    """One claim of an order, first to last, on one measure.
+
+    Parameters
+    ----------
+    means : tuple[tuple[str, float], ...]
+        Groups with their means, in the claimed order.
+    difference : Interval
+        First minus last over paired stimuli, > 0 if the ends stand as claimed; d_z as effect.
+    word : str
+        ``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``.
+    explained : float
+        Share of the first group's accuracy above chance that the null reaches; NaN: no null.
+    """
 
     claim: str
     measure: str
     means: tuple[tuple[str, float], ...]
-    """Groups with their means, in the claimed order."""
     difference: Interval
-    """First minus last over paired stimuli, > 0 if the ends stand as claimed; d_z as effect."""
     word: str
-    """``agrees``, ``ends agree`` (the middle does not), ``undecided`` or ``opposite``."""
     explained: float = float("nan")
-    """Share of the first group's accuracy above chance that the null reaches; NaN: no null."""
 
     @property
     def is_evidence(self) -> bool:

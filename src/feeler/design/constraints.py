@@ -15,27 +15,38 @@ Positive = Annotated[float, Gt(0)]
 
 
 class Constraints(Record):
-    """What a design must keep; all are off by default."""
+    """What a design must keep; all are off by default.
+
+    Parameters
+    ----------
+    damping_ratio : Positive | None
+        Least damping ratio of each of the first ``modes`` modes.
+    damping_share : Positive | None
+        Least damping ratio of each of them as a share of the reference's own.
+    mass : Positive | None
+        Greatest mass [mg].
+    compliance : tuple[Positive, Positive] | None
+        Least and greatest total compliance Σ 1/k as shares of the reference's.
+    softest : Positive | None
+        Least stiffness of a hinge as a share of the reference's softest.
+    thickness : Positive | None
+        Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64
+        ℓ).
+    modulus : Positive
+        [MPa]; Kapton.
+    peak_angle : Positive | None
+        Greatest angle of a hinge in all touches [rad]; known only after they are simulated.
+    """
 
     damping_ratio: Positive | None = None
-    """Least damping ratio of each of the first ``modes`` modes."""
     damping_share: Positive | None = None
-    """Least damping ratio of each of them as a share of the reference's own."""
     modes: Annotated[int, Ge(1)] = 6
     mass: Positive | None = None
-    """Greatest mass [mg]."""
     compliance: tuple[Positive, Positive] | None = None
-    """Least and greatest total compliance Σ 1/k as shares of the reference's."""
     softest: Positive | None = None
-    """Least stiffness of a hinge as a share of the reference's softest."""
     thickness: Positive | None = None
-    """Least diameter [mm] of a full round hinge of ``modulus`` that is as stiff: k = E π d⁴ / (64
-    ℓ).
-    """
     modulus: Positive = 2500.0
-    """[MPa]; Kapton."""
     peak_angle: Positive | None = None
-    """Greatest angle of a hinge in all touches [rad]; known only after they are simulated."""
 
     def _check(self) -> None:
         if self.compliance is not None and self.compliance[0] > self.compliance[1]:

@@ -28,21 +28,28 @@ JOURNAL, FINALS = "journal.jsonl", "finals.json"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DesignOutcome:
-    """What a plan came to."""
+    """What a plan came to.
+
+    Parameters
+    ----------
+    ends : tuple[Optimum, ...]
+        Where each start ended, the best on the test draws first.
+    tests : tuple[Score, ...]
+        Their scores on the test draws.
+    final : Score
+        The best one's on the final draws.
+    looks : int
+        How many designs have been judged on these final draws, this one included: 1 is an honest
+        test.
+    """
 
     plan: DesignPlan
     ends: tuple[Optimum, ...]
-    """Where each start ended, the best on the test draws first."""
     tests: tuple[Score, ...]
-    """Their scores on the test draws."""
     reference_test: Score
     final: Score
-    """The best one's on the final draws."""
     reference_final: Score
     looks: int
-    """How many designs have been judged on these final draws, this one included: 1 is an honest
-    test.
-    """
 
     @property
     def best(self) -> Antenna:

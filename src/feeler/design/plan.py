@@ -70,13 +70,18 @@ seed = 0
 
 
 class DesignPlan(Record):
-    """What a design file holds."""
+    """What a design file holds.
+
+    Parameters
+    ----------
+    search : dict[str, Any]
+        Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`.
+    """
 
     task: DesignTask
     space: Space
     constraints: Constraints = NO_CONSTRAINTS
     search: dict[str, Any] = field(default_factory=dict)
-    """Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`."""
 
     def _check(self) -> None:
         for key, value in self.search.items():

@@ -26,7 +26,14 @@ CLEAR = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Candidate:
-    """A point that was looked at; ``cost``: its missing bits, or ≥ ``FAR`` if it must not win."""
+    """A point that was looked at; ``cost``: its missing bits, or ≥ ``FAR`` if it must not win.
+
+    Parameters
+    ----------
+    fate : str
+        ``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the
+        limit).
+    """
 
     x: np.ndarray
     cost: float
@@ -35,28 +42,32 @@ class Candidate:
     errors: float = float("nan")
     peak: float = float("nan")
     fate: str = "simulated"
-    """``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the
-    limit).
-    """
 
 
 @dataclass(kw_only=True, eq=False)
 class DesignProblem:
-    """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``."""
+    """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``.
+
+    Parameters
+    ----------
+    options : dict[str, Any]
+        Workers or executor, as for :func:`feeler.touch`.
+    watch : Callable[[DesignProblem], None] | None
+        Called after each candidate.
+    seconds : float
+        Processor time of the simulations.
+    """
 
     task: DesignTask
     space: Space
     constraints: Constraints = field(default_factory=Constraints)
     options: dict[str, Any] = field(default_factory=dict)
-    """Workers or executor, as for :func:`feeler.touch`."""
     journal: Journal = field(default_factory=Journal)
     watch: Callable[["DesignProblem"], None] | None = None
-    """Called after each candidate."""
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(("simulated", "excluded", "diverged", "peak"), 0)
     )
     seconds: float = 0.0
-    """Processor time of the simulations."""
     best: Candidate | None = None
 
     @property

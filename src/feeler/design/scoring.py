@@ -48,26 +48,37 @@ NOISE_SEED = 0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score:
-    """How well touches never met are told apart, means over the speeds."""
+    """How well touches never met are told apart, means over the speeds.
+
+    Parameters
+    ----------
+    bits : float
+        Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0
+        where the decoder misleads.
+    bits_error : float
+        Its standard error, from how the test touches differ.
+    errors : float
+        Share of noisy test touches named wrong.
+    errors_error : float
+        Its standard error.
+    peak : float
+        Greatest hinge angle of all touches at the sensors [rad].
+    by_speed : np.ndarray
+        Bits and errors (speed, 2).
+    confusion : np.ndarray
+        Shares (class, answer), rows sum to 1.
+    wrong : np.ndarray
+        Share named wrong of each test touch (speed, class, touch): pairs for comparing antennas.
+    """
 
     bits: float
-    """Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0
-    where the decoder misleads.
-    """
     bits_error: float
-    """Its standard error, from how the test touches differ."""
     errors: float
-    """Share of noisy test touches named wrong."""
     errors_error: float
-    """Its standard error."""
     peak: float
-    """Greatest hinge angle of all touches at the sensors [rad]."""
     by_speed: np.ndarray
-    """Bits and errors (speed, 2)."""
     confusion: np.ndarray
-    """Shares (class, answer), rows sum to 1."""
     wrong: np.ndarray
-    """Share named wrong of each test touch (speed, class, touch): pairs for comparing antennas."""
 
 
 @checked

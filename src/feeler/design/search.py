@@ -23,18 +23,25 @@ TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum:
-    """Where one search ended."""
+    """Where one search ended.
+
+    Parameters
+    ----------
+    history : tuple[tuple[int, float], ...]
+        Evaluations, and the fewest missing bits until then.
+    counts : dict[str, int]
+        Candidates by their fate: simulated, excluded by a constraint, diverged, over the peak
+        angle.
+    seconds : float
+        Processor time of its simulations.
+    """
 
     start: np.ndarray
     best: Candidate
     design: Design
     history: tuple[tuple[int, float], ...]
-    """Evaluations, and the fewest missing bits until then."""
     counts: dict[str, int]
-    """Candidates by their fate: simulated, excluded by a constraint, diverged, over the peak angle.
-    """
     seconds: float
-    """Processor time of its simulations."""
 
 
 Method = Callable[[DesignProblem, np.ndarray, int, np.random.Generator], None]

@@ -30,6 +30,23 @@ class Space(Record):
     give the exponential family (of an exponential reference), as many as hinges free each hinge.
     All entries of x are 0 at the reference; ±1 is each bound.
 
+    Parameters
+    ----------
+    stiffness : int
+        Knots.
+    damping : int
+        Knots.
+    span : float
+        The greatest factor on stiffness and damping at a knot, either way.
+    length : Range
+        Least and greatest factor on all segment lengths; mass goes with it.
+    radius : Range
+        Of the collision radius.
+    warp : float
+        Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay.
+    speed : Range | None
+        Slowest and fastest touch [m/s]; None: the task's.
+
     Raises
     ------
     InvalidInput
@@ -38,19 +55,12 @@ class Space(Record):
 
     reference: Antenna
     stiffness: Annotated[int, Ge(0)] = 2
-    """Knots."""
     damping: Annotated[int, Ge(0)] = 2
-    """Knots."""
     span: Annotated[float, Gt(1)] = 100.0
-    """The greatest factor on stiffness and damping at a knot, either way."""
     length: Range = (1.0, 1.0)
-    """Least and greatest factor on all segment lengths; mass goes with it."""
     radius: Range = (1.0, 1.0)
-    """Of the collision radius."""
     warp: Annotated[float, Ge(1)] = 1.0
-    """Sensors at shares (j / (m − 1))^w of the hinges, w from 1/warp to warp; 1: they stay."""
     speed: Range | None = None
-    """Slowest and fastest touch [m/s]; None: the task's."""
 
     def _check(self) -> None:
         n = self.reference.n_segments

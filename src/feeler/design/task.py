@@ -12,6 +12,18 @@ from feeler.task.task import Task
 class DesignTask(Task):
     """A :class:`feeler.task.Task`, and how many touches of each class are learned from and asked.
 
+    Parameters
+    ----------
+    train : int
+        Touches of each class that the decoder learns from.
+    test : int
+        Other touches of each class that it is asked about.
+    timestep : float
+        Integration step [ms].
+    seeds : Any
+        Of the touches for the optimiser, for tests, and for the final judgement that is looked at
+        once.
+
     Raises
     ------
     InvalidInput
@@ -19,15 +31,9 @@ class DesignTask(Task):
     """
 
     train: Annotated[int, Ge(2)] = 4
-    """Touches of each class that the decoder learns from."""
     test: Annotated[int, Ge(1)] = 4
-    """Other touches of each class that it is asked about."""
     timestep: Annotated[float, Gt(0), Unit("ms")] = 0.05
-    """Integration step [ms]."""
     seeds: Any = (("optimiser", 1), ("test", 2), ("final", 3))
-    """Of the touches for the optimiser, for tests, and for the final judgement that is looked at
-    once.
-    """
 
     def _check(self) -> None:
         super()._check()

@@ -13,12 +13,18 @@ from feeler.tensors.labels import label_like
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Closest:
-    """Each tensor's closest match among the others; labelled where the tensors were."""
+    """Each tensor's closest match among the others; labelled where the tensors were.
+
+    Parameters
+    ----------
+    trial : Any
+        Position of the match (trial,).
+    value : Any
+        Index between the tensor and its match (trial,).
+    """
 
     trial: Any
-    """Position of the match (trial,)."""
     value: Any
-    """Index between the tensor and its match (trial,)."""
 
 
 @checked

@@ -16,14 +16,21 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Dispersion:
-    """The indices of each group: closest match per tensor, group average, interval."""
+    """The indices of each group: closest match per tensor, group average, interval.
+
+    Parameters
+    ----------
+    groups : tuple[Hashable, ...]
+        Group names, in order of appearance.
+    closest : dict[str, dict[Hashable, Closest]]
+        ``closest[index][group]``; trials counted within the group.
+    average : dict[str, dict[Hashable, Interval]]
+        ``average[index][group]``: mean of the group's closest matches, with its interval.
+    """
 
     groups: tuple[Hashable, ...]
-    """Group names, in order of appearance."""
     closest: dict[str, dict[Hashable, Closest]] = field(repr=False)
-    """``closest[index][group]``; trials counted within the group."""
     average: dict[str, dict[Hashable, Interval]]
-    """``average[index][group]``: mean of the group's closest matches, with its interval."""
 
     def values(self, index: str, group: Hashable) -> Any:
         """Each tensor's index with its closest match in the group (trial,)."""

@@ -21,18 +21,26 @@ Block = Callable[[slice, slice], np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Index:
-    """One way to say how alike two tensors are."""
+    """One way to say how alike two tensors are.
+
+    Parameters
+    ----------
+    label : str
+        What figures and tables call it.
+    make : Callable[..., Block]
+        ``make(tensors, **options)`` for a set (trial, sensor, time): a function of two slices of
+        its trials that gives the index of each pair, (row, column).
+    is_similarity : bool
+        Whether the closest match has the greatest value; False for a distance, which is least
+        there.
+    needs_range : bool
+        Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets.
+    """
 
     label: str
-    """What figures and tables call it."""
     make: Callable[..., Block]
-    """``make(tensors, **options)`` for a set (trial, sensor, time): a function of two slices of its
-    trials that gives the index of each pair, (row, column)."""
     is_similarity: bool = True
-    """Whether the closest match has the greatest value; False for a distance, which is least there.
-    """
     needs_range: bool = False
-    """Whether ``make`` takes ``data_range``, the least and the greatest entry of all sets."""
 
     @property
     def sign(self) -> float:

@@ -13,13 +13,18 @@ _LEVEL = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """An estimate with its bootstrap percentile interval."""
+    """An estimate with its bootstrap percentile interval.
+
+    Parameters
+    ----------
+    effect : float
+        Of a difference: Cohen's d_z, the mean of the paired differences over their sd.
+    """
 
     estimate: float
     low: float
     high: float
     effect: float = float("nan")
-    """Of a difference: Cohen's d_z, the mean of the paired differences over their sd."""
 
     def __str__(self) -> str:
         return f"{self.estimate:.3g} [{self.low:.3g}, {self.high:.3g}]"

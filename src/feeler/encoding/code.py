@@ -91,9 +91,9 @@ def encode(
         seen = np.concatenate(
             [_see_alone(tensor, basis_spectra, length) for tensor in tensors[block]]
         )
-        polish_nonnegative(seen, *ridged, rows, _APPROACH)
+        _polish_nonnegative(seen, *ridged, rows, _APPROACH)
         if code == "nonnegative":
-            polish_nonnegative(seen, kernel, edge, rows, _POLISH)
+            _polish_nonnegative(seen, kernel, edge, rows, _POLISH)
             return True
         if code == "ridge":
             return solve_nonnegative(seen, *ridged, rows) < MOST_PIVOTS
@@ -266,7 +266,7 @@ def _solve_banded(factor, first, value):
 
 
 @compiled
-def polish_nonnegative(seen, kernel, edge, activations, n_steps):
+def _polish_nonnegative(seen, kernel, edge, activations, n_steps):
     """Lower ½ h·G h − A·h over h ≥ 0 by steps of accelerated projected gradient, in place.
 
     For a G that is all but singular, where the least is reached by many h. The momentum starts

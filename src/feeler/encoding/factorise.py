@@ -24,33 +24,50 @@ from feeler.execute.threads import ThreadExecutor, hold_blas
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How to factorise."""
+    """How to factorise.
+
+    Parameters
+    ----------
+    n_lags : int
+        Samples that a basis lasts.
+    sparseness : float | None
+        Hoyer sparseness of the activations; None: no constraint, multiplicative updates.
+    joint : bool
+        One constraint per component over all trials, rather than one per component and trial.
+    max_iter : int
+        Most iterations.
+    tol : float
+        Stop when ten iterations lower the loss by less than ten times this fraction of it.
+    inner_steps : int
+        Steps of the activations, and then of the bases, per iteration.
+    """
 
     n_components: int
     n_lags: int
-    """Samples that a basis lasts."""
     sparseness: float | None
-    """Hoyer sparseness of the activations; None: no constraint, multiplicative updates."""
     joint: bool
-    """One constraint per component over all trials, rather than one per component and trial."""
     max_iter: int
-    """Most iterations."""
     tol: float
-    """Stop when ten iterations lower the loss by less than ten times this fraction of it."""
     inner_steps: int
-    """Steps of the activations, and then of the bases, per iteration."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Factors:
-    """What a factorisation found."""
+    """What a factorisation found.
+
+    Parameters
+    ----------
+    components : np.ndarray
+        (component, sensor, lag)
+    activations : np.ndarray
+        (trial, component, time)
+    losses : np.ndarray
+        ½‖V − V̂‖² before the first iteration and after each.
+    """
 
     components: np.ndarray
-    """(component, sensor, lag)"""
     activations: np.ndarray
-    """(trial, component, time)"""
     losses: np.ndarray
-    """½‖V − V̂‖² before the first iteration and after each."""
     converged: bool
 
 

@@ -12,24 +12,36 @@ from feeler.errors import InvalidInput
 
 @dataclass(frozen=True, kw_only=True)
 class LocationMapping:
-    """How contact location and dominant component hang together, against shuffled locations."""
+    """How contact location and dominant component hang together, against shuffled locations.
+
+    Parameters
+    ----------
+    information : float
+        Mutual information between the dominant component and the location [bit].
+    information_null : float
+        Its mean over shuffles [bit]: what so few trials yield by chance.
+    ceiling : float
+        Least of the locations' entropy and log₂(components) [bit]; no code can exceed it.
+    p_information : float
+        Share of shuffles, the real order counted as one, with at least this information.
+    correlation : float
+        Spearman's correlation of location with where the active bases act, in [−1, 1].
+    p_correlation : float
+        Share of shuffles, the real order counted as one, with at least this |correlation|.
+    share : np.ndarray
+        Mean share of each component in the energy of a code, (location, component).
+    locations : np.ndarray
+        The locations, ascending.
+    """
 
     information: float
-    """Mutual information between the dominant component and the location [bit]."""
     information_null: float
-    """Its mean over shuffles [bit]: what so few trials yield by chance."""
     ceiling: float
-    """Least of the locations' entropy and log₂(components) [bit]; no code can exceed it."""
     p_information: float
-    """Share of shuffles, the real order counted as one, with at least this information."""
     correlation: float
-    """Spearman's correlation of location with where the active bases act, in [−1, 1]."""
     p_correlation: float
-    """Share of shuffles, the real order counted as one, with at least this |correlation|."""
     share: np.ndarray
-    """Mean share of each component in the energy of a code, (location, component)."""
     locations: np.ndarray
-    """The locations, ascending."""
 
 
 @checked

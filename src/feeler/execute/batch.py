@@ -1,4 +1,6 @@
-"""A batch: one function over many items, results as they come, crashes retried, Ctrl-C understood."""
+"""A batch: one function over many items, results as they come, crashes retried, Ctrl-C
+understood.
+"""
 
 import signal
 import sys

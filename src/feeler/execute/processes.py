@@ -77,7 +77,9 @@ class ProcessExecutor:
         self._pool: ProcessPool | None = None
 
     def submit(self, function: Callable, /, *args: Any) -> Future:
-        """Queue ``function(*args)``; both must be picklable. Processes start with the first task."""
+        """Queue ``function(*args)``; both must be picklable. Processes start with the first
+        task.
+        """
         message = pickle.dumps((function, args))
         if self._pool is None or not self._pool.active:
             self.kill()
@@ -93,7 +95,9 @@ class ProcessExecutor:
         return answer
 
     def kill(self) -> None:
-        """End every process at once; unanswered tasks are dropped. The executor can be used again."""
+        """End every process at once; unanswered tasks are dropped. The executor can be used
+        again.
+        """
         if self._pool is not None:
             self._pool.stop()
             self._pool.join()

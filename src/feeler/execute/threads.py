@@ -25,7 +25,9 @@ def count_cores() -> int:
 
 
 def check_workers(workers: int | None) -> int:
-    """The number of workers: one per core by default; anything but a whole number ≥ 1 is refused."""
+    """The number of workers: one per core by default; anything but a whole number ≥ 1 is
+    refused.
+    """
     if workers is None:
         return count_cores()
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:

@@ -28,22 +28,33 @@ LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Impulse:
-    """One impulse test, time 0 at first contact."""
+    """One impulse test, time 0 at first contact.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (sample,) [ms].
+    points : tuple[float, ...]
+        Followed points, shares of the length.
+    deflection : np.ndarray
+        (point, sample) [mm], across the straight antenna, positive the way the cylinder moves.
+    tip : np.ndarray
+        (sample,) [mm].
+    angle : np.ndarray
+        Hinge angles (sample, segment) [rad].
+    object : np.ndarray
+        Centre of the cylinder (sample, 2) [mm].
+    force : np.ndarray
+        Contact force on the antenna (sample, 2) [N].
+    """
 
     time: np.ndarray
-    """(sample,) [ms]."""
     points: tuple[float, ...]
-    """Followed points, shares of the length."""
     deflection: np.ndarray
-    """(point, sample) [mm], across the straight antenna, positive the way the cylinder moves."""
     tip: np.ndarray
-    """(sample,) [mm]."""
     angle: np.ndarray
-    """Hinge angles (sample, segment) [rad]."""
     object: np.ndarray
-    """Centre of the cylinder (sample, 2) [mm]."""
     force: np.ndarray
-    """Contact force on the antenna (sample, 2) [N]."""
 
 
 @checked

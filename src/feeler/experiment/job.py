@@ -40,34 +40,53 @@ Reading = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """Some trials of a set, for one worker."""
+    """Some trials of a set, for one worker.
+
+    Parameters
+    ----------
+    store : Path | None
+        The store to which the worker adds them as a group of its own; None: they go back to the
+        caller.
+    """
 
     indices: Sequence[int]
     trials: Sequence[Trial]
     store: Path | None = None
-    """The store to which the worker adds them as a group of its own; None: they go back to the
-    caller.
-    """
     group_size: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShareResult:
-    """What became of a share."""
+    """What became of a share.
+
+    Parameters
+    ----------
+    stored : StoredGroup | None
+        What the worker has written in place of the readings.
+    """
 
     readings: dict[int, Reading] = field(default_factory=dict)
     errors: dict[int, Exception] = field(default_factory=dict)
     stored: StoredGroup | None = None
-    """What the worker has written in place of the readings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """How trials become what is kept of them; the same for all of a set."""
+    """How trials become what is kept of them; the same for all of a set.
+
+    Parameters
+    ----------
+    variants : SampledAntennas | None
+        What takes the antenna's place, trial by trial.
+    sampled : bool
+        Whether the attributes say how all trials are drawn, so that none is described by itself.
+    code : str
+        Fingerprint of the code that must run, where the numbers are stored; and the modules that it
+        is made of.
+    """
 
     antenna: Antenna
     variants: SampledAntennas | None = None
-    """What takes the antenna's place, trial by trial."""
     contact: Contact
     clock: Clock
     engine: str
@@ -77,12 +96,8 @@ class Job:
     seed: int
     attrs: dict[str, Any]
     sampled: bool = False
-    """Whether the attributes say how all trials are drawn, so that none is described by itself."""
 
     code: str = ""
-    """Fingerprint of the code that must run, where the numbers are stored; and the modules that it
-    is made of.
-    """
     modules: tuple[str, ...] = ()
 
     def get_antenna(self, index: int) -> Antenna:
@@ -215,7 +230,9 @@ def check_origin(versions: dict[str, str], code: str, modules: tuple[str, ...]) 
 
 
 def _describe_base(base: BaseMotion | None) -> str:
-    """A base motion in one line: nothing where it is clamped, a recorded path by its fingerprint."""
+    """A base motion in one line: nothing where it is clamped, a recorded path by its
+    fingerprint.
+    """
     if base is None:
         return ""
     if base.time is not None:

@@ -33,16 +33,24 @@ _SPAN = (1e-6, 1e6)  # of the greatest distance between tensors: where the noise
 
 @dataclass(frozen=True, kw_only=True)
 class Information:
-    """What an ideal observer learns from one noisy tensor."""
+    """What an ideal observer learns from one noisy tensor.
+
+    Parameters
+    ----------
+    bits : float
+        Mutual information with the touch [bit], at most log₂ K.
+    bits_error : float
+        Its standard error [bit], from the drawn noise; the tensors are taken as they are.
+    accuracy : float
+        Share of touches that the maximum-likelihood decoder names right.
+    accuracy_error : float
+        Its standard error.
+    """
 
     bits: float
-    """Mutual information with the touch [bit], at most log₂ K."""
     bits_error: float
-    """Its standard error [bit], from the drawn noise; the tensors are taken as they are."""
     accuracy: float
-    """Share of touches that the maximum-likelihood decoder names right."""
     accuracy_error: float
-    """Its standard error."""
 
 
 @checked

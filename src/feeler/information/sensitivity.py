@@ -16,13 +16,19 @@ from feeler.stimulus.trial import Trial
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """One continuous property of a touch."""
+    """One continuous property of a touch.
+
+    Parameters
+    ----------
+    step : float
+        Default step of the difference, in ``unit``; it is halved once as a check.
+    move : Callable[[Antenna, Trial, float], Trial]
+        ``move(antenna, trial, by)``: the trial with the property changed by ``by``.
+    """
 
     unit: str
     step: float
-    """Default step of the difference, in ``unit``; it is halved once as a check."""
     move: Callable[[Antenna, Trial, float], Trial]
-    """``move(antenna, trial, by)``: the trial with the property changed by ``by``."""
 
 
 def _move_location(antenna: Antenna, trial: Trial, by: float) -> Trial:

@@ -48,15 +48,22 @@ DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 
 
 class Softness(NamedTuple):
-    """What :class:`Contact` comes to on each segment of an antenna (segment,)."""
+    """What :class:`Contact` comes to on each segment of an antenna (segment,).
+
+    Parameters
+    ----------
+    width : np.ndarray
+        At rest [mm].
+    slow : np.ndarray
+        The most that slow motion widens it to [mm].
+    widest : np.ndarray
+        The most that any motion widens it to [mm].
+    """
 
     d_max: np.ndarray
     width: np.ndarray
-    """At rest [mm]."""
     slow: np.ndarray
-    """The most that slow motion widens it to [mm]."""
     widest: np.ndarray
-    """The most that any motion widens it to [mm]."""
 
     def widen(self, slow: float, fast: float) -> np.ndarray:
         """The width under motion (segment,) [mm], by the two that :meth:`Contact.widen` gives."""
@@ -76,22 +83,32 @@ class Contact:
 
     With ``share`` and ``crossing``, width and d_max follow from the antenna and from how fast it is
     touched, as this module derives; those of ``solimp`` are then the least.
+
+    Parameters
+    ----------
+    solref : tuple[float, float]
+        Time constant [ms], damping ratio.
+    solimp : tuple[float, float, float, float, float]
+        d_min, d_max, width [mm], midpoint, power.
+    share : float
+        The most that surfaces sink in, over the push; 0: whatever ``solimp`` gives.
+    turn : float
+        Turn of the base [rad] whose push the width is made for.
+    crossing : float
+        Time in which a moving object crosses the width [ms]; 0: motion does not widen it.
+    lingering : float
+        The same for a slow object, until the width is an eighth of the antenna's radius [ms].
+    speed : float
+        The least speed to reckon with [mm/ms], for motion that is commanded later.
     """
 
     solref: tuple[float, float] = (0.2, 1.0)
-    """Time constant [ms], damping ratio."""
     solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
-    """d_min, d_max, width [mm], midpoint, power."""
     share: float = 0.0
-    """The most that surfaces sink in, over the push; 0: whatever ``solimp`` gives."""
     turn: float = 0.005
-    """Turn of the base [rad] whose push the width is made for."""
     crossing: float = 0.0
-    """Time in which a moving object crosses the width [ms]; 0: motion does not widen it."""
     lingering: float = 0.0
-    """The same for a slow object, until the width is an eighth of the antenna's radius [ms]."""
     speed: float = 0.0
-    """The least speed to reckon with [mm/ms], for motion that is commanded later."""
 
     def __post_init__(self) -> None:
         if not (
@@ -250,9 +267,7 @@ def describe_sink(sink: float) -> str:
 
 
 def find_radius(item: Object) -> float:
-    """The radius [mm] of an object that is a ball or a rounded edge, else infinite: what it can sink
-    into the antenna is counted against the smaller of its radius and the antenna's.
-    """
+    """The radius [mm] of a ball or a rounded edge, else infinite: what it can sink into."""
     rounded = item.feature.rounding > 0 and min(map(len, item.feature.parts)) <= 2
     return item.feature.rounding if rounded and not item.feature.unbounded else np.inf
 

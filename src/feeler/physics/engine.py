@@ -17,17 +17,22 @@ from feeler.registry import Registry
 class Engine:
     """A simulator: ``make(scenes, timestep)`` puts up to ``lanes`` scenes of one segment count into
     a Stepper.
+
+    Parameters
+    ----------
+    timestep : float
+        What it takes where nothing else is said [ms], see docs/convergence.md [C].
+    check : Callable[[Contact, float], None]
+        Refuses a contact that it does not follow, or not with such a timestep [ms].
+    stride : float
+        How far base and objects may move in a timestep, in radii of the antenna's thinnest segment.
     """
 
     make: Callable[[Sequence[Scene], float], Stepper]
     timestep: float
-    """What it takes where nothing else is said [ms], see docs/convergence.md [C]."""
     lanes: int = 1
     check: Callable[[Contact, float], None] = Contact.check_timestep
-    """Refuses a contact that it does not follow, or not with such a timestep [ms]."""
     stride: float = 1.0
-    """How far base and objects may move in a timestep, in radii of the antenna's thinnest segment.
-    """
 
     @property
     def module(self) -> str:

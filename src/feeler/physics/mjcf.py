@@ -10,7 +10,9 @@ from feeler.stimulus.trial import Trial
 
 
 def write_mjcf(antenna: Antenna, trial: Trial, path: Path, timestep: float | None = None) -> Path:
-    """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object moving."""
+    """Write the trial's scene as MJCF in g, mm, ms; the keyframe ``start`` sets the object
+    moving.
+    """
     scene = make_scene(antenna, trial)
     spec = make_spec(scene, choose_timestep(timestep, "mujoco"))
     spec.comment = (

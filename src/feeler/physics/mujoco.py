@@ -202,9 +202,14 @@ class MujocoStepper(Stepper):
         )
         arc = antenna.hinge_position[segment] + share * antenna.segment_length[segment]
         return Contacts(
-            object=pair, segment=segment + 1, place=arc / antenna.length, point=point, normal=self._find_normals()[:, :2],
-            distance=contact.dist - contact.includemargin, force=force,
-        )  # fmt: skip
+            object=pair,
+            segment=segment + 1,
+            place=arc / antenna.length,
+            point=point,
+            normal=self._find_normals()[:, :2],
+            distance=contact.dist - contact.includemargin,
+            force=force,
+        )
 
     @property
     def _base(self) -> np.ndarray:

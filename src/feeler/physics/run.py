@@ -1,4 +1,6 @@
-"""From the beginning to the end: scenes stepped to a clock and sampled, one group or many at once."""
+"""From the beginning to the end: scenes stepped to a clock and sampled, one group or many at
+once.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -199,7 +201,9 @@ def explain_end(
     angle: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
 ) -> Exception:
-    """The error of a lane that has come to an end, with its last finite state where there is one."""
+    """The error of a lane that has come to an end, with its last finite state where there is
+    one.
+    """
     return stepper.explain(lane) or SimulationDiverged(
         stepper.scenes[lane].label, time, angle, velocity, stepper.advice
     )

@@ -32,19 +32,26 @@ class Scene:
 
     The antenna's angle and velocity start at ``angle`` [rad] (default: at rest) and ``velocity``
     [rad/ms]. Segment n points along (sin φ, cos φ), φ = heading of the base + Σ angles up to n.
+
+    Parameters
+    ----------
+    paths : tuple[Path | None, ...]
+        For each object that has one, what it does instead of going on with its velocity.
+    gravity : tuple[float, float]
+        [mm/ms²]; 9.81e-3 on the ground. [D] Tests of this scale run without.
+    base : tuple[float, float, float]
+        Place [mm] and heading [rad] of the base, on top of which its motion comes.
+    base_motion : BaseMotion | None
+        How the base moves; default: not at all.
     """
 
     antenna: Antenna
     objects: tuple[Object, ...] = ()
     paths: tuple[Path | None, ...] = ()
-    """For each object that has one, what it does instead of going on with its velocity."""
     contact: Contact = field(default_factory=get_contact)
     gravity: tuple[float, float] = (0.0, 0.0)
-    """[mm/ms²]; 9.81e-3 on the ground. [D] Tests of this scale run without."""
     base: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Place [mm] and heading [rad] of the base, on top of which its motion comes."""
     base_motion: BaseMotion | None = None
-    """How the base moves; default: not at all."""
     angle: np.ndarray | None = None
     velocity: np.ndarray | None = None
     label: str = ""
@@ -125,34 +132,49 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """What an engine gives back, sampled; forces are those of the step that led to the sample."""
+    """What an engine gives back, sampled; forces are those of the step that led to the sample.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (sample,) [ms].
+    angle : np.ndarray
+        (sample, segment) [rad].
+    velocity : np.ndarray
+        (sample, segment) [rad/ms].
+    force : np.ndarray
+        Total contact force on the antenna (sample, 2) [N].
+    base : np.ndarray
+        Place [mm] and heading [rad] of the base (sample, 3).
+    base_force : np.ndarray
+        Force of the base on the antenna (sample, 2) [N].
+    base_moment : np.ndarray
+        Moment of the base on the antenna (sample,) [N·mm].
+    contact_place : np.ndarray
+        Centre of pressure along the antenna as a share of its length (sample,), NaN without
+        contact.
+    work : np.ndarray
+        Work done on the antenna since time 0 by its base and by all objects (sample, 2) [µJ].
+    sink : np.ndarray
+        How deep contacts have sunk at most since time 0 (sample,), over the smaller radius.
+    timestep : float
+        [ms]
+    error : float
+        Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for.
+    """
 
     time: np.ndarray
-    """(sample,) [ms]."""
     angle: np.ndarray
-    """(sample, segment) [rad]."""
     velocity: np.ndarray
-    """(sample, segment) [rad/ms]."""
     force: np.ndarray
-    """Total contact force on the antenna (sample, 2) [N]."""
     base: np.ndarray
-    """Place [mm] and heading [rad] of the base (sample, 3)."""
     base_force: np.ndarray
-    """Force of the base on the antenna (sample, 2) [N]."""
     base_moment: np.ndarray
-    """Moment of the base on the antenna (sample,) [N·mm]."""
     contact_place: np.ndarray
-    """Centre of pressure along the antenna as a share of its length (sample,), NaN without contact.
-    """
     work: np.ndarray
-    """Work done on the antenna since time 0 by its base and by all objects (sample, 2) [µJ]."""
     sink: np.ndarray
-    """How deep contacts have sunk at most since time 0 (sample,), over the smaller radius."""
     timestep: float
-    """[ms]"""
     error: float = float("nan")
-    """Greatest error over the peak, as step doubling estimates it; NaN where it was not asked for.
-    """
 
 
 def make_scene(antenna: Antenna, trial: Trial, contact: Contact | str | None = None) -> Scene:

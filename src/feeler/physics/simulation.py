@@ -20,11 +20,16 @@ from feeler.stimulus.trial import Trial
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Work:
-    """Work done on the antenna since time 0 [µJ]."""
+    """Work done on the antenna since time 0 [µJ].
+
+    Parameters
+    ----------
+    objects : np.ndarray
+        (object,)
+    """
 
     base: float
     objects: np.ndarray
-    """(object,)"""
 
     @property
     def total(self) -> float:

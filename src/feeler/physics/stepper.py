@@ -13,54 +13,80 @@ from feeler.physics.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class State:
-    """Where every lane is now; forces are those of the step that led there."""
+    """Where every lane is now; forces are those of the step that led there.
+
+    Parameters
+    ----------
+    angle : np.ndarray
+        Hinge angles (lane, segment) [rad].
+    velocity : np.ndarray
+        Their rates (lane, segment) [rad/ms].
+    force : np.ndarray
+        Contact force of each object on the antenna (lane, object, 2) [N].
+    place : np.ndarray
+        Place of each object, its foremost point (lane, object, 2) [mm].
+    forward : np.ndarray
+        First axis of each object's frame (lane, object, 2).
+    object_work : np.ndarray
+        Work done on the antenna by each object since time 0 (lane, object) [mJ].
+    base : np.ndarray
+        Place [mm] and heading [rad] of the base (lane, 3).
+    base_force : np.ndarray
+        Force of the base on the antenna (lane, 2) [N].
+    base_moment : np.ndarray
+        Moment of the base on the antenna (lane,) [N·mm], positive as angles are.
+    base_work : np.ndarray
+        Work done on the antenna by its base since time 0 (lane,) [mJ].
+    contact_place : np.ndarray
+        Where the contacts act, weighted by force (lane,), as a share of the length; NaN without
+        contact.
+    sink : np.ndarray
+        How deep contacts have sunk at most since time 0 (lane,), over the smaller radius.
+    """
 
     angle: np.ndarray
-    """Hinge angles (lane, segment) [rad]."""
     velocity: np.ndarray
-    """Their rates (lane, segment) [rad/ms]."""
     force: np.ndarray
-    """Contact force of each object on the antenna (lane, object, 2) [N]."""
     place: np.ndarray
-    """Place of each object, its foremost point (lane, object, 2) [mm]."""
     forward: np.ndarray
-    """First axis of each object's frame (lane, object, 2)."""
     object_work: np.ndarray
-    """Work done on the antenna by each object since time 0 (lane, object) [mJ]."""
     base: np.ndarray
-    """Place [mm] and heading [rad] of the base (lane, 3)."""
     base_force: np.ndarray
-    """Force of the base on the antenna (lane, 2) [N]."""
     base_moment: np.ndarray
-    """Moment of the base on the antenna (lane,) [N·mm], positive as angles are."""
     base_work: np.ndarray
-    """Work done on the antenna by its base since time 0 (lane,) [mJ]."""
     contact_place: np.ndarray
-    """Where the contacts act, weighted by force (lane,), as a share of the length; NaN without
-    contact.
-    """
     sink: np.ndarray
-    """How deep contacts have sunk at most since time 0 (lane,), over the smaller radius."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contacts:
-    """The contacts of one lane's last step, (contact, …)."""
+    """The contacts of one lane's last step, (contact, …).
+
+    Parameters
+    ----------
+    object : np.ndarray
+        Number of the object.
+    segment : np.ndarray
+        Number of the segment, 1 at the base.
+    place : np.ndarray
+        Arc length from the base as a share of the length.
+    point : np.ndarray
+        (contact, 2) [mm].
+    normal : np.ndarray
+        Unit vector (contact, 2) from the object to the antenna.
+    distance : np.ndarray
+        Gap between the surfaces [mm], negative.
+    force : np.ndarray
+        Force on the antenna (contact, 2) [N].
+    """
 
     object: np.ndarray
-    """Number of the object."""
     segment: np.ndarray
-    """Number of the segment, 1 at the base."""
     place: np.ndarray
-    """Arc length from the base as a share of the length."""
     point: np.ndarray
-    """(contact, 2) [mm]."""
     normal: np.ndarray
-    """Unit vector (contact, 2) from the object to the antenna."""
     distance: np.ndarray
-    """Gap between the surfaces [mm], negative."""
     force: np.ndarray
-    """Force on the antenna (contact, 2) [N]."""
 
     def __len__(self) -> int:
         return len(self.place)
@@ -112,12 +138,16 @@ def split_rows(tape: np.ndarray) -> dict[str, np.ndarray]:
 class Stepper(Protocol):
     """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its
     neighbours.
+
+    Parameters
+    ----------
+    advice : str
+        What helps where a simulation diverges.
     """
 
     scenes: list[Scene]
     timestep: float
     advice: str = "Use a smaller timestep, a slower or smaller feature, or a softer contact"
-    """What helps where a simulation diverges."""
 
     def step(self, n_steps: int, drives: Mapping[int, np.ndarray] | None = None) -> bool:
         """Take steps in every lane; whether some lane has come to an end.

@@ -12,16 +12,23 @@ from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shapes:
-    """Antennae beside walls, one per distance, farthest first."""
+    """Antennae beside walls, one per distance, farthest first.
+
+    Parameters
+    ----------
+    points : np.ndarray
+        (step, node, 2) [mm]
+    wall : np.ndarray
+        Place of the wall across the body (step,) [mm].
+    peak : np.ndarray
+        Point of greatest bend (step, 2) [mm], NaN without contact.
+    """
 
     points: np.ndarray
-    """(step, node, 2) [mm]"""
     wall: np.ndarray
-    """Place of the wall across the body (step,) [mm]."""
     contact: np.ndarray
     inverted: np.ndarray
     peak: np.ndarray
-    """Point of greatest bend (step, 2) [mm], NaN without contact."""
 
     @classmethod
     def of_sweep(cls, sweep: Approach) -> "Shapes":

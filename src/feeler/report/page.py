@@ -23,10 +23,15 @@ MIME = {".png": "image/png", ".jpg": "image/jpeg", ".mp4": "video/mp4"}
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A part of a page that a template has filled, beside those that sections are."""
+    """A part of a page that a template has filled, beside those that sections are.
+
+    Parameters
+    ----------
+    name : str
+        Where links lead to.
+    """
 
     name: str
-    """Where links lead to."""
     title: str
     body: Markup
 

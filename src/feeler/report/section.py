@@ -18,13 +18,18 @@ MARKER = "section.json"
 
 @dataclass(kw_only=True)
 class Section:
-    """What one stage leaves behind; ``values`` are the numbers that claims are held against."""
+    """What one stage leaves behind; ``values`` are the numbers that claims are held against.
+
+    Parameters
+    ----------
+    vector : bool
+        Whether figures are also kept as pages of a PDF.
+    """
 
     name: str
     title: str
     folder: Path
     vector: bool = True
-    """Whether figures are also kept as pages of a PDF."""
     blocks: list[dict[str, object]] = field(default_factory=list)
     values: dict[str, object] = field(default_factory=dict)
     seconds: float = 0.0

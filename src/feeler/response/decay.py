@@ -14,17 +14,23 @@ class DampedCosine:
     """``offset + amplitude · exp(−ζ ω₀ t) · cos(2π f t + phase)``, ω₀ = 2π f / √(1 − ζ²).
 
     t runs from the first sample.
+
+    Parameters
+    ----------
+    frequency : float
+        Damped frequency f [kHz].
+    damping_ratio : float
+        ζ [1].
+    residual : float
+        Root-mean-square residual over the root-mean-square signal [1].
     """
 
     frequency: float
-    """Damped frequency f [kHz]."""
     damping_ratio: float
-    """ζ [1]."""
     amplitude: float
     phase: float
     offset: float
     residual: float
-    """Root-mean-square residual over the root-mean-square signal [1]."""
 
 
 @checked

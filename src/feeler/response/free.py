@@ -16,32 +16,48 @@ PEAK_FLOOR = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class FreeResponse:
-    """What was measured on one free response; None where it has no such quantity."""
+    """What was measured on one free response; None where it has no such quantity.
+
+    Parameters
+    ----------
+    overdamped : bool
+        The response creeps back without crossing its rest position: it has no damped frequency.
+    frequency : float | None
+        Damped natural frequency [kHz], from first opposite peak to following trough.
+    damping_ratio : float | None
+        ζ [1] by logarithmic decrement, first opposite peak → following trough.
+    fitted_frequency : float | None
+        Damped frequency [kHz] of a damped cosine fitted to the whole record.
+    fitted_damping_ratio : float | None
+        ζ [1] of that cosine; another definition, and on a chain with many modes another number.
+    fit_residual : float | None
+        Relative root-mean-square residual of that cosine [1].
+    settle_10 : float | None
+        Time after release [ms] from which the tip stays within 10 % of its first deflection.
+    settle_5 : float | None
+        The same for 5 %.
+    rejected : float | None
+        Share of the step that is gone one damped period after release [1].
+    peak_time : float | None
+        Time of the first opposite peak [ms].
+    peak : float | None
+        Height of the first opposite peak relative to the first deflection [1], negative.
+    trough : float | None
+        Height of the following trough relative to the first deflection [1].
+    """
 
     overdamped: bool
-    """The response creeps back without crossing its rest position: it has no damped frequency."""
     frequency: float | None = None
-    """Damped natural frequency [kHz], from first opposite peak to following trough."""
     damping_ratio: float | None = None
-    """ζ [1] by logarithmic decrement, first opposite peak → following trough."""
     fitted_frequency: float | None = None
-    """Damped frequency [kHz] of a damped cosine fitted to the whole record."""
     fitted_damping_ratio: float | None = None
-    """ζ [1] of that cosine; another definition, and on a chain with many modes another number."""
     fit_residual: float | None = None
-    """Relative root-mean-square residual of that cosine [1]."""
     settle_10: float | None = None
-    """Time after release [ms] from which the tip stays within 10 % of its first deflection."""
     settle_5: float | None = None
-    """The same for 5 %."""
     rejected: float | None = None
-    """Share of the step that is gone one damped period after release [1]."""
     peak_time: float | None = None
-    """Time of the first opposite peak [ms]."""
     peak: float | None = None
-    """Height of the first opposite peak relative to the first deflection [1], negative."""
     trough: float | None = None
-    """Height of the following trough relative to the first deflection [1]."""
 
 
 @checked

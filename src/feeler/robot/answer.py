@@ -13,17 +13,24 @@ from feeler.robot.touches import Label
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """The best label, the runner-up, and how they compare with the notes."""
+    """The best label, the runner-up, and how they compare with the notes.
+
+    Parameters
+    ----------
+    probability : float
+        Of ``label``; NaN without contact.
+    truth : dict[str, str | float]
+        Those parts of the label that the recording's notes hold.
+    known : bool
+        Whether the truth, as far as it is noted, is among the classes.
+    """
 
     label: Label
     probability: float
-    """Of ``label``; NaN without contact."""
     runner_up: Label | None
     runner_up_probability: float
     truth: dict[str, str | float]
-    """Those parts of the label that the recording's notes hold."""
     known: bool
-    """Whether the truth, as far as it is noted, is among the classes."""
 
     @property
     def right(self) -> dict[str, bool]:

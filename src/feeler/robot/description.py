@@ -55,12 +55,18 @@ class _Links(Record):
 
 
 class _Factors(Record):
-    """Table ``[factors]``: stiffness and damping of a hinge over its theoretical stiffness k_th."""
+    """Table ``[factors]``: stiffness and damping of a hinge over its theoretical stiffness k_th.
+
+    Parameters
+    ----------
+    stiffness : float
+        p1 [1]: k = p1·k_th.
+    damping : float
+        p2 [ms]: c = p2·k_th.
+    """
 
     stiffness: Annotated[float, Gt(0)] = FACTS["stiffness_factor"].number
-    """p1 [1]: k = p1·k_th."""
     damping: Annotated[float, Gt(0), Unit("ms")] = FACTS["damping_factor"].number
-    """p2 [ms]: c = p2·k_th."""
 
 
 class _Sensors(Record):
@@ -71,11 +77,16 @@ class _Sensors(Record):
 
 
 class RobotFile(Record):
-    """What a robot file holds."""
+    """What a robot file holds.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the file lies.
+    """
 
     name: str
     folder: Path
-    """Where the file lies."""
     hinges: Flexures
     links: _Links
     factors: _Factors = _Factors()

@@ -26,31 +26,46 @@ _MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to 
 
 @dataclass(frozen=True, kw_only=True)
 class Ringing:
-    """A free response in two numbers."""
+    """A free response in two numbers.
+
+    Parameters
+    ----------
+    frequency : float
+        Damped natural frequency [kHz].
+    damping_ratio : float
+        ζ of the damped cosine fitted to the record after the first crossing of rest [1].
+    r_squared : float
+        Share of the trace's variance that the damped cosine explains.
+    """
 
     frequency: float
-    """Damped natural frequency [kHz]."""
     damping_ratio: float
-    """ζ of the damped cosine fitted to the record after the first crossing of rest [1]."""
     r_squared: float
-    """Share of the trace's variance that the damped cosine explains."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RobotFit:
-    """The factors that make the model ring as the recording does."""
+    """The factors that make the model ring as the recording does.
+
+    Parameters
+    ----------
+    stiffness_factor : float
+        p1 [1].
+    damping_factor : float
+        p2 [ms].
+    error : float
+        Root of the sum of the two squared relative errors, as in the paper.
+    antenna : Antenna
+        The fitted model.
+    """
 
     stiffness_factor: float
-    """p1 [1]."""
     damping_factor: float
-    """p2 [ms]."""
     error: float
-    """Root of the sum of the two squared relative errors, as in the paper."""
     target: Ringing
     reached: Ringing
     n_evaluations: int
     antenna: Antenna
-    """The fitted model."""
 
 
 @checked

@@ -48,16 +48,24 @@ FACTS: dict[str, Fact] = {
 
 
 class Flexures(Record):
-    """Flexure hinges as geometry; each field is one number or one per hinge, base to tip."""
+    """Flexure hinges as geometry; each field is one number or one per hinge, base to tip.
+
+    Parameters
+    ----------
+    width : np.ndarray
+        Width across the antenna [mm].
+    thickness : np.ndarray
+        Thickness of the bending sheet [mm].
+    length : np.ndarray
+        Free length of the flexure along the antenna [mm].
+    modulus : np.ndarray
+        Young's modulus [MPa = N/mm²].
+    """
 
     width: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
-    """Width across the antenna [mm]."""
     thickness: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
-    """Thickness of the bending sheet [mm]."""
     length: Annotated[np.ndarray, "hinge?", Gt(0), Unit("mm")]
-    """Free length of the flexure along the antenna [mm]."""
     modulus: Annotated[np.ndarray, "hinge?", Gt(0), Unit("MPa")]
-    """Young's modulus [MPa = N/mm²]."""
 
     def _check(self) -> None:
         try:

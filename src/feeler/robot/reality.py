@@ -40,15 +40,22 @@ _N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touches:
-    """Aligned touches (trial, sensor, time) with their labels and recordings."""
+    """Aligned touches (trial, sensor, time) with their labels and recordings.
+
+    Parameters
+    ----------
+    values : np.ndarray
+        Tensors (trial, sensor, time) [rad]; NaN in trials without contact.
+    antenna : Antenna
+        The nominal model, whose lengths give the tip's trace.
+    motions : tuple[np.ndarray, ...]
+        Angles (sensor, time) before alignment, from rest, of any durations.
+    """
 
     values: np.ndarray
-    """Tensors (trial, sensor, time) [rad]; NaN in trials without contact."""
     labels: tuple[Label, ...]
     antenna: Antenna
-    """The nominal model, whose lengths give the tip's trace."""
     motions: tuple[np.ndarray, ...]
-    """Angles (sensor, time) before alignment, from rest, of any durations."""
     recordings: tuple[Recording, ...] = ()
 
     @property

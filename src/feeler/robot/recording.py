@@ -23,20 +23,29 @@ _LABELS = ("feature", "size", "location", "speed")
 
 
 class Recording(Record):
-    """Channels over time exactly as recorded: gaps are NaN, times are as written."""
+    """Channels over time exactly as recorded: gaps are NaN, times are as written.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (sample,) [ms].
+    values : np.ndarray
+        (sensor, sample) [rad, pF or counts], base to tip; NaN where a value is missing.
+    robot : str
+        Name of the robot; empty where it is not known.
+    labels : dict[str, str | float]
+        What is known of the touch: feature, size [mm], location, speed [mm/ms].
+    history : tuple[str, ...]
+        Every change made to the data since they were read, in words.
+    """
 
     time: Annotated[np.ndarray, "sample", ALLOW_NAN]
-    """(sample,) [ms]."""
     values: Annotated[np.ndarray, "sensor sample", ALLOW_NAN]
-    """(sensor, sample) [rad, pF or counts], base to tip; NaN where a value is missing."""
     quantity: Annotated[str, OneOf(("angle", "capacitance"))] = "angle"
     robot: str = ""
-    """Name of the robot; empty where it is not known."""
     source: Annotated[str, OneOf(_SOURCES)] = "robot"
     labels: dict[str, str | float] = field(default_factory=dict)
-    """What is known of the touch: feature, size [mm], location, speed [mm/ms]."""
     history: tuple[str, ...] = ()
-    """Every change made to the data since they were read, in words."""
 
     def _check(self) -> None:
         if self.values.shape[1] != self.time.size or self.time.size < 2:

@@ -20,14 +20,21 @@ _BENCH_INTERVAL = 500.0  # [C] ms between readings
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sensing:
-    """Eight capacitive channels with their faults; arrays are (hinge,)."""
+    """Eight capacitive channels with their faults; arrays are (hinge,).
+
+    Parameters
+    ----------
+    base : np.ndarray
+        Capacitance of the straight hinge [pF].
+    sensitivity : np.ndarray
+        Capacitance per angle [pF/rad].
+    gain : np.ndarray
+        Gain during recordings relative to the calibration bench [1].
+    """
 
     base: np.ndarray
-    """Capacitance of the straight hinge [pF]."""
     sensitivity: np.ndarray
-    """Capacitance per angle [pF/rad]."""
     gain: np.ndarray
-    """Gain during recordings relative to the calibration bench [1]."""
     gap: Gap
 
     def read(

@@ -24,32 +24,46 @@ _MaybePerHinge = Annotated[np.ndarray, "hinge", ALLOW_NAN]
 
 
 class SensorCalibration(Record):
-    """Lines angle = slope · capacitance + offset, one per hinge, and how far to trust them."""
+    """Lines angle = slope · capacitance + offset, one per hinge, and how far to trust them.
+
+    Parameters
+    ----------
+    slope : _PerHinge
+        (hinge,) [rad per unit].
+    offset : _PerHinge
+        (hinge,) [rad].
+    low : _PerHinge
+        (hinge,) smallest calibrated capacitance [unit].
+    high : _PerHinge
+        (hinge,) largest calibrated capacitance [unit].
+    residual : _MaybePerHinge
+        (hinge,) root mean square residual [rad].
+    cross_validated : _MaybePerHinge
+        (hinge,) root mean square error at angles that the line did not see (leave one angle out)
+        [rad].
+    resolution : _MaybePerHinge
+        (hinge,) sd of repeated readings at one angle, as an angle [rad]; NaN without repeats.
+    drift : _MaybePerHinge
+        (hinge,) trend of the residuals in time [rad/ms]; NaN without times.
+    r_squared : _MaybePerHinge
+        (hinge,) share of the angles' variance that the line explains.
+    robot : str
+        Name of the robot the lines belong to; empty where unknown.
+    unit : str
+        Unit of capacitance: pF, or counts for uncalibrated electronics.
+    """
 
     slope: _PerHinge
-    """(hinge,) [rad per unit]."""
     offset: _PerHinge
-    """(hinge,) [rad]."""
     low: _PerHinge
-    """(hinge,) smallest calibrated capacitance [unit]."""
     high: _PerHinge
-    """(hinge,) largest calibrated capacitance [unit]."""
     residual: _MaybePerHinge
-    """(hinge,) root mean square residual [rad]."""
     cross_validated: _MaybePerHinge
-    """(hinge,) root mean square error at angles that the line did not see (leave one angle out)
-    [rad].
-    """
     resolution: _MaybePerHinge
-    """(hinge,) sd of repeated readings at one angle, as an angle [rad]; NaN without repeats."""
     drift: _MaybePerHinge
-    """(hinge,) trend of the residuals in time [rad/ms]; NaN without times."""
     r_squared: _MaybePerHinge
-    """(hinge,) share of the angles' variance that the line explains."""
     robot: str = ""
-    """Name of the robot the lines belong to; empty where unknown."""
     unit: str = "pF"
-    """Unit of capacitance: pF, or counts for uncalibrated electronics."""
 
     def _check(self) -> None:
         sizes = {values.size for values in vars(self).values() if isinstance(values, np.ndarray)}

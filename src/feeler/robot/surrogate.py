@@ -28,12 +28,16 @@ _RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting a
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surrogate:
-    """One surrogate robot: its mechanics, its channels and its own calibration."""
+    """One surrogate robot: its mechanics, its channels and its own calibration.
+
+    Parameters
+    ----------
+    antenna : Antenna
+        With the compliant mount as segment 1 where the gap has play; its sensors are the eight
+        hinges.
+    """
 
     antenna: Antenna
-    """With the compliant mount as segment 1 where the gap has play; its sensors are the eight
-    hinges.
-    """
     sensing: Sensing
     calibration: SensorCalibration
     gap: Gap

@@ -21,6 +21,17 @@ class BaseMotion(Record):
     spline through the samples (twice continuously differentiable, not-a-knot ends), so that forces
     have no jumps.
 
+    Parameters
+    ----------
+    velocity : tuple[float, float]
+        [mm/ms]
+    turn : float
+        [rad/ms], positive from +y towards +x, as angles are.
+    time : Annotated[np.ndarray, sample] | None
+        (sample,) [ms], from 0.
+    pose : Annotated[np.ndarray, sample 3] | None
+        x, y [mm] and heading [rad] of the base (sample, 3).
+
     Raises
     ------
     InvalidInput
@@ -29,13 +40,9 @@ class BaseMotion(Record):
     """
 
     velocity: tuple[float, float] = (0.0, 0.0)
-    """[mm/ms]"""
     turn: float = 0.0
-    """[rad/ms], positive from +y towards +x, as angles are."""
     time: Annotated[np.ndarray, "sample"] | None = None
-    """(sample,) [ms], from 0."""
     pose: Annotated[np.ndarray, "sample 3"] | None = None
-    """x, y [mm] and heading [rad] of the base (sample, 3)."""
 
     def _check(self) -> None:
         if self.time is None and self.pose is None:

@@ -43,6 +43,11 @@ class Feature(Record, ABC):
     larger on every side and the corners round. It does not move the foremost point, which stays at
     0: the parts are set back by it.
 
+    Parameters
+    ----------
+    name : str
+        The label that its touches carry; default: the shape's word.
+
     Raises
     ------
     InvalidInput
@@ -50,7 +55,6 @@ class Feature(Record, ABC):
     """
 
     name: Annotated[str, Len(0, 200)] = ""
-    """The label that its touches carry; default: the shape's word."""
 
     if (
         TYPE_CHECKING

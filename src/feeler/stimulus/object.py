@@ -27,6 +27,23 @@ class Object(Record):
 
     Plain data, as ``to_plain`` gives it, makes the same object: ``Object(**plain)``.
 
+    Parameters
+    ----------
+    feature : Feature
+        What it is.
+    place : tuple[float, float]
+        Its foremost point at time 0 [mm]: the origin of its frame, about which it turns.
+    forward : tuple[float, float]
+        Unit vector: the first axis of its frame at time 0.
+    velocity : tuple[float, float]
+        Velocity of its ``place`` [mm/ms]; it does not turn with the object.
+    turn : float
+        Turn rate about its ``place`` [rad/ms], positive from +y towards +x, as angles are.
+    friction : float
+        Coefficient of sliding friction.
+    name : str
+        What it is called among the objects of a scene; default: the feature's name.
+
     Raises
     ------
     InvalidInput
@@ -34,19 +51,12 @@ class Object(Record):
     """
 
     feature: Feature
-    """What it is."""
     place: tuple[float, float] = (0.0, 0.0)
-    """Its foremost point at time 0 [mm]: the origin of its frame, about which it turns."""
     forward: tuple[float, float] = (1.0, 0.0)
-    """Unit vector: the first axis of its frame at time 0."""
     velocity: tuple[float, float] = (0.0, 0.0)
-    """Velocity of its ``place`` [mm/ms]; it does not turn with the object."""
     turn: float = 0.0
-    """Turn rate about its ``place`` [rad/ms], positive from +y towards +x, as angles are."""
     friction: Annotated[float, Ge(0)] = FRICTION
-    """Coefficient of sliding friction."""
     name: str = ""
-    """What it is called among the objects of a scene; default: the feature's name."""
 
     def _check(self) -> None:
         size = np.hypot(*self.forward)

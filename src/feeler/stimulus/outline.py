@@ -16,6 +16,14 @@ MAX_CORNERS = 1000  # [C]
 class Outline(Feature):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
+    Parameters
+    ----------
+    vertices : np.ndarray
+        Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept
+        counter-clockwise, foremost at 0.
+    rounding : float
+        Distance [mm] by which the polygon is grown, ≥ 0.
+
     Raises
     ------
     InvalidInput
@@ -24,11 +32,7 @@ class Outline(Feature):
     """
 
     vertices: Annotated[np.ndarray, "corner 2"]
-    """Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept
-    counter-clockwise, foremost at 0.
-    """
     rounding: float = 0.0
-    """Distance [mm] by which the polygon is grown, ≥ 0."""
     kind: ClassVar[str] = "outline"
 
     def _check(self) -> None:

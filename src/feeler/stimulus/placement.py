@@ -19,16 +19,24 @@ ROOM = 1e-12
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """Where a feature stands at time 0 and how it moves."""
+    """Where a feature stands at time 0 and how it moves.
+
+    Parameters
+    ----------
+    origin : np.ndarray
+        The frame's origin (2,) [mm].
+    heading : float
+        Direction of the frame's first axis [degrees], from +y towards +x.
+    forward : np.ndarray
+        The same as a unit vector (2,).
+    velocity : np.ndarray
+        Velocity (2,) [mm/ms].
+    """
 
     origin: np.ndarray
-    """The frame's origin (2,) [mm]."""
     heading: float
-    """Direction of the frame's first axis [degrees], from +y towards +x."""
     forward: np.ndarray
-    """The same as a unit vector (2,)."""
     velocity: np.ndarray
-    """Velocity (2,) [mm/ms]."""
 
 
 @checked

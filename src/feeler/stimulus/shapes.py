@@ -6,10 +6,15 @@ from feeler.stimulus.feature import Feature
 
 
 class Ball(Feature):
-    """A ball (in the plane: a disc): a point grown by its radius."""
+    """A ball (in the plane: a disc): a point grown by its radius.
+
+    Parameters
+    ----------
+    radius : float
+        Radius [mm], > 0.
+    """
 
     radius: float
-    """Radius [mm], > 0."""
     kind: ClassVar[str] = "ball"
     symmetric: ClassVar[bool] = True
 
@@ -24,14 +29,21 @@ class Ball(Feature):
 
 
 class Box(Feature):
-    """A box whose face leads; its outer half-width is ``half_width + rounding``."""
+    """A box whose face leads; its outer half-width is ``half_width + rounding``.
+
+    Parameters
+    ----------
+    half_width : float
+        Half the core's extent across the motion [mm], > 0.
+    half_height : float
+        Half the core's extent along the motion [mm], > 0.
+    rounding : float
+        Radius [mm] of the edges, added outside the core, ≥ 0.
+    """
 
     half_width: float
-    """Half the core's extent across the motion [mm], > 0."""
     half_height: float
-    """Half the core's extent along the motion [mm], > 0."""
     rounding: float = 0.0
-    """Radius [mm] of the edges, added outside the core, ≥ 0."""
     kind: ClassVar[str] = "box"
     symmetric: ClassVar[bool] = True
 
@@ -42,14 +54,21 @@ class Box(Feature):
 
 
 class Triangle(Feature):
-    """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``."""
+    """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``.
+
+    Parameters
+    ----------
+    half_width : float
+        Half the core's base, across the motion [mm], > 0.
+    half_height : float | None
+        Half the core's height, along the motion [mm], > 0; default: ``half_width``.
+    rounding : float
+        Radius [mm] of the edges, added outside the core, ≥ 0.
+    """
 
     half_width: float
-    """Half the core's base, across the motion [mm], > 0."""
     half_height: float | None = None
-    """Half the core's height, along the motion [mm], > 0; default: ``half_width``."""
     rounding: float = 0.0
-    """Radius [mm] of the edges, added outside the core, ≥ 0."""
     kind: ClassVar[str] = "triangle"
     symmetric: ClassVar[bool] = True
 

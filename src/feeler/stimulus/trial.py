@@ -23,6 +23,29 @@ class Trial(Record):
     base moves, the antenna is taken to be carried unbent until then. Plain data, as ``to_plain``
     gives it, makes the same trial: ``Trial(**plain)``.
 
+    Parameters
+    ----------
+    feature : Feature
+        What touches: Ball, Box, Triangle, Outline, Wall, or any shape that was registered.
+    location : float
+        Where, as a fraction of the antenna's length from the base.
+    speed : float
+        How fast the feature moves [m/s = mm/ms].
+    lead : float
+        Time before contact [ms].
+    approach : float
+        Angle between the motion and the antenna's base-to-tip direction at the location [degrees];
+        90 is perpendicular.
+    side : Literal[left, right]
+        The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is
+        its mirror image.
+    friction : float
+        Coefficient of sliding friction.
+    base : BaseMotion | None
+        How the antenna's base moves, given for the side ``left``; default: it is clamped.
+    name : str
+        What the object is called; default: the feature's name.
+
     Raises
     ------
     InvalidInput
@@ -30,27 +53,14 @@ class Trial(Record):
     """
 
     feature: Feature
-    """What touches: Ball, Box, Triangle, Outline, Wall, or any shape that was registered."""
     location: Annotated[float, Gt(0), Le(1), "a fraction of the length"]
-    """Where, as a fraction of the antenna's length from the base."""
     speed: Annotated[float, Gt(0), Unit("m/s")]
-    """How fast the feature moves [m/s = mm/ms]."""
     lead: Annotated[float, Gt(0), Unit("ms")] = LEAD
-    """Time before contact [ms]."""
     approach: Annotated[float, Gt(0), Lt(180), Unit("degrees"), "90 is perpendicular"] = 90.0
-    """Angle between the motion and the antenna's base-to-tip direction at the location [degrees];
-    90 is perpendicular.
-    """
     side: Literal["left", "right"] = "left"
-    """The side the feature comes from: ``left`` moves towards +x (angles positive), ``right`` is
-    its mirror image.
-    """
     friction: Annotated[float, Ge(0)] = FRICTION
-    """Coefficient of sliding friction."""
     base: BaseMotion | None = None
-    """How the antenna's base moves, given for the side ``left``; default: it is clamped."""
     name: str = ""
-    """What the object is called; default: the feature's name."""
 
     def _check(self) -> None:
         vars(self)["base"] = read_base(self.base)

@@ -23,6 +23,18 @@ class Wall(Feature):
     and second coordinate *place*, straight lines between the places; it ends with the profile.
     Parts: one for each stretch between two valleys.
 
+    Parameters
+    ----------
+    profile : np.ndarray | None
+        Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three
+        or more values: places and heights; default: flat and without end. Place 0 is where the
+        wall's axis runs.
+    repeat : int
+        How many times the profile is laid end to end, centred; more than 1 needs equal heights at
+        its ends.
+    rounding : float
+        Distance [mm] by which the textured face is grown, ≥ 0.
+
     Raises
     ------
     InvalidInput
@@ -31,15 +43,8 @@ class Wall(Feature):
     """
 
     profile: np.ndarray | None = None
-    """Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three or
-    more values: places and heights; default: flat and without end. Place 0 is where the wall's axis
-    runs."""
     repeat: Annotated[int, Ge(1)] = 1
-    """How many times the profile is laid end to end, centred; more than 1 needs equal heights at
-    its ends.
-    """
     rounding: float = 0.0
-    """Distance [mm] by which the textured face is grown, ≥ 0."""
     kind: ClassVar[str] = "wall"
     wide: ClassVar[bool] = True
 

@@ -21,68 +21,107 @@ SCALES: Registry["Scale"] = Registry("scale")
 class Scale:
     """How much is computed. The defaults are paper scale; below it everything that is changed is
     said.
+
+    Parameters
+    ----------
+    vector : bool
+        Whether figures are also drawn as PDF, which takes a tenth of a quick run.
+    queue : tuple[str, ...]
+        Stages, longest first, so that no core waits at the end; but first tensors, for which most
+        others wait.
+    controls : tuple[str, ...]
+        Profiles beside the exponential one.
+    movie_speeds : tuple[str, ...]
+        Touches that Movie S2 also shows each by itself.
+    fps : int
+        Frames per second of every movie.
+    fit_starts : int
+        Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept
+        comparison.
+    control_starts : int
+        Starts of the linear and of the constant family.
+    error_places : int
+        Places of each error profile (odd).
+    draws : int
+        Bootstrap draws.
+    refits : int
+        Trust-region steps of the refit to each draw; 0 makes one linear step.
+    impact_speeds : tuple[float, ...]
+        Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown.
+    wall_part : str
+        Part of the family of set-ups that claims.toml declares; empty: all of it.
+    drives : int | None
+        How many profiles a wall comes nearer to without stopping; None: all.
+    far_slides : int | None
+        How many profiles a wall slides past at every distance; None: all.
+    followers : int | None
+        How many profiles a body follows a wall with; None: all.
+    side_restarts : int
+        Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G)
+        [C].
+    warn : bool
+        Whether a fit that stops early says so; below paper scale it does so on purpose.
+    sweep : Mapping[str, Any]
+        What the noise sweeps change of ``feeler.decoding.sweep.Plan``.
+    jitters : bool
+        Whether touches shifted in place and speed are simulated and tested.
+    choices : bool
+        Whether the orders are judged under every choice that the paper leaves open.
+    network : Mapping[str, Any]
+        Training of the network [C], which takes half a minute of one core each; empty leaves the
+        network out.
+    trade_profiles : tuple[str, ...]
+        Profiles whose speeds are compared; empty: the same as in the other sections.
+    gaps : tuple[float, ...]
+        Sizes of the reality gap.
+    robots : int
+        Surrogate robots of each size.
+    variants : tuple[int, ...]
+        Random models in training.
+    shots : tuple[int, ...]
+        Touches of the robot itself in training.
+    robot_repeats : int
+        Repeats in which the eight-segment model is compared; 0 leaves it out.
     """
 
     name: str
     vector: bool = True
-    """Whether figures are also drawn as PDF, which takes a tenth of a quick run."""
     queue: tuple[str, ...] = (
         *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient"),
         *("bounds", "robot", "wall", "antenna", "design", "tracking"),
     )
-    """Stages, longest first, so that no core waits at the end; but first tensors, for which most
-    others wait.
-    """
 
     # what is touched
     controls: tuple[str, ...] = ("linear", "constant", "matched")
-    """Profiles beside the exponential one."""
     speeds: tuple[str, ...] = ("fast", "medium", "slow")
     control_speeds: tuple[str, ...] = ("fast", "medium", "slow")
     locations: tuple[float, ...] = LOCATIONS
     shapes: tuple[str, ...] = ("ball", "box", "triangle")
     movie_speeds: tuple[str, ...] = ("fast", "medium", "slow")
-    """Touches that Movie S2 also shows each by itself."""
     fps: int = 25
-    """Frames per second of every movie."""
 
     # calibration
     fit_starts: int = 3
-    """Perturbed starts from which every optimiser is run to its own convergence; 0 shows the kept
-    comparison.
-    """
     control_starts: int = 2
-    """Starts of the linear and of the constant family."""
     error_places: int = 9
-    """Places of each error profile (odd)."""
     draws: int = 100
-    """Bootstrap draws."""
     refits: int = 4
-    """Trust-region steps of the refit to each draw; 0 makes one linear step."""
     impact_speeds: tuple[float, ...] = (0.1, 0.2, 0.4, 0.6)
-    """Speeds [mm/ms] of the impulse whose effect on the deflection ratios is shown."""
 
     # wall
     wall_part: str = ""
-    """Part of the family of set-ups that claims.toml declares; empty: all of it."""
     drives: int | None = None
-    """How many profiles a wall comes nearer to without stopping; None: all."""
     far_slides: int | None = None
-    """How many profiles a wall slides past at every distance; None: all."""
     followers: int | None = None
-    """How many profiles a body follows a wall with; None: all."""
 
     # encoder
     ranks: tuple[int, ...] = (2, 3, 4, 5)  # [P]
     durations: tuple[int, ...] = (10, 20, 30, 40, 50, 60)  # samples of 1 ms [P]
     restarts: int = 10  # [P] Fig. 4B
     side_restarts: int = 2
-    """Restarts where the paper states none: other durations (Fig. S5) and profiles (Fig. 5F–G) [C].
-    """
     max_iter: int = 200
     tol: float = 1e-4
     warn: bool = True
-    """Whether a fit that stops early says so; below paper scale it does so on purpose."""
 
     # reading
     sweep: Mapping[str, Any] = field(
@@ -96,39 +135,27 @@ class Scale:
             }
         )
     )
-    """What the noise sweeps change of ``feeler.decoding.sweep.Plan``."""
     jitters: bool = True
-    """Whether touches shifted in place and speed are simulated and tested."""
     choices: bool = True
-    """Whether the orders are judged under every choice that the paper leaves open."""
     network: Mapping[str, Any] = field(
         default_factory=lambda: MappingProxyType(
             {"ratios": (0.1, 0.3), "n_repeats": 1, "n_copies": 4, "max_epochs": 10}
         )
     )
-    """Training of the network [C], which takes half a minute of one core each; empty leaves the
-    network out.
-    """
 
     # open questions: what these change of tradeoff/declared.toml and paper/open_questions.toml
     trade_profiles: tuple[str, ...] = ()
-    """Profiles whose speeds are compared; empty: the same as in the other sections."""
     trade: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     gradient: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     regression: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     # robot
     gaps: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
-    """Sizes of the reality gap."""
     robots: int = 20
-    """Surrogate robots of each size."""
     variants: tuple[int, ...] = (1, 2, 5, 10)
-    """Random models in training."""
     shots: tuple[int, ...] = (0, 1, 2, 4)
-    """Touches of the robot itself in training."""
     shot_robots: int = 10
     robot_repeats: int = 10
-    """Repeats in which the eight-segment model is compared; 0 leaves it out."""
 
     def __hash__(self) -> int:
         return hash(self.name)

@@ -34,33 +34,46 @@ class Study(Record):
     """What is asked, and how much of it is computed: a task, its readers and sets of touches.
 
     A change of a field that is its task's is made there: ``study.replace(speeds=(0.3,))``.
+
+    Parameters
+    ----------
+    task : Task
+        Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``.
+    levels : dict[Annotated[str, OneOf(NOISES)], tuple[float, ...]]
+        Sizes of each kind of noise, by its name in :data:`feeler.task.NOISES`.
+    headline : dict[str, float]
+        The size of each kind that figures show.
+    windows : dict[str, Any]
+        ``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
+        ``matched_samples``: what may be used since contact.
+    sets : int
+        How often all touches are drawn anew.
+    draws : int
+        Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
+        noisy copies of each touch for the others.
+    readers : tuple[Annotated[str, OneOf(READERS)], ...]
+        By their names in :data:`feeler.decoding.READERS`.
+    train : int
+        Touches of each class from which readers learn; the ideal observer knows those of its set.
+    reach : float
+        How far the object moves on after first contact, as a share of the antenna's length.
+    tail : float
+        Time recorded beyond that [ms].
+    sample_interval : float
+        [ms]
     """
 
     task: Task
-    """Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``."""
     levels: dict[Annotated[str, OneOf(NOISES)], tuple[float, ...]]
-    """Sizes of each kind of noise, by its name in :data:`feeler.task.NOISES`."""
     headline: dict[str, float]
-    """The size of each kind that figures show."""
     windows: dict[str, Any]
-    """``deadlines`` and ``matched_times`` [ms], ``distances`` and ``matched_distance`` [mm],
-    ``matched_samples``: what may be used since contact.
-    """
     sets: Annotated[int, Ge(1)]
-    """How often all touches are drawn anew."""
     draws: Annotated[int, Ge(1)]
-    """Drawn noise per set, window and level: pairs of draws of each touch for the ideal observer,
-    noisy copies of each touch for the others."""
     readers: tuple[Annotated[str, OneOf(READERS)], ...] = (IDEAL,)
-    """By their names in :data:`feeler.decoding.READERS`."""
     train: Annotated[int, Ge(1)] = 4
-    """Touches of each class from which readers learn; the ideal observer knows those of its set."""
     reach: Annotated[float, Ge(0)] = 1.0
-    """How far the object moves on after first contact, as a share of the antenna's length."""
     tail: Annotated[float, Ge(0), Unit("ms")] = 100.0
-    """Time recorded beyond that [ms]."""
     sample_interval: Annotated[float, Gt(0), Unit("ms")] = 1.0
-    """[ms]"""
 
     def _check(self) -> None:
         if not self.readers or not self.levels:

@@ -58,22 +58,29 @@ class Stopped(Exception):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AntennaStudy:
-    """What one antenna's touches at one speed have taught."""
+    """What one antenna's touches at one speed have taught.
+
+    Parameters
+    ----------
+    labels : tuple[Label, ...]
+        Kind, size [mm] and location of each touch.
+    tensors : np.ndarray
+        Angles (trial, sensor, time) [rad].
+    similarity : dict[str, np.ndarray]
+        By index, (trial, trial).
+    peak : float
+        Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all
+        classes alike.
+    """
 
     antenna: Antenna
     speed: float
     labels: tuple[Label, ...]
-    """Kind, size [mm] and location of each touch."""
     tensors: np.ndarray
-    """Angles (trial, sensor, time) [rad]."""
     similarity: dict[str, np.ndarray]
-    """By index, (trial, trial)."""
     encoder: ConvolutiveNMF
     decoder: StreamDecoder
     peak: float
-    """Greatest angle of the set [rad]; the decoder takes readings to be off by 2 % of it, for all
-    classes alike.
-    """
 
     @property
     def loudness(self) -> float:

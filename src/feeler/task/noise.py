@@ -25,6 +25,11 @@ class Noise(Record, kw_only=False):
 
     Its text form is ``"name:size"``, such as ``"relative:0.1"``; see :func:`parse_noise`.
 
+    Parameters
+    ----------
+    size : float
+        How much, in the unit of the model; 0.1 is 10 % where it is a share.
+
     Raises
     ------
     InvalidInput
@@ -32,7 +37,6 @@ class Noise(Record, kw_only=False):
     """
 
     size: Annotated[float, Ge(0)] = 0.1
-    """How much, in the unit of the model; 0.1 is 10 % where it is a share."""
 
     @classmethod
     def from_plain(cls, value: Any) -> "Noise":
@@ -126,6 +130,11 @@ NOISES: Registry[type[Noise]] = Registry("noise model")
 class Relative(Noise, kw_only=False):
     """sd = size × the greatest magnitude of each tensor, or of each vector in it (the paper's).
 
+    Parameters
+    ----------
+    each : Literal[vector, tensor]
+        What has a greatest magnitude of its own: each ``tensor``, or each ``vector`` h_i(t).
+
     Notes
     -----
     Paper, "Feature classification from tactile tensors": deviation relative to each activation
@@ -133,7 +142,6 @@ class Relative(Noise, kw_only=False):
     """
 
     each: Literal["vector", "tensor"] = "tensor"
-    """What has a greatest magnitude of its own: each ``tensor``, or each ``vector`` h_i(t)."""
 
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """The share of each greatest magnitude."""
@@ -143,12 +151,18 @@ class Relative(Noise, kw_only=False):
 
 @NOISES.register("common")
 class Common(Noise, kw_only=False):
-    """sd = size × ``reference``: the same everywhere, as of a sensor with a fixed noise floor."""
+    """sd = size × ``reference``: the same everywhere, as of a sensor with a fixed noise floor.
+
+    Parameters
+    ----------
+    size : float
+        In the unit of the tensors [rad], or of the reference.
+    reference : float | None
+        What a size of 1 is; None: the greatest magnitude of all tensors at hand.
+    """
 
     size: Annotated[float, Ge(0)] = 0.03
-    """In the unit of the tensors [rad], or of the reference."""
     reference: float | None = 1.0
-    """What a size of 1 is; None: the greatest magnitude of all tensors at hand."""
 
     def sd(self, tensors: np.ndarray) -> np.ndarray:
         """The same number for all entries."""

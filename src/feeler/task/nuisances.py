@@ -46,20 +46,29 @@ class Nuisances(Record):
     (``"normal"``; shares are then log-normal). Anything else says where the value itself lies,
     whatever is nominal: a range (low, high), a list of three or more choices, a
     :class:`feeler.LogRange` or a distribution of scipy.stats. The defaults are choices [C].
+
+    Parameters
+    ----------
+    location : Spread
+        ± fraction of the antenna's length.
+    size : Spread
+        ± share of the half-width; otherwise the half-width itself [mm].
+    approach : Spread
+        ± degrees.
+    friction : Spread
+        ± share; otherwise the coefficient itself.
+    speed : Spread
+        ± share; otherwise the speed itself [m/s].
+    kind : Literal[uniform, normal]
+        ``uniform`` or ``normal``: what a number means.
     """
 
     location: Spread = 0.015
-    """± fraction of the antenna's length."""
     size: Spread = 0.05
-    """± share of the half-width; otherwise the half-width itself [mm]."""
     approach: Spread = 4.0
-    """± degrees."""
     friction: Spread = (0.6, 1.0)
-    """± share; otherwise the coefficient itself."""
     speed: Spread = 0.0
-    """± share; otherwise the speed itself [m/s]."""
     kind: Literal["uniform", "normal"] = "uniform"
-    """``uniform`` or ``normal``: what a number means."""
 
     def _check(self) -> None:
         for name in NAMES:

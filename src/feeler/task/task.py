@@ -26,6 +26,25 @@ SETS = 1 << 64  # what a set's number is multiplied by in a seed
 class Task(Record):
     """Classes (object × place) to be told apart at each speed, each touch drawn within nuisances.
 
+    Parameters
+    ----------
+    objects : Any
+        What touches: bounded features, or text such as ``"ball:radius=2"``.
+    locations : tuple[Annotated[float, Gt(0), Le(1)], ...]
+        Where, as shares of the antenna's length.
+    speeds : tuple[Annotated[float, Gt(0)], ...]
+        [m/s]; the speed of a touch is known to who is asked, so each is a task of its own.
+    nuisances : Nuisances
+        How touches of one class differ.
+    noise : Noise
+        On each sample of each sensor; text such as ``"relative:0.1"`` is read.
+    deadline : float
+        Time since contact [ms] whose samples may be used.
+    lead : Spread
+        Time before contact [ms].
+    seeds : Any
+        A seed for each purpose for which touches are drawn; they differ.
+
     Raises
     ------
     InvalidInput
@@ -33,21 +52,13 @@ class Task(Record):
     """
 
     objects: Any = field(default_factory=make_features)
-    """What touches: bounded features, or text such as ``"ball:radius=2"``."""
     locations: Annotated[tuple[Annotated[float, Gt(0), Le(1)], ...], Len(1)] = LOCATIONS
-    """Where, as shares of the antenna's length."""
     speeds: Annotated[tuple[Annotated[float, Gt(0)], ...], Len(1)] = (0.3,)
-    """[m/s]; the speed of a touch is known to who is asked, so each is a task of its own."""
     nuisances: Nuisances = field(default_factory=Nuisances)
-    """How touches of one class differ."""
     noise: Noise = PEAK
-    """On each sample of each sensor; text such as ``"relative:0.1"`` is read."""
     deadline: Annotated[float, Gt(0), Unit("ms")] = 100.0
-    """Time since contact [ms] whose samples may be used."""
     lead: Spread = LEAD
-    """Time before contact [ms]."""
     seeds: Any = (("train", 1), ("test", 2), ("final", 3))
-    """A seed for each purpose for which touches are drawn; they differ."""
 
     def _check(self) -> None:
         objects = (self.objects,) if isinstance(self.objects, str | Feature) else self.objects

@@ -25,30 +25,43 @@ START = 512  # bytes by which a file is recognised
 
 @dataclass(frozen=True, kw_only=True)
 class Format:
-    """One kind of file."""
+    """One kind of file.
+
+    Parameters
+    ----------
+    words : str
+        What ``feeler info`` calls it.
+    kind : str
+        What is in it: ``tensors``, ``model``, ``antenna``, or what another room reads.
+    suffix : str
+        The ending by which ``save`` chooses it; empty where ``save`` does not write it.
+    detect : Callable[[Path, bytes], bool]
+        Whether the file, or folder, at the path is one; the second argument is how a file begins.
+    load : Callable[..., Any]
+        ``load(path, limits, trusted)`` gives the content; feeler's own readers go through the guard
+        unless trusted.
+    save : Callable[..., None] | None
+        ``save(dataset, path, **options)``.
+    tell : Callable[[Any], list[str]] | None
+        What ``feeler info`` says of the content; None for a Dataset of tensors.
+    describe : Callable[[Path], list[str]] | None
+        More lines for ``feeler info`` that need not read the whole file.
+    glance : Callable[[Path], Any] | None
+        As much of a large file as ``feeler info`` tells; default: all.
+    find_damage : Callable[[Path], list[str]] | None
+        What is damaged, for ``feeler validate``; loading must be safe where nothing is.
+    """
 
     words: str
-    """What ``feeler info`` calls it."""
     kind: str = "tensors"
-    """What is in it: ``tensors``, ``model``, ``antenna``, or what another room reads."""
     suffix: str = ""
-    """The ending by which ``save`` chooses it; empty where ``save`` does not write it."""
     detect: Callable[[Path, bytes], bool]
-    """Whether the file, or folder, at the path is one; the second argument is how a file begins."""
     load: Callable[..., Any]
-    """``load(path, limits, trusted)`` gives the content; feeler's own readers go through the guard
-    unless trusted.
-    """
     save: Callable[..., None] | None = None
-    """``save(dataset, path, **options)``."""
     tell: Callable[[Any], list[str]] | None = None
-    """What ``feeler info`` says of the content; None for a Dataset of tensors."""
     describe: Callable[[Path], list[str]] | None = None
-    """More lines for ``feeler info`` that need not read the whole file."""
     glance: Callable[[Path], Any] | None = None
-    """As much of a large file as ``feeler info`` tells; default: all."""
     find_damage: Callable[[Path], list[str]] | None = None
-    """What is damaged, for ``feeler validate``; loading must be safe where nothing is."""
 
 
 FORMATS: Registry[Format] = Registry(

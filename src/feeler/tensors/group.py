@@ -21,12 +21,16 @@ from feeler.tensors.shards import empty, encode_shard, find_key
 class StoredGroup:
     """A group whose shards are on disk; its trials are finished when the store has written its
     record.
+
+    Parameters
+    ----------
+    n_bytes : int
+        What its shards take on disk.
     """
 
     layout: Layout
     record: GroupRecord
     n_bytes: int
-    """What its shards take on disk."""
 
 
 def write_group(

@@ -22,20 +22,29 @@ FORMAT = "feeler.model/1"
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """The content of a model file."""
+    """The content of a model file.
+
+    Parameters
+    ----------
+    kind : str
+        The class, for example ``ConvolutiveNMF``.
+    version : int
+        Version of this kind's content, raised whenever older files would be misread.
+    arrays : dict[str, np.ndarray]
+        Everything that is a number and may be NaN belongs here.
+    settings : dict[str, Any]
+        Parameters, class names and the like, in JSON's types.
+    versions : dict[str, str]
+        What wrote it.
+    """
 
     kind: str
-    """The class, for example ``ConvolutiveNMF``."""
     version: int
-    """Version of this kind's content, raised whenever older files would be misread."""
     arrays: dict[str, np.ndarray] = field(default_factory=dict)
-    """Everything that is a number and may be NaN belongs here."""
     settings: dict[str, Any] = field(default_factory=dict)
-    """Parameters, class names and the like, in JSON's types."""
     versions: dict[str, str] = field(
         default_factory=lambda: {name: version(name) for name in ("feeler", "numpy")}
     )
-    """What wrote it."""
 
 
 def save_model(model: Model, path: str | os.PathLike) -> None:

@@ -19,26 +19,37 @@ PATH = ("trial", "time", "axis")
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """One variable or coordinate of a Dataset."""
+    """One variable or coordinate of a Dataset.
+
+    Parameters
+    ----------
+    unit : str
+        As the library pint reads it; "1" for a number without unit, empty for text.
+    meaning : str
+        Half a sentence; it becomes ``long_name``.
+    dims : tuple[str, ...]
+        Its dims; a quantity of touches begins with ``trial``.
+    make : Callable[[Any, Any], np.ndarray | None] | None
+        ``make(antenna, motion)`` gives one trial's values, dims without ``trial``; None where the
+        motion lacks it.
+    coordinate : bool
+        A label of trials, sensors or samples rather than a measured variable.
+    required : bool
+        Whether each Dataset must have it.
+    optional : bool
+        Recorded only where asked for by name (``save=``).
+    gaps : bool
+        Whether it may be NaN, where there is nothing to tell.
+    """
 
     unit: str = ""
-    """As the library pint reads it; "1" for a number without unit, empty for text."""
     meaning: str = ""
-    """Half a sentence; it becomes ``long_name``."""
     dims: tuple[str, ...]
-    """Its dims; a quantity of touches begins with ``trial``."""
     make: Callable[[Any, Any], np.ndarray | None] | None = None
-    """``make(antenna, motion)`` gives one trial's values, dims without ``trial``; None where the
-    motion lacks it.
-    """
     coordinate: bool = False
-    """A label of trials, sensors or samples rather than a measured variable."""
     required: bool = False
-    """Whether each Dataset must have it."""
     optional: bool = False
-    """Recorded only where asked for by name (``save=``)."""
     gaps: bool = False
-    """Whether it may be NaN, where there is nothing to tell."""
 
 
 def _take(name: str) -> Callable[[Any, Any], np.ndarray | None]:

@@ -31,17 +31,25 @@ _Kind = TypeVar("_Kind", bound=Record)
 
 
 class Layout(Record):
-    """The variables of a store, made from its first trials."""
+    """The variables of a store, made from its first trials.
+
+    Parameters
+    ----------
+    variables : dict[str, Variable]
+        Those over (trial, …).
+    labels : dict[str, str]
+        Those over (trial,): name and type (``str`` or a NumPy type).
+    shared : str
+        JSON of the Dataset of all others, which every trial shares, and of the attributes.
+    attributes : dict[str, dict[str, Any]]
+        Of each label.
+    """
 
     variables: dict[str, Variable]
-    """Those over (trial, …)."""
     labels: dict[str, str]
-    """Those over (trial,): name and type (``str`` or a NumPy type)."""
     shared: str
-    """JSON of the Dataset of all others, which every trial shares, and of the attributes."""
     coordinates: tuple[str, ...]
     attributes: dict[str, dict[str, Any]]
-    """Of each label."""
 
     def make_shared(self) -> xr.Dataset:
         """What every trial shares."""
@@ -49,11 +57,16 @@ class Layout(Record):
 
 
 class Label(Record):
-    """What a store says of itself."""
+    """What a store says of itself.
+
+    Parameters
+    ----------
+    group : int
+        Trials in one group.
+    """
 
     n_trials: int
     group: int
-    """Trials in one group."""
     configuration: dict[str, Any]
     layout: Layout | None = None
 
@@ -61,16 +74,20 @@ class Label(Record):
 class GroupRecord(Record):
     """One group: its finished trials, their labels, and the digests that each of its shards may
     have.
+
+    Parameters
+    ----------
+    shards : dict[str, list[str]]
+        While a shard is being replaced, the old and the new one: the trials named here are in both.
+    made : list[Any]
+        What each trial was made with.
     """
 
     group: int
     trials: list[int]
     labels: dict[str, list[Any]]
     shards: dict[str, list[str]]
-    """While a shard is being replaced, the old and the new one: the trials named here are in both.
-    """
     made: list[Any] = field(default_factory=list)
-    """What each trial was made with."""
 
 
 def make_layout(dataset: xr.Dataset) -> Layout:

@@ -27,11 +27,16 @@ LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 
 
 class Variable(Record):
-    """What all trials of one variable share."""
+    """What all trials of one variable share.
+
+    Parameters
+    ----------
+    shape : tuple[int, ...]
+        Without the trials.
+    """
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
-    """Without the trials."""
     dtype: str
     attributes: dict[str, Any] = field(default_factory=dict)
 

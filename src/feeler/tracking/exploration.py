@@ -17,22 +17,32 @@ ANTENNA_LENGTH = 42.0  # [D] mm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Exploration:
-    """Average maximum angular speeds of several trials."""
+    """Average maximum angular speeds of several trials.
+
+    Parameters
+    ----------
+    mean_peak : np.ndarray
+        (trial, side) [rad/ms]; NaN where a side made no sweep.
+    n_peaks : np.ndarray
+        (trial, side).
+    sweeps : tuple[tuple[Sweeps, Sweeps], ...]
+        Motion of (left, right) in each trial.
+    length : float
+        Antenna length [mm].
+    error : np.ndarray
+        (trial, side) one standard error of ``mean_peak`` [rad/ms]: the peaks' spread over √n, and
+        the noise of one speed, by about which a peak, the largest of several noisy values, comes
+        out too high.
+    source : str
+        ``tracked``, or ``synthetic`` if any trial is made up.
+    """
 
     mean_peak: np.ndarray
-    """(trial, side) [rad/ms]; NaN where a side made no sweep."""
     n_peaks: np.ndarray
-    """(trial, side)."""
     sweeps: tuple[tuple[Sweeps, Sweeps], ...]
-    """Motion of (left, right) in each trial."""
     length: float
-    """Antenna length [mm]."""
     error: np.ndarray
-    """(trial, side) one standard error of ``mean_peak`` [rad/ms]: the peaks' spread over √n, and
-    the noise of one speed, by about which a peak, the largest of several noisy values, comes out
-    too high."""
     source: str
-    """``tracked``, or ``synthetic`` if any trial is made up."""
 
     @property
     def mean(self) -> float:

@@ -22,23 +22,34 @@ MIN_PROMINENCE = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweeps:
-    """Angular motion of one antenna: arrays (frame,) and the peaks of the absolute speed."""
+    """Angular motion of one antenna: arrays (frame,) and the peaks of the absolute speed.
+
+    Parameters
+    ----------
+    angle : np.ndarray
+        Filtered angle [rad].
+    speed : np.ndarray
+        Angular speed, signed [rad/ms].
+    peak_time : np.ndarray
+        Time (peak,) [ms], between frames.
+    peak_speed : np.ndarray
+        Absolute speed (peak,) [rad/ms].
+    bridged : int
+        Frames that were missing and bridged by a straight line.
+    missing : int
+        Frames left without a value.
+    noise : float
+        sd of one speed that comes from tracking noise [rad/ms], from what the low-pass took away.
+    """
 
     angle: np.ndarray
-    """Filtered angle [rad]."""
     speed: np.ndarray
-    """Angular speed, signed [rad/ms]."""
     peak_time: np.ndarray
-    """Time (peak,) [ms], between frames."""
     peak_speed: np.ndarray
-    """Absolute speed (peak,) [rad/ms]."""
     bridged: int
-    """Frames that were missing and bridged by a straight line."""
     missing: int
-    """Frames left without a value."""
 
     noise: float
-    """sd of one speed that comes from tracking noise [rad/ms], from what the low-pass took away."""
 
     @property
     def error(self) -> float:

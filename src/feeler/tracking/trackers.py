@@ -25,15 +25,22 @@ PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
-    """The content of a tracker's file."""
+    """The content of a tracker's file.
+
+    Parameters
+    ----------
+    position : np.ndarray
+        (frame, landmark, axis), as in the file.
+    likelihood : np.ndarray | None
+        (frame, landmark), where the tracker gives one.
+    frame_rate : float | None
+        Frames per second, where the file holds it.
+    """
 
     names: tuple[str, ...]
     position: np.ndarray
-    """(frame, landmark, axis), as in the file."""
     likelihood: np.ndarray | None = None
-    """(frame, landmark), where the tracker gives one."""
     frame_rate: float | None = None
-    """Frames per second, where the file holds it."""
     software: str = ""
     unit: str = "px"
     notes: dict[str, str] = field(default_factory=dict)

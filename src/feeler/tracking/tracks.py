@@ -23,6 +23,20 @@ MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate 
 class Tracks(Record):
     """Landmark positions, y upwards, first pixel at 0.
 
+    Parameters
+    ----------
+    position : np.ndarray
+        (frame, landmark, axis) [px, or mm after ``scaled``]; NaN where a landmark was not seen.
+    landmarks : tuple[str, ...]
+        Name of each landmark.
+    interval : float
+        Time between frames [ms].
+    source : str
+        ``tracked``, or ``synthetic`` for made-up motion.
+    doubted : dict[str, int]
+        Landmark → frames that were made NaN because the tracker's likelihood was below the
+        threshold.
+
     Raises
     ------
     InvalidInput
@@ -31,19 +45,12 @@ class Tracks(Record):
     """
 
     position: Annotated[np.ndarray, "frame landmark 2", ALLOW_NAN]
-    """(frame, landmark, axis) [px, or mm after ``scaled``]; NaN where a landmark was not seen."""
     landmarks: Annotated[tuple[str, ...], Len(1)]
-    """Name of each landmark."""
     interval: Annotated[float, Gt(0), Unit("ms")]
-    """Time between frames [ms]."""
     unit: str = "px"
     source: str = "tracked"
-    """``tracked``, or ``synthetic`` for made-up motion."""
     notes: dict[str, str] = field(default_factory=dict)
     doubted: dict[str, int] = field(default_factory=dict)
-    """Landmark → frames that were made NaN because the tracker's likelihood was below the
-    threshold.
-    """
 
     def _check(self) -> None:
         names = self.landmarks

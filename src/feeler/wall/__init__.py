@@ -1,4 +1,6 @@
-"""A wall beside the body: from the point of greatest curvature to its distance, and following it."""
+"""A wall beside the body: from the point of greatest curvature to its distance, and following
+it.
+"""
 
 from feeler.wall.course import Course, make_turn
 from feeler.wall.distance_map import DistanceMap, bootstrap_median, fit_distance, map_distance

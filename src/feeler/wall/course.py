@@ -1,4 +1,6 @@
-"""Courses: a wall of straight faces with angled turns, on the right of a body that runs along it."""
+"""Courses: a wall of straight faces with angled turns, on the right of a body that runs along
+it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,12 +25,16 @@ _ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Faces(Feature):
-    """A wall's faces along a line of corners with blocks behind them, on the right of the line."""
+    """A wall's faces along a line of corners with blocks behind them, on the right of the line.
+
+    Parameters
+    ----------
+    corners : np.ndarray
+        (corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is
+        −x.
+    """
 
     corners: np.ndarray
-    """(corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is
-    −x.
-    """
     kind: ClassVar[str] = "course"
     rounding: ClassVar[float] = 0.0
     wide: ClassVar[bool] = True
@@ -66,6 +72,14 @@ def _measure_turns(along: np.ndarray) -> np.ndarray:
 class Course(Record):
     """A wall that starts along +y and turns; the free side is on the left of its direction.
 
+    Parameters
+    ----------
+    lengths : tuple[Annotated[float, Gt(10), Unit(mm)], ...]
+        Length of each face [mm], > 10.
+    turns : tuple[Annotated[float, Gt(-80), Lt(80), Unit(degrees)], ...]
+        Turn after each face but the last [degrees]: positive turns towards the body, negative away
+        from it.
+
     Raises
     ------
     InvalidInput
@@ -73,11 +87,7 @@ class Course(Record):
     """
 
     lengths: tuple[Annotated[float, Gt(10), Unit("mm")], ...] = (RUN_UP, RUN_UP)
-    """Length of each face [mm], > 10."""
     turns: tuple[Annotated[float, Gt(-80), Lt(80), Unit("degrees")], ...] = (30.0,)
-    """Turn after each face but the last [degrees]: positive turns towards the body, negative away
-    from it.
-    """
 
     def _check(self) -> None:
         if len(self.lengths) < 1 or len(self.turns) != len(self.lengths) - 1:

@@ -17,38 +17,51 @@ _FEWEST = 3  # a line through two points always fits
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DistanceMap:
-    """A straight line distance = ``slope`` · position + ``intercept`` and how well it does."""
+    """A straight line distance = ``slope`` · position + ``intercept`` and how well it does.
+
+    Parameters
+    ----------
+    distance : np.ndarray
+        Distances (step,) [mm], farthest first.
+    position : np.ndarray
+        Arc length of the peak (step,) [mm], NaN without one.
+    used : np.ndarray
+        Which (step,) entered the fit: an inverted J in contact, with its peak away from the base
+        hinge.
+    at_base : np.ndarray
+        Which (step,) had their peak at the base hinge: reported, not fitted.
+    slope : float
+        [mm of distance per mm of arc length]
+    intercept : float
+        [mm]
+    r2 : float
+        Share of variance explained; NaN where it is undefined, and ``undefined`` then says why.
+    undefined : str
+        Empty, or why there is no fit.
+    residual : np.ndarray
+        Distance minus the line (step,) [mm], NaN where not used.
+    error : float
+        Predicted distance error [mm]: root mean square over the used distances, each left out of
+        its own fit.
+    monotone : bool
+        Whether the position rises, or falls, strictly over the used distances.
+    told_apart : tuple[float, float]
+        Nearest and farthest distance [mm] of the longest run in which neighbours are told apart;
+        NaN without one.
+    """
 
     distance: np.ndarray
-    """Distances (step,) [mm], farthest first."""
     position: np.ndarray
-    """Arc length of the peak (step,) [mm], NaN without one."""
     used: np.ndarray
-    """Which (step,) entered the fit: an inverted J in contact, with its peak away from the base
-    hinge.
-    """
     at_base: np.ndarray
-    """Which (step,) had their peak at the base hinge: reported, not fitted."""
     slope: float
-    """[mm of distance per mm of arc length]"""
     intercept: float
-    """[mm]"""
     r2: float
-    """Share of variance explained; NaN where it is undefined, and ``undefined`` then says why."""
     undefined: str
-    """Empty, or why there is no fit."""
     residual: np.ndarray
-    """Distance minus the line (step,) [mm], NaN where not used."""
     error: float
-    """Predicted distance error [mm]: root mean square over the used distances, each left out of its
-    own fit.
-    """
     monotone: bool
-    """Whether the position rises, or falls, strictly over the used distances."""
     told_apart: tuple[float, float]
-    """Nearest and farthest distance [mm] of the longest run in which neighbours are told apart; NaN
-    without one.
-    """
 
     def predict(self, position: float | np.ndarray) -> float | np.ndarray:
         """Distance [mm] from the position of the peak [mm]; NaN in, NaN out."""

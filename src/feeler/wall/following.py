@@ -47,20 +47,29 @@ class Controller(Record):
     On a straight wall the distance then obeys e'' + v K_d e' + v K_p e = 0, so the gains follow
     from a natural frequency and a damping ratio at any speed v (Cowan, Lee & Full 2006, J Exp Biol
     209:1617, but with a delay).
+
+    Parameters
+    ----------
+    target : float
+        Distance to keep, from the antenna's base [mm], > 0 [C].
+    frequency : float
+        Natural angular frequency [rad/ms], > 0 [C].
+    damping_ratio : float
+        [1], ≥ 0 [C].
+    delay : float
+        From touch to turn [ms], ≥ 0 [C].
+    max_turn : float
+        Greatest turn rate [rad/ms], > 0; 0.03 is 1700 °/s [C].
+    smoothing : float
+        Time constant of the low-pass on the estimate [ms], > 0 [C].
     """
 
     target: Annotated[float, Gt(0), Unit("mm")] = 12.0
-    """Distance to keep, from the antenna's base [mm], > 0 [C]."""
     frequency: Annotated[float, Gt(0), Unit("rad/ms")] = 0.02
-    """Natural angular frequency [rad/ms], > 0 [C]."""
     damping_ratio: Annotated[float, Ge(0)] = 1.0
-    """[1], ≥ 0 [C]."""
     delay: Annotated[float, Ge(0), Unit("ms")] = 10.0
-    """From touch to turn [ms], ≥ 0 [C]."""
     max_turn: Annotated[float, Gt(0), Unit("rad/ms")] = 0.03
-    """Greatest turn rate [rad/ms], > 0; 0.03 is 1700 °/s [C]."""
     smoothing: Annotated[float, Gt(0), Unit("ms")] = 5.0
-    """Time constant of the low-pass on the estimate [ms], > 0 [C]."""
 
     def begin(
         self, speed: float, period: float, first: float | None = None
@@ -87,21 +96,31 @@ class Controller(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Run:
-    """One run along a course."""
+    """One run along a course.
+
+    Parameters
+    ----------
+    time : np.ndarray
+        (sample,) [ms]
+    body : np.ndarray
+        x, y [mm] and heading [rad] of the body (sample, 3), the antenna's base at x, y.
+    distance : np.ndarray
+        True distance from the wall (sample,) [mm].
+    estimate : np.ndarray
+        Estimated distance (sample,) [mm], NaN without contact.
+    collided : bool
+        Whether the body ran into the wall; the run ends there.
+    map : DistanceMap | None
+        The map in use; None for a body that is told the true distance.
+    """
 
     time: np.ndarray
-    """(sample,) [ms]"""
     body: np.ndarray
-    """x, y [mm] and heading [rad] of the body (sample, 3), the antenna's base at x, y."""
     distance: np.ndarray
-    """True distance from the wall (sample,) [mm]."""
     estimate: np.ndarray
-    """Estimated distance (sample,) [mm], NaN without contact."""
     target: float
     collided: bool
-    """Whether the body ran into the wall; the run ends there."""
     map: DistanceMap | None
-    """The map in use; None for a body that is told the true distance."""
 
     @property
     def error(self) -> float:

@@ -19,14 +19,21 @@ _FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Peak:
-    """The point of greatest curvature of each shape; NaN where a shape is not bent."""
+    """The point of greatest curvature of each shape; NaN where a shape is not bent.
+
+    Parameters
+    ----------
+    position : np.ndarray
+        Arc length (shape,) from the base [mm].
+    curvature : np.ndarray
+        Signed curvature (shape,) there [1/mm].
+    at_base : np.ndarray
+        Whether (shape,) the peak sits at the base hinge, where it says nothing about distance.
+    """
 
     position: np.ndarray
-    """Arc length (shape,) from the base [mm]."""
     curvature: np.ndarray
-    """Signed curvature (shape,) there [1/mm]."""
     at_base: np.ndarray
-    """Whether (shape,) the peak sits at the base hinge, where it says nothing about distance."""
 
 
 @checked

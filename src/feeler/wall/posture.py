@@ -17,30 +17,40 @@ class Posture(Record):
     The body looks along +y, the antenna's base is the origin, the wall's face is the line x =
     distance (right side) or x = −distance (left). The defaults were fixed before any R² was
     computed; docs/guide/wall.md gives the reasons.
+
+    Parameters
+    ----------
+    inter_antennal_angle : float
+        [P] about 30 degrees, in (0, 90].
+    reading : Literal[midline, total]
+        ``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``:
+        half of it each.
+    prebend : Literal[rest, placed, rotation, none]
+        ``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and
+        released; ``rotation``: a straight antenna that points backward is turned forward along the
+        wall by its base; ``none``: no J, a straight antenna whose tip bends forward along the wall
+        [C].
+    hook_share : float
+        Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is
+        straight [C].
+    tip_heading : float
+        Heading of the slack tip [degrees], 180 is straight backward, in (90, 180] [C].
+    fold_radius : float
+        Radius [mm] of the fold in which a ``placed`` antenna is laid, > 0 [C].
+    friction : float
+        Coefficient of friction of the wall, ≥ 0 [C].
+    side : Literal[left, right]
+        Side of the body on which wall and antenna are: ``right`` or its mirror image ``left``.
     """
 
     inter_antennal_angle: Annotated[float, Gt(0), Le(90), Unit("degrees")] = 30.0
-    """[P] about 30 degrees, in (0, 90]."""
     reading: Literal["midline", "total"] = "midline"
-    """``midline``: each antenna is that far from the midline [B: Camhi & Johnson 1999]; ``total``:
-    half of it each.
-    """
     prebend: Literal["rest", "placed", "rotation", "none"] = "rest"
-    """``rest``: the J is the antenna's slack shape; ``placed``: a straight antenna laid in a J and
-    released; ``rotation``: a straight antenna that points backward is turned forward along the wall
-    by its base; ``none``: no J, a straight antenna whose tip bends forward along the wall [C]."""
     hook_share: Annotated[float, Gt(0), Le(1)] = 0.25
-    """Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is
-    straight [C].
-    """
     tip_heading: Annotated[float, Gt(90), Le(180), Unit("degrees")] = 180.0
-    """Heading of the slack tip [degrees], 180 is straight backward, in (90, 180] [C]."""
     fold_radius: Annotated[float, Gt(0), Unit("mm")] = 2.0
-    """Radius [mm] of the fold in which a ``placed`` antenna is laid, > 0 [C]."""
     friction: Annotated[float, Ge(0)] = 0.3
-    """Coefficient of friction of the wall, ≥ 0 [C]."""
     side: Literal["left", "right"] = "right"
-    """Side of the body on which wall and antenna are: ``right`` or its mirror image ``left``."""
 
     @property
     def base_angle(self) -> float:
@@ -71,7 +81,9 @@ class Posture(Record):
         return antenna.replace(rest_angle=antenna.rest_angle + turn * share / share.sum())
 
     def reach(self, antenna: Antenna) -> float:
-        """Greatest distance [mm] at which the antenna, slack and bent as it is, touches the wall."""
+        """Greatest distance [mm] at which the antenna, slack and bent as it is, touches the
+        wall.
+        """
         return measure_reach(self.bend(antenna), self.base_angle)
 
     def lay(self, antenna: Antenna, distance: float) -> np.ndarray:
@@ -86,7 +98,9 @@ class Posture(Record):
 
 
 def measure_reach(antenna: Antenna, base_angle: float) -> float:
-    """How far [mm] the surface of an antenna in its slack shape extends to the right of its base."""
+    """How far [mm] the surface of an antenna in its slack shape extends to the right of its
+    base.
+    """
     # a node is as thick as the thicker of its two segments
     thick = np.maximum(np.append(antenna.radius, 0.0), np.append(0.0, antenna.radius))
     return float(np.max(antenna.shape(base_angle=base_angle)[:, 0] + thick))

@@ -46,15 +46,21 @@ SETUP_CHOICES = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
-    """One set-up of one antenna: the choices, how the sweep went and the map."""
+    """One set-up of one antenna: the choices, how the sweep went and the map.
+
+    Parameters
+    ----------
+    n_contact : int
+        Distances in contact.
+    n_inverted : int
+        Of these, those with a standing inverted J.
+    """
 
     antenna: str
     posture: Posture
     measure: Mapping[str, str]
     n_contact: int
-    """Distances in contact."""
     n_inverted: int
-    """Of these, those with a standing inverted J."""
     map: DistanceMap
 
     @property

@@ -29,16 +29,23 @@ _CLEARANCE = 0.05
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WallTouch:
-    """Simulated motions of antennae beside a moving wall; all share one clock."""
+    """Simulated motions of antennae beside a moving wall; all share one clock.
+
+    Parameters
+    ----------
+    antenna : Antenna
+        The antenna with its slack shape.
+    distance : np.ndarray
+        Distance (motion, sample) of the wall from the base [mm].
+    speed : float
+        [mm/ms]
+    """
 
     antenna: Antenna
-    """The antenna with its slack shape."""
     posture: Posture
     motions: tuple[Motion, ...]
     distance: np.ndarray
-    """Distance (motion, sample) of the wall from the base [mm]."""
     speed: float
-    """[mm/ms]"""
 
     @property
     def base_angle(self) -> float:

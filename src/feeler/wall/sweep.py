@@ -26,23 +26,32 @@ _ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Approach:
-    """Equilibria of one antenna at several distances, farthest first."""
+    """Equilibria of one antenna at several distances, farthest first.
+
+    Parameters
+    ----------
+    antenna : Antenna
+        The antenna with its slack shape (mirrored on the left side).
+    distance : np.ndarray
+        Distance (step,) of the wall from the antenna's base [mm].
+    angle : np.ndarray
+        Hinge angles (step, segment) [rad].
+    contact : np.ndarray
+        Whether (step,) the antenna touches the wall.
+    inverted : np.ndarray
+        Whether (step,) it is an inverted J: in contact, base forward, tip backward (heading from
+        90° to 270°).
+    balanced : np.ndarray
+        Whether (step,) the relaxation ended in an equilibrium.
+    """
 
     antenna: Antenna
-    """The antenna with its slack shape (mirrored on the left side)."""
     posture: Posture
     distance: np.ndarray
-    """Distance (step,) of the wall from the antenna's base [mm]."""
     angle: np.ndarray
-    """Hinge angles (step, segment) [rad]."""
     contact: np.ndarray
-    """Whether (step,) the antenna touches the wall."""
     inverted: np.ndarray
-    """Whether (step,) it is an inverted J: in contact, base forward, tip backward (heading from 90°
-    to 270°).
-    """
     balanced: np.ndarray
-    """Whether (step,) the relaxation ended in an equilibrium."""
 
     @property
     def points(self) -> np.ndarray:
@@ -167,7 +176,9 @@ def _check_distances(distances: Sequence[float] | np.ndarray, antenna: Antenna) 
 
 
 def _bring(rod: RodStepper, distance: float, goal: float, substep: float) -> Rest:
-    """Move the wall from ``distance`` to ``goal`` and relax at every step; how the last one ended."""
+    """Move the wall from ``distance`` to ``goal`` and relax at every step; how the last one
+    ended.
+    """
     walls = np.linspace(distance, goal, 1 + int(np.ceil((distance - goal) / substep - 1e-9)))
     return [rod.settle(place=[(wall, 0.0)]) for wall in (walls[1:] if len(walls) > 1 else walls)][
         -1

@@ -213,10 +213,15 @@ def test_rules_at_their_edges(claim, values, verdict):
 
 @pytest.mark.parametrize(
     ("apart", "ours", "null", "verdict"),
-    [("greater", 0.5, 0.5, "no evidence"), ("greater", 0.5, 0.4, "reproduced"), ("less", 0.5, 0.5, "no evidence"),
-     ("greater", spread(0.5, 0.2, 0.8), 0.6, "no evidence"), ("less", spread(0.5, 0.2, 0.8), 0.4, "no evidence"),
-     ("less", 0.5, 0.6, "reproduced")],
-)  # fmt: skip
+    [
+        ("greater", 0.5, 0.5, "no evidence"),
+        ("greater", 0.5, 0.4, "reproduced"),
+        ("less", 0.5, 0.5, "no evidence"),
+        ("greater", spread(0.5, 0.2, 0.8), 0.6, "no evidence"),
+        ("less", spread(0.5, 0.2, 0.8), 0.4, "no evidence"),
+        ("less", 0.5, 0.6, "reproduced"),
+    ],
+)
 def test_a_null_that_does_exactly_as_well_is_enough(apart, ours, null, verdict):
     claim = make_claim(target=0.5, tolerance=0.1, null=("m",), apart=apart)
     assert judge(claim, {"a": ours, "m": null}, CONTEXT).verdict == verdict

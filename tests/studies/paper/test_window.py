@@ -21,12 +21,17 @@ def make_touches(spans, angle=None):
     angle = force[:, None, :, 0] if angle is None else angle
     n = len(spans)
     dataset = xr.Dataset(
-        {"force": (("trial", "time", "axis"), force), "angle": (("trial", "sensor", "time"), angle)},
+        {
+            "force": (("trial", "time", "axis"), force),
+            "angle": (("trial", "sensor", "time"), angle),
+        },
         coords={
-            "time": TIME, "feature": ("trial", ["ball"] * n), "size": ("trial", [1.5] * n),
+            "time": TIME,
+            "feature": ("trial", ["ball"] * n),
+            "size": ("trial", [1.5] * n),
             "location": ("trial", np.linspace(0.5, 0.9, n)),
         },
-    )  # fmt: skip
+    )
     return label_units(dataset)
 
 

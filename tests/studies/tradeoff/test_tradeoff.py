@@ -137,7 +137,9 @@ def test_the_interval_is_students():
 
 
 def test_every_speed_has_its_matched_samples_on_the_grid():
-    """At all declared speeds the matched samples lie on whole samples, so that nothing is rounded."""
+    """At all declared speeds the matched samples lie on whole samples, so that nothing is
+    rounded.
+    """
     study = load_declared()
     far, n = study.windows["matched_distance"], study.windows["matched_samples"]
     for speed in study.task.speeds:

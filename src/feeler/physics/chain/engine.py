@@ -1,4 +1,6 @@
-"""The chain engine's two schemes of contact: MuJoCo's own, and one with the implicit damping in it."""
+"""The chain engine's two schemes of contact: MuJoCo's own, and one with the implicit damping in
+it.
+"""
 
 from collections.abc import Sequence
 from functools import partial

@@ -25,6 +25,11 @@ class ChainModel:
     """One lane's constants: ``constants`` (field, segment), ``base`` (field,), ``obj`` and
     ``place`` (object, field), and the convex ``parts`` of all objects, object after object,
     ``owner`` (object + 1,) being the first part of each.
+
+    Parameters
+    ----------
+    bounds : np.ndarray
+        (part, 4): bounding boxes, rounding included.
     """
 
     constants: np.ndarray
@@ -34,7 +39,6 @@ class ChainModel:
     parts: tuple[Part, ...]
     owner: np.ndarray
     bounds: np.ndarray
-    """(part, 4): bounding boxes, rounding included."""
 
 
 @lru_cache(

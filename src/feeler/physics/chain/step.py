@@ -18,39 +18,47 @@ from feeler.physics.chain.sweep import fold, locate, move, refold, seek
 class Tables(NamedTuple):
     """All that the compiled step reads and writes; each array's last axis is the lane unless said
     otherwise.
+
+    Parameters
+    ----------
+    segments : np.ndarray
+        Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one
+        antenna.
+    wides : tuple
+        Constants and work once more, for eight numbers at once, and the width of that.
+    shapes : tuple
+        (kind, corners, first corner, bounding box, that of each block of parts, owner), the lane
+        first.
+    contacts : np.ndarray
+        (lane, contact, field).
+    rows : np.ndarray
+        (lane, row, field).
+    memory : np.ndarray
+        (lane, contact, field): what each contact of the step before came to; it follows from
+        ``rows`` and ``number``.
+    number : np.ndarray
+        (lane,): contacts of the last step; −1 in a lane that had too many.
+    pair : tuple | None
+        The width of two lanes, where one is stepped by itself and a sweep can do two things at
+        once.
     """
 
     constants: np.ndarray
     segments: np.ndarray
-    """Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one
-    antenna.
-    """
     work: np.ndarray
     wides: tuple
-    """Constants and work once more, for eight numbers at once, and the width of that."""
     base: np.ndarray
     obj: np.ndarray
     place: np.ndarray
     shapes: tuple
-    """(kind, corners, first corner, bounding box, that of each block of parts, owner), the lane
-    first.
-    """
     contacts: np.ndarray
-    """(lane, contact, field)."""
     rows: np.ndarray
-    """(lane, row, field)."""
     memory: np.ndarray
-    """(lane, contact, field): what each contact of the step before came to; it follows from
-    ``rows`` and ``number``.
-    """
     number: np.ndarray
-    """(lane,): contacts of the last step; −1 in a lane that had too many."""
     open: np.ndarray
     loaded: np.ndarray
     width: tuple
     pair: tuple | None
-    """The width of two lanes, where one is stepped by itself and a sweep can do two things at once.
-    """
 
 
 @register
@@ -59,7 +67,9 @@ class _HandleType(types.StructRef):
 
 
 class Handle(StructRefProxy):
-    """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a step."""
+    """Tables handed to compiled code as one thing: its 25 arrays one by one cost as much as a
+    step.
+    """
 
 
 define_proxy(Handle, _HandleType, ["tables"])
@@ -155,7 +165,9 @@ def _carry(base, place, drive, timestep):
 
 @inlined
 def _find(t):
-    """Each lane's contacts, and whether there are any; a crowded lane gets the count −1 for good."""
+    """Each lane's contacts, and whether there are any; a crowded lane gets the count −1 for
+    good.
+    """
     kinds, corners, starts, boxes, blocks, owner = t.shapes
     last = np.int64(-1)  # a plain −1 is a type of its own to numba, compiled for once more
     for o in range(t.place.shape[0]):
@@ -235,9 +247,17 @@ def _push(t, timestep, damped):
     for lane in range(t.number.shape[0]):
         if t.number[lane] > 0:
             press(
-                t.constants, t.work, t.base, t.place, t.contacts[lane], t.rows[lane], f.ROWS * t.number[lane], t.loaded, timestep,
+                t.constants,
+                t.work,
+                t.base,
+                t.place,
+                t.contacts[lane],
+                t.rows[lane],
+                f.ROWS * t.number[lane],
+                t.loaded,
+                timestep,
                 lane,
-            )  # fmt: skip
+            )
     if t.pair is not None and not damped:
         refold(t.work, t.wides, t.base, t.loaded, last, t.width)
 

@@ -345,7 +345,9 @@ def unfold(work, base, loaded, last, width):
 
 @lean
 def _turn(work, i, alpha, ax, ay, width):
-    """A segment's turning acceleration, of that of the segment before and its hinge's acceleration."""
+    """A segment's turning acceleration, of that of the segment before and its hinge's
+    acceleration.
+    """
     gx, gy, share = (
         get(work, f.W_UX, i, width),
         get(work, f.W_UY, i, width),

@@ -19,57 +19,81 @@ FIRMNESS, SOFT = 1e3, 20.0
 FAR = 1e4  # mm; half length of a face without end
 
 
-class RodModel(NamedTuple):
-    """What stays as it is."""
+class _RodModel(NamedTuple):
+    """What stays as it is.
+
+    Parameters
+    ----------
+    table : np.ndarray
+        (segment, column)
+    faces : np.ndarray
+        (face, column), in the frames of their objects; a part's faces run clockwise, the last joins
+        the first.
+    parts : np.ndarray
+        (part, column)
+    gravity : np.ndarray
+        (2,) [mm/ms²]
+    """
 
     table: np.ndarray
-    """(segment, column)"""
     faces: np.ndarray
-    """(face, column), in the frames of their objects; a part's faces run clockwise, the last joins
-    the first.
-    """
     parts: np.ndarray
-    """(part, column)"""
     gravity: np.ndarray
-    """(2,) [mm/ms²]"""
 
 
 class RodLane(NamedTuple):
-    """What moves."""
+    """What moves.
+
+    Parameters
+    ----------
+    heading : np.ndarray
+        Of every segment (segment,) [rad].
+    points : np.ndarray
+        Base, hinges and tip (segment + 1, 2) [mm].
+    velocity : np.ndarray
+        Of every node but the base (segment, 2) [mm/ms]; stays 0 without inertia.
+    rate : np.ndarray
+        Of the hinges (segment,) [rad/ms].
+    anchor : np.ndarray
+        Where on a part's rim a node sticks (segment, part) [mm]; NaN where it has just come or is
+        away.
+    pressed : np.ndarray
+        Normal forces at the end of the step before (segment, part) [N].
+    push : np.ndarray
+        Contacts of the last step (segment, part, column); depth ≤ 0: none.
+    base : np.ndarray
+        x, y [mm] and heading [rad].
+    drive : np.ndarray
+        Their rates (3,).
+    objects : np.ndarray
+        (object, column)
+    faces : np.ndarray
+        (face, column) in the world.
+    wrench : np.ndarray
+        Force [N] and moment [N·mm] of the base on the antenna (3,).
+    work : np.ndarray
+        Work done on the antenna by its base and by each object (1 + object,) [mJ].
+    sink : np.ndarray
+        How deep nodes have sunk in at most (1,), over the smaller radius.
+    """
 
     heading: np.ndarray
-    """Of every segment (segment,) [rad]."""
     points: np.ndarray
-    """Base, hinges and tip (segment + 1, 2) [mm]."""
     velocity: np.ndarray
-    """Of every node but the base (segment, 2) [mm/ms]; stays 0 without inertia."""
     rate: np.ndarray
-    """Of the hinges (segment,) [rad/ms]."""
     anchor: np.ndarray
-    """Where on a part's rim a node sticks (segment, part) [mm]; NaN where it has just come or is
-    away.
-    """
     pressed: np.ndarray
-    """Normal forces at the end of the step before (segment, part) [N]."""
     push: np.ndarray
-    """Contacts of the last step (segment, part, column); depth ≤ 0: none."""
     base: np.ndarray
-    """x, y [mm] and heading [rad]."""
     drive: np.ndarray
-    """Their rates (3,)."""
     objects: np.ndarray
-    """(object, column)"""
     faces: np.ndarray
-    """(face, column) in the world."""
     wrench: np.ndarray
-    """Force [N] and moment [N·mm] of the base on the antenna (3,)."""
     work: np.ndarray
-    """Work done on the antenna by its base and by each object (1 + object,) [mJ]."""
     sink: np.ndarray
-    """How deep nodes have sunk in at most (1,), over the smaller radius."""
 
 
-def make_rod_model(scene: Scene, firmness: float) -> RodModel:
+def make_rod_model(scene: Scene, firmness: float) -> _RodModel:
     """The scene's constants.
 
     Raises
@@ -102,7 +126,7 @@ def make_rod_model(scene: Scene, firmness: float) -> RodModel:
             )
             faces.append(rim)
             first += len(rim)
-    return RodModel(
+    return _RodModel(
         table=_make_table(antenna, firmness),
         faces=np.concatenate([np.empty((0, f.N_FACE)), *faces]),
         parts=np.array(parts, dtype=float).reshape(-1, f.N_PART),
@@ -179,7 +203,7 @@ def _check_corners(antenna: Antenna, item: Object, rim: np.ndarray) -> None:
         )
 
 
-def make_rod_lane(scene: Scene, model: RodModel) -> RodLane:
+def make_rod_lane(scene: Scene, model: _RodModel) -> RodLane:
     """The scene's first state; nodes move with the base and turn with their hinges."""
     n, n_parts = scene.antenna.n_segments, len(model.parts)
     objects = [[*o.place, *o.forward, *o.velocity, o.turn] for o in scene.objects]

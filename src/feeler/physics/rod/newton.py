@@ -28,7 +28,9 @@ MAX_ITERATIONS, MAX_HALVINGS, BOLD_ITERATIONS = 40, 16, 12
 
 @compiled
 def place_nodes(table, base, heading, points):
-    """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings (segment,)."""
+    """Fill ``points`` (segment + 1, 2) from the base (x, y, heading) and the headings
+    (segment,).
+    """
     points[0, 0], points[0, 1] = base[0], base[1]
     for i in range(table.shape[0]):
         points[i + 1, 0] = points[i, 0] + table[i, f.R_LENGTH] * math.sin(heading[i])

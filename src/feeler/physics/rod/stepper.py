@@ -19,13 +19,19 @@ BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at r
 
 
 class Rest(NamedTuple):
-    """How a relaxation ended."""
+    """How a relaxation ended.
+
+    Parameters
+    ----------
+    imbalance : float
+        Greatest out-of-balance torque over the hinge's stiffness [rad]; infinite where it got
+        stuck.
+    n_contacts : int
+        Touching nodes.
+    """
 
     imbalance: float
-    """Greatest out-of-balance torque over the hinge's stiffness [rad]; infinite where it got stuck.
-    """
     n_contacts: int
-    """Touching nodes."""
 
     @property
     def balanced(self) -> bool:

@@ -26,20 +26,29 @@ COMPARED_CODES = ("sparse", "raw")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
-    """What the page shows."""
+    """What the page shows.
+
+    Parameters
+    ----------
+    dispersion : dict[str, Dispersion]
+        By kind of code: sparse activations and tensors.
+    entropy : dict[str, float]
+        Mean grey-level histogram entropy of each antenna's bases [bits].
+    sparseness : dict[str, float]
+        Mean Hoyer sparseness of each antenna's tensors.
+    differences : dict[tuple[str, str], Interval]
+        (measure, antenna): first antenna minus this one over the same stimuli.
+    peak : dict[str, float]
+        Greatest angle [rad].
+    """
 
     names: tuple[str, ...]
     dispersion: dict[str, Dispersion]
-    """By kind of code: sparse activations and tensors."""
     curves: Curves
     entropy: dict[str, float]
-    """Mean grey-level histogram entropy of each antenna's bases [bits]."""
     sparseness: dict[str, float]
-    """Mean Hoyer sparseness of each antenna's tensors."""
     differences: dict[tuple[str, str], Interval]
-    """(measure, antenna): first antenna minus this one over the same stimuli."""
     peak: dict[str, float]
-    """Greatest angle [rad]."""
 
     def to_plain(self) -> dict[str, Any]:
         """As JSON: each measure by antenna; intervals as [value, low, high]."""

@@ -29,42 +29,61 @@ _FIELDS = ("accuracy", "hits", "work")
 
 
 class Contest(Record):
-    """What is compared, and how much of it; :func:`load_contest` reads what was declared."""
+    """What is compared, and how much of it; :func:`load_contest` reads what was declared.
+
+    Parameters
+    ----------
+    sets : int
+        How often all touches are drawn anew.
+    known : int
+        Touches of a set.
+    copies : int
+        How often each is felt.
+    noise : str
+        As text, such as ``"common:0.03"``; see :func:`feeler.task.parse_noise`.
+    duration : float
+        Of an episode [ms].
+    period : float
+        Between two decisions [ms].
+    deadlines : tuple[float, ...]
+        [ms]
+    budgets : tuple[float, ...]
+        [µJ]
+    fixed : tuple[str, ...]
+        Policies that steering is held against.
+    ahead : tuple[str, ...]
+        Policies that look ahead, on ``ahead_sets`` sets with ``ahead_copies`` copies.
+    gain : float
+        Points that steering must gain to count.
+    confirm : dict[str, Any]
+        Fresh sets for the policies that were chosen.
+    places : dict[str, Any]
+        Where to touch next.
+    learning : dict[str, Any]
+        The learned policy.
+    wall : dict[str, Any]
+        Wall following.
+    """
 
     sets: Annotated[int, Ge(1)]
-    """How often all touches are drawn anew."""
     known: Annotated[int, Ge(2)]
-    """Touches of a set."""
     copies: Annotated[int, Ge(1)]
-    """How often each is felt."""
     seed: int
     noise: str
-    """As text, such as ``"common:0.03"``; see :func:`feeler.task.parse_noise`."""
     duration: Annotated[float, Gt(0), Unit("ms")]
-    """Of an episode [ms]."""
     period: Annotated[float, Gt(0), Unit("ms")]
-    """Between two decisions [ms]."""
     deadlines: Annotated[tuple[float, ...], Len(1)]
-    """[ms]"""
     budgets: tuple[float, ...]
-    """[µJ]"""
     fixed: tuple[str, ...]
-    """Policies that steering is held against."""
     steered: tuple[str, ...]
     ahead: tuple[str, ...]
-    """Policies that look ahead, on ``ahead_sets`` sets with ``ahead_copies`` copies."""
     ahead_sets: Annotated[int, Ge(1)]
     ahead_copies: Annotated[int, Ge(1)]
     gain: float
-    """Points that steering must gain to count."""
     confirm: dict[str, Any]
-    """Fresh sets for the policies that were chosen."""
     places: dict[str, Any]
-    """Where to touch next."""
     learning: dict[str, Any]
-    """The learned policy."""
     wall: dict[str, Any]
-    """Wall following."""
 
     def _check(self) -> None:
         if max(self.deadlines) > self.duration or any(d % self.period for d in self.deadlines):

@@ -63,7 +63,7 @@ def write_active(
 def fill_comparison(
     section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
 ) -> None:
-    """The figure, the verdict, and the tables; ``learned`` as :func:`feeler.studies.contests.judge_learned`
+    """The figure, the verdict, and the tables; ``learned`` as ``feeler.studies.contests.judge_learned``
     takes it, with ``work``.
     """
     section.figure(
@@ -89,8 +89,11 @@ def fill_comparison(
         ["policy", *deadlines], rows, "Right answers [%] ± half the interval, by deadline."
     )
     work = measured["work"].mean("set")
-    section.table(["policy", *deadlines], [[name, *(float(w) for w in work.sel(policy=name))] for name in names],
-                  "Work on the antenna until then [µJ].")  # fmt: skip
+    section.table(
+        ["policy", *deadlines],
+        [[name, *(float(w) for w in work.sel(policy=name))] for name in names],
+        "Work on the antenna until then [µJ].",
+    )
     steered = {*names} & {*comparison.steered, *comparison.ahead}
     if measured.sizes["set"] < 2 or not steered or not {*names} & {*comparison.fixed}:
         return
@@ -100,11 +103,17 @@ def fill_comparison(
         [label, *(verdict[c].values[k].item() for c in columns)]
         for k, label in enumerate(deadlines)
     ]
-    section.table(["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"], rows,
-                  f"Chosen on sets of even number, judged on the others. Steering pays where it gains at least "
-                  f"{comparison.gain:g} points and the interval excludes 0.")  # fmt: skip
-    section.table(["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"], judge_energy(measured, comparison),
-                  "Among policies whose mean work until then keeps to the budget.")  # fmt: skip
+    section.table(
+        ["deadline", "best fixed", "%", "best steered", "%", "gain", "±", "pays"],
+        rows,
+        "Chosen on sets of even number, judged on the others. Steering pays where it gains at"
+        f" least {comparison.gain:g} points and the interval excludes 0.",
+    )
+    section.table(
+        ["deadline [ms]", "budget [µJ]", "best fixed", "%", "best steered", "%"],
+        judge_energy(measured, comparison),
+        "Among policies whose mean work until then keeps to the budget.",
+    )
     if learned is not None:
         _fill_learned(section, learned, measured, comparison)
 
@@ -136,8 +145,12 @@ def _fill_learned(
         "over the best steered",
         "±",
     ]
-    section.table(head, rows, f"Recurrent PPO on what the observer believes, the mean of {learned.sizes['seed']} seeds; points "
-                  "gained over the policies above, on the same sets and noise.")  # fmt: skip
+    section.table(
+        head,
+        rows,
+        f"Recurrent PPO on what the observer believes, the mean of {learned.sizes['seed']} seeds;"
+        " points gained over the policies above, on the same sets and noise.",
+    )
 
 
 def _say(found: xr.Dataset, name: str, deadline: float) -> str:
@@ -149,7 +162,9 @@ def _say(found: xr.Dataset, name: str, deadline: float) -> str:
 def plot_comparison(
     measured: xr.Dataset, comparison: Contest, figure: Figure, learned: xr.Dataset | None = None
 ) -> None:
-    """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2 inches."""
+    """Accuracy against deadline, and against work at the second one; needs about 7.2 × 3.2
+    inches.
+    """
     left, right = figure.subplots(1, 2)
     at = min(1, measured.sizes["deadline"] - 1)
     found, work = average_sets(100 * measured["accuracy"]), measured["work"].mean("set")
@@ -164,8 +179,16 @@ def plot_comparison(
     for colour, (label, names) in zip(PALETTE, groups.items(), strict=False):
         for k, name in enumerate(n for n in names if n in measured["policy"].values):
             one = found.sel(policy=name)
-            left.errorbar(measured["deadline"], one["mean"], one["half"], color=colour, lw=0.8, capsize=1.5,
-                          alpha=0.75, label=label if k == 0 else None)  # fmt: skip
+            left.errorbar(
+                measured["deadline"],
+                one["mean"],
+                one["half"],
+                color=colour,
+                lw=0.8,
+                capsize=1.5,
+                alpha=0.75,
+                label=label if k == 0 else None,
+            )
             last, spent = one.isel(deadline=at), float(work.sel(policy=name)[at])
             right.errorbar(spent, last["mean"], last["half"], fmt="o", ms=3, color=colour)
     if learned is not None:

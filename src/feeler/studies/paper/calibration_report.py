@@ -61,7 +61,8 @@ def compute(
     SimpleNamespace
         ``scores``: quantities, error and symmetric accuracy of the published constants, the shipped
         presets and every refit, by name. ``refits`` (:class:`~feeler.calibration.Fit` or None):
-        least squares from the perturbed starts. ``compared``: a row (``_COLUMNS``) per optimiser and
+        least squares from the perturbed starts. ``compared``: a row (``_COLUMNS``) per optimiser
+        and
         start, ``kept`` from the benchmark or measured in this run. ``directions``
         (:class:`~feeler.calibration.Directions`). ``walked``: parameters (step, parameter) and
         errors (step,) along the loosest direction from the published constants. ``profiles``

@@ -30,6 +30,34 @@ class Claim(Record):
     in the order given), ``dip`` (the middle of three ``keys`` is the least), ``above`` or ``below``
     the ``target``, ``share`` (the key is the share of a declared family of set-ups in which the
     statement holds), or ``none`` (``why`` says why it is not comparable).
+
+    Parameters
+    ----------
+    figure : str
+        The figure that it speaks of, and beside which it stands; empty: it stands at the end of its
+        section.
+    keys : tuple[str, ...]
+        Values it is judged by; where there are ``definitions``, each holds ``{definition}``.
+    due : str
+        Least scale that computes enough to judge it.
+    whose : Literal[paper, ours]
+        ``paper``, or ``ours``: counted by themselves.
+    standing : Literal[evidence, by construction, circular]
+        Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and
+        ``circular`` (its target was derived from the same constants) do not, and ``why`` says what
+        it stems from.
+    definitions : tuple[str, ...]
+        Readings that the paper leaves open. Only where all of them give one verdict is it the
+        verdict.
+    null : tuple[str, ...]
+        For each key what the same pipeline reaches on identical touches.
+    apart : Literal[greater, less]
+        Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``.
+    shows : tuple[str, ...]
+        Further values that stand beside it, and are not judged.
+    unmet : str
+        What stands against it where the run does not bear it out, and the variant that would; shown
+        only there.
     """
 
     id: str
@@ -40,36 +68,18 @@ class Claim(Record):
     kind: Literal["value", "order", "dip", "above", "below", "share", "none"]
     section: str
     figure: str = ""
-    """The figure that it speaks of, and beside which it stands; empty: it stands at the end of its
-    section.
-    """
     keys: tuple[str, ...] = ()
-    """Values it is judged by; where there are ``definitions``, each holds ``{definition}``."""
     target: float = 0.0
     tolerance: float = 0.0
     due: Annotated[str, OneOf(SCALES)] = "smoke"
-    """Least scale that computes enough to judge it."""
     whose: Literal["paper", "ours"] = "paper"
-    """``paper``, or ``ours``: counted by themselves."""
     standing: Literal["evidence", "by construction", "circular"] = "evidence"
-    """Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and
-    ``circular`` (its target was derived from the same constants) do not, and ``why`` says what it
-    stems from."""
     definitions: tuple[str, ...] = ()
-    """Readings that the paper leaves open. Only where all of them give one verdict is it the
-    verdict.
-    """
     null: tuple[str, ...] = ()
-    """For each key what the same pipeline reaches on identical touches."""
     apart: Literal["greater", "less"] = "greater"
-    """Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``."""
     shows: tuple[str, ...] = ()
-    """Further values that stand beside it, and are not judged."""
     why: str = ""
     unmet: str = ""
-    """What stands against it where the run does not bear it out, and the variant that would; shown
-    only there.
-    """
 
     def _check(self) -> None:
         if (self.standing != "evidence" or self.kind == "none") and not self.why:

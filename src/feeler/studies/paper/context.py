@@ -29,22 +29,29 @@ THROUGH = {
 
 @dataclass(frozen=True, kw_only=True)
 class Context:
-    """The one dial and everything it does not turn."""
+    """The one dial and everything it does not turn.
+
+    Parameters
+    ----------
+    timestep : float
+        [ms]; default: the engine's own.
+    started : float
+        When the run began [s since 1970]: a ``fresh`` run uses only what was made since.
+    progress : Callable[[int, int], None] | None
+        Called with (trials done, trials in all) while tensors are made.
+    """
 
     scale: str = "quick"
     seed: int = 0
     engine: str = DEFAULT_ENGINE
     timestep: float = None  # type: ignore[assignment]
-    """[ms]; default: the engine's own."""
     workers: int | None = None
     antenna: Antenna = field(default_factory=cockroach)
     is_cockroach: bool = True
     out: Path = Path("out")
     fresh: bool = False
     started: float = field(default_factory=time.time, compare=False)
-    """When the run began [s since 1970]: a ``fresh`` run uses only what was made since."""
     progress: Callable[[int, int], None] | None = field(default=None, compare=False)
-    """Called with (trials done, trials in all) while tensors are made."""
 
     def __post_init__(self) -> None:
         SCALES[self.scale]  # refuses what is no scale

@@ -30,14 +30,21 @@ FOUND = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Family:
-    """R² of every profile in every set-up of the declared family."""
+    """R² of every profile in every set-up of the declared family.
+
+    Parameters
+    ----------
+    names : tuple[str, ...]
+        Profiles compared, in the order claimed.
+    choices : tuple[tuple, ...]
+        What tells a set-up from others, by ``feeler.wall.sensitivity.SETUP_CHOICES``.
+    r2 : np.ndarray
+        (set-up, profile), NaN where it is undefined.
+    """
 
     names: tuple[str, ...]
-    """Profiles compared, in the order claimed."""
     choices: tuple[tuple, ...]
-    """What tells a set-up from others, by ``feeler.wall.sensitivity.SETUP_CHOICES``."""
     r2: np.ndarray
-    """(set-up, profile), NaN where it is undefined."""
     cases: tuple[Case, ...]
 
     @property

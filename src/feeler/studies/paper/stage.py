@@ -25,16 +25,22 @@ class Stage:
 
     Their modules are imported where the stage runs, so that who only hands out stages starts in no
     time.
+
+    Parameters
+    ----------
+    figures : tuple[str, ...]
+        Modules of ``feeler.studies.paper``, one for each figure.
+    reads : tuple[str, ...]
+        Which parameters its numbers depend on; it cannot read the others.
+    make : Callable[[Context, Section], None] | None
+        A maker in place of the figures.
     """
 
     name: str
     title: str
     figures: tuple[str, ...] = ()
-    """Modules of ``feeler.studies.paper``, one for each figure."""
     reads: tuple[str, ...] = KEYED
-    """Which parameters its numbers depend on; it cannot read the others."""
     make: Callable[[Context, Section], None] | None = None
-    """A maker in place of the figures."""
 
     @property
     def modules(self) -> tuple[str, ...]:

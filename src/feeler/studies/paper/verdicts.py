@@ -33,16 +33,22 @@ Spread = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
-    """A claim with our numbers, the verdict, and a word why."""
+    """A claim with our numbers, the verdict, and a word why.
+
+    Parameters
+    ----------
+    readings : tuple[Judged, ...]
+        The verdict under each of the claim's definitions, in their order.
+    values : tuple[tuple[str, Any], ...]
+        Keys with what this run found; None where it found nothing.
+    """
 
     claim: Claim
     ours: str
     verdict: str
     why: str
     readings: tuple["Judged", ...] = ()
-    """The verdict under each of the claim's definitions, in their order."""
     values: tuple[tuple[str, Any], ...] = ()
-    """Keys with what this run found; None where it found nothing."""
 
     @property
     def is_evidence(self) -> bool:
