@@ -63,7 +63,7 @@ def write_active(
 def fill_comparison(
     section: Section, measured: xr.Dataset, comparison: Contest, learned: xr.Dataset | None = None
 ) -> None:
-    """The figure, the verdict, and the tables; ``learned`` as ``feeler.studies.contests.judge_learned``
+    """The figure, the verdict, the tables; ``learned`` as ``feeler.studies.contests.judge_learned``
     takes it, with ``work``.
     """
     section.figure(
