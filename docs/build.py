@@ -36,7 +36,8 @@ def insert_numbers(markdown: str, more: dict[str, float] = {}) -> str:  # noqa: 
     """``{{ key:.1f }}`` becomes that measured number, or what an example found just now; a key
     that was not measured is a KeyError, which ends the build.
     """
-    values = json.loads(RESULTS.read_text())["paper"]["values"] | more
+    sections = json.loads(RESULTS.read_text())["paper"]["values"].values()
+    values = {key: value for section in sections for key, value in section.items()} | more
     for room, path in OTHERS.items():
         values |= {
             f"{room}.{key}": value for key, value in json.loads(path.read_text())["values"].items()
