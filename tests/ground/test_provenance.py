@@ -61,7 +61,11 @@ def find_copy(copied: Path, module: str) -> Path:
 
 def test_a_constant_of_the_csv_reader_changes_the_stages_that_read_recordings(copied):
     path = find_copy(copied, read_table.__module__)
-    assert find_changed(path, "MAX_BYTES = ", "MAX_BYTES = 1 + ") == {"robot", "tracking"}
+    assert find_changed(path, "MAX_BYTES = ", "MAX_BYTES = 1 + ") == {
+        "robot",
+        "tracking",
+        "tensors",
+    }
 
 
 def test_a_constant_of_a_drawing_changes_that_stage_alone(copied):

@@ -249,7 +249,7 @@ def _make_box(shape: tuple[int, ...]) -> Any:
     return spaces.Box(-np.inf, np.inf, shape, np.float64)
 
 
-def _make_env(name: str, **fields: Any) -> TouchEnv:
+def make_env(name: str, **fields: Any) -> TouchEnv:
     """What ``gymnasium.make(name)`` calls; ``fields`` are the task's, or ``decide`` and
     ``render_mode``.
     """
@@ -257,7 +257,7 @@ def _make_env(name: str, **fields: Any) -> TouchEnv:
     return TouchEnv(_make_task(name, fields), **own)
 
 
-def _make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
+def make_vector_env(name: str, num_envs: int = 1, **fields: Any) -> TouchVectorEnv:
     """What ``gymnasium.make_vec(name, num_envs)`` calls; beside the task's fields ``decide``,
     ``workers``, ``render_mode``.
     """

@@ -20,7 +20,7 @@ from feeler.stimulus.object import Object
 HALVINGS = 6  # [C] from half the contact's time constant (0.1 ms) down to 1.6 µs
 NARROWINGS = 3  # [C] of the contact's width, the first of which every scene takes
 # [C] times that what a halving changes counts: the next changes more than half as much
-SLOWER = 2.0
+_CAUTION = 2.0
 # [C] how often over the lanes may be filled with scenes run at once; each motion is kept till then
 TOGETHER = 8
 # [C] of these halvings, how many are tried on the whole run before only parts of it are refined
@@ -73,7 +73,7 @@ def run_accurately(
         for i, narrow in zip(todo, found, strict=True):
             change = compute_error(now[i], results[i], narrow)
             if isinstance(narrow, Motion):
-                results[i] = replace(narrow, error=narrow.error + SLOWER * change)
+                results[i] = replace(narrow, error=narrow.error + _CAUTION * change)
         todo = [i for i in todo if _read_error(results[i]) > accuracy]
         if not todo:
             break

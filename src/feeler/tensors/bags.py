@@ -71,7 +71,7 @@ def read_bag(path: str, topic: str = "", unit: str = "") -> Table:
     )
 
 
-def _read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """What the guard's process does: the numbers (message, channel) of a topic and their times [ns]
     since the first.
     """

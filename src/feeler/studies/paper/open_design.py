@@ -151,7 +151,8 @@ def show(context: Context, section: Section) -> None:
     section.values.update(_collect_values(stored))
     section.text(
         "Searched and judged by benchmarks/design.py, whose choices stand in"
-        " benchmarks/design.toml, written down before any final touch was looked at. That takes an"
+        " benchmarks/design.toml, written down before any final touch was looked at. It was run on"
+        " 2026-11-22 with the contact of version 0.2 (even), not yet with that of 0.3. It takes an"
         " hour of one core, so that this report reads what was found and simulates only its last"
         " figure anew. Eighteen classes (the paper's six objects at three places), touches drawn"
         " within nuisances, white noise of one peak; the search saw 0.3 m/s and the optimiser's"
