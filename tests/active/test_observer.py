@@ -100,9 +100,7 @@ def test_bodies_that_have_felt_other_things_move_by_themselves(observer):
     """A steered body believes what an observer believes of that very motion: a policy of time alone
     is the check.
     """
-    steered = observer.run(
-        lambda known: np.where(known.belief[:, 0] < 0.6, 0.6, 0.12), copies=3
-    )
+    steered = observer.run(lambda known: 0.6 - 0.48 * known.belief[:, 0], copies=3)
     assert len(np.unique(steered.speed[1:], axis=1).T) > 1
     way = observer.period * steered.speed[1:].sum(axis=0)
     assert steered.work.min() >= 0
