@@ -10,7 +10,7 @@ class FeelerError(Exception):
 class InvalidInput(FeelerError, ValueError):
     """A value, file or combination that cannot be used as given.
 
-    Parameters
+    Attributes
     ----------
     tables : tuple[str | int, ...]
         The fields (and places in them, from 1) that lead to that record from the outermost one.

@@ -47,7 +47,7 @@ Frames = Iterator[tuple[bytes, bytes]]
 class Limits:
     """What one file from outside may cost; [C], also by FEELER_MAX_GIB and FEELER_MAX_SECONDS.
 
-    Parameters
+    Attributes
     ----------
     max_bytes : int
         Bytes of numbers once unpacked; the process that reads may take 512 MiB more.

@@ -35,7 +35,7 @@ Wanted = tuple[str, str | None]
 class Module:
     """What one file of Python says that matters here.
 
-    Parameters
+    Attributes
     ----------
     digest : str
         Fingerprint of its syntax tree without documentation.

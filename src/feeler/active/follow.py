@@ -32,7 +32,7 @@ class FollowTask(ActiveTask):
     the same is charged for the distance itself, so that a body which keeps the target and knows it
     loses nothing. A body that runs into the wall has come to its end.
 
-    Parameters
+    Attributes
     ----------
     distance : float
         To keep, from the antenna's base [mm], [C].

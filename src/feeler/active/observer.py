@@ -33,7 +33,7 @@ Look = Callable[[Arena], None]
 class Known:
     """What each body knows when it decides; arrays (episode, …).
 
-    Parameters
+    Attributes
     ----------
     time : float
         Since the beginning [ms].
@@ -71,7 +71,7 @@ is taken.
 class Episodes:
     """What bodies did and believed; row 0 is the beginning, then one row after each period.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (row,) [ms]

@@ -28,7 +28,7 @@ _PEAK = 0.06  # rad; where the colours end [C]
 class Film:
     """What one episode looked like, a row per millisecond.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (row,) [ms]

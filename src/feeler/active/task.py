@@ -28,7 +28,7 @@ SAMPLE = 1.0  # ms; one step of the body, and one sample of every sensor
 class Start(Record):
     """How one episode begins.
 
-    Parameters
+    Attributes
     ----------
     scene : Scene
         The antenna and what it may meet; nothing moves yet.
@@ -50,7 +50,7 @@ class ActiveTask(Record, kw_only=False):
     """What all tasks share: an antenna on a body that moves by speed and turn, and is asked
     something all the while.
 
-    Parameters
+    Attributes
     ----------
     antenna : Antenna | SampledAntennas
         Or several, of which episodes draw.
@@ -138,7 +138,7 @@ class TouchTask(ActiveTask):
     A prediction is a score for each object; the loss is the cross entropy of their softmax [nat],
     ln K for one who knows nothing.
 
-    Parameters
+    Attributes
     ----------
     features : Any
         Objects that may be met, equally likely: features, or text such as ``"ball:radius=2"``.

@@ -35,7 +35,7 @@ class Antenna(Record):
     Each array holds one value per segment; a single number stands for the same value in every
     segment.
 
-    Parameters
+    Attributes
     ----------
     segment_length : np.ndarray
         Length of each segment [mm], > 0.

@@ -16,7 +16,7 @@ MIN_SEGMENTS = 8
 class SigmoidFit:
     """A sigmoid of length shares, and the data it was fitted to.
 
-    Parameters
+    Attributes
     ----------
     x : np.ndarray
         Relative segment numbers (segment,), (n − 0.5) / N.

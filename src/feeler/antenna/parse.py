@@ -47,7 +47,7 @@ SOURCE_KEYS = ("tag", "reference", "note")
 class Source(Record):
     """Where the numbers of one quantity come from.
 
-    Parameters
+    Attributes
     ----------
     tag : SourceTag | Literal[]
         One of P, A, D, B, C, joined by + where several apply; empty where unknown.

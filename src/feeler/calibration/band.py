@@ -16,7 +16,7 @@ class Band:
 
     The quantities are stiffness [N·mm/rad] and damping [N·mm·ms/rad].
 
-    Parameters
+    Attributes
     ----------
     place : np.ndarray
         Place of each hinge as a fraction of the length (segment,).

@@ -22,7 +22,7 @@ _Progress = Callable[[int, int, Minimum, float], None]
 class Fit:
     """The best of several searches, and all of them.
 
-    Parameters
+    Attributes
     ----------
     p : np.ndarray
         Best parameters.

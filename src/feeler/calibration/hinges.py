@@ -21,7 +21,7 @@ class Hinges(Record):
 
     ``x`` is the searched vector (logarithms where ``positive``), ``p`` the parameters themselves.
 
-    Parameters
+    Attributes
     ----------
     start : np.ndarray
         Parameters to start from.

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 class Directions:
     """Singular directions of the residuals at an optimum, stiffest first, in typical changes.
 
-    Parameters
+    Attributes
     ----------
     jacobian : np.ndarray
         (target, parameter), per typical change (a factor e, or 0.02 per joint for a rate).
@@ -93,7 +93,7 @@ def walk_loose(
 class Profiles:
     """Profile of the error: one parameter held at a value, the others refitted.
 
-    Parameters
+    Attributes
     ----------
     value : np.ndarray
         Held values (parameter, place).

@@ -21,7 +21,7 @@ _POWELL_TOLERANCE = (
 class Minimum:
     """Where one search ended.
 
-    Parameters
+    Attributes
     ----------
     start : tuple[float, ...]
         Parameters it started from.

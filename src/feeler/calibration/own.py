@@ -31,7 +31,7 @@ _LATE = (-1.0, 4.0)  # samples [C]; so early or late may a release be that was f
 class TraceFit:
     """Hinges fitted to recorded traces, animal by animal.
 
-    Parameters
+    Attributes
     ----------
     each : np.ndarray
         Parameters (animal, parameter).
@@ -72,7 +72,7 @@ class TraceFit:
 class _Fitted:
     """One animal's searched vector, and what its residuals say of it.
 
-    Parameters
+    Attributes
     ----------
     shift : float
         How long after its release the trace begins [ms].

@@ -27,7 +27,7 @@ class Problem:
 
     What stands in the ``journal`` is taken from there, and counts as if it had been simulated.
 
-    Parameters
+    Attributes
     ----------
     seconds : float
         Processor time of the simulations.

@@ -30,7 +30,7 @@ _IMPULSE_POINTS = {"ratio_71": 0.71, "ratio_86": 0.86}  # [P] shares of the leng
 class Protocol(Record):
     """How the two experiments are done in simulation.
 
-    Parameters
+    Attributes
     ----------
     at : float
         Distance of the forceps from the fixation [mm], [P].

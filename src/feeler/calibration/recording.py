@@ -24,7 +24,7 @@ class Traces(Record):
     A trace's name is its animal's, for the tip; ``animal@0.5`` is another point, at that fraction
     of the length.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (sample,) since the release [ms].

@@ -19,7 +19,7 @@ _SHIPPED = ("cockroach",)
 class Target(Record):
     """One quantity: its value, its spread between animals, and where they come from.
 
-    Parameters
+    Attributes
     ----------
     value : float
         In ``unit``.
@@ -38,7 +38,7 @@ class Target(Record):
 class Targets(Record):
     """A set of targets.
 
-    Parameters
+    Attributes
     ----------
     status : str
         How far to trust them: measured, reconstructed or synthetic.

@@ -90,7 +90,7 @@ def make_null(tensors: Any, n_copies: int | None = None) -> np.ndarray:
 class JointFit:
     """Jointly fitted codes, and how the fit ended.
 
-    Parameters
+    Attributes
     ----------
     codes : np.ndarray
         (trial, component, time)
@@ -107,7 +107,7 @@ class JointFit:
 class Twins:
     """Accuracies on the codes of a set in which every touch stands twice.
 
-    Parameters
+    Attributes
     ----------
     same : Sweep
         Trained and tested on noisy copies of the first twins, as in the paper's recipe.

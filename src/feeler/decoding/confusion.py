@@ -15,7 +15,7 @@ from feeler.errors import InvalidInput
 class Confused:
     """Shares of all test trials, by which attributes the predicted class has wrong.
 
-    Parameters
+    Attributes
     ----------
     correct : float
         Nothing wrong.

@@ -21,7 +21,7 @@ from feeler.tensors.scaling import rectify
 class Curve(NamedTuple):
     """Which curve.
 
-    Parameters
+    Attributes
     ----------
     noise : str
         Name of the model; ``relative`` is to each tensor for tensors, to each vector for codes.
@@ -40,7 +40,7 @@ class Curve(NamedTuple):
 class Group:
     """One condition of a comparison: its tensors, labels, fitted encoder and codes.
 
-    Parameters
+    Attributes
     ----------
     tensors : np.ndarray
         Non-negative (trial, sensor, time), on a scale common to all groups.
@@ -59,7 +59,7 @@ class Group:
 class Curves:
     """Sweeps of all groups, and what each must be read beside.
 
-    Parameters
+    Attributes
     ----------
     nulls : dict[Curve, Sweep]
         The same pipelines on one single tensor repeated, labelled as if it were different touches:

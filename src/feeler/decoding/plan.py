@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class Plan:
     """Ratios, repeats and copies of every noise sweep of a study.
 
-    Parameters
+    Attributes
     ----------
     ratios : tuple[float, ...]
         Noise ratios of the main curves.

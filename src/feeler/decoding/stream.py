@@ -43,7 +43,7 @@ class OnsetFinder:
 class StreamState:
     """What is known after one sample.
 
-    Parameters
+    Attributes
     ----------
     sample : int
         Number of the sample's slot on the trained time base.

@@ -30,7 +30,7 @@ Encode = Callable[[np.ndarray], np.ndarray]
 class Sweep:
     """Accuracies of one classifier on one set of codes, by noise ratio and repeat.
 
-    Parameters
+    Attributes
     ----------
     ratios : np.ndarray
         Noise ratios (ratio,).

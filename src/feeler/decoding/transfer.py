@@ -232,7 +232,7 @@ def _check_tensors(X: np.ndarray) -> np.ndarray:
 class TransferScore:
     """How well recordings were read; every share comes with its 95 % Wilson interval.
 
-    Parameters
+    Attributes
     ----------
     correct : dict[str, int]
         Right answers: ``all`` parts of a label together, each part by itself, and ``top2``.

@@ -16,7 +16,7 @@ from feeler.errors import InvalidInput
 class Verdict:
     """One claim of an order, first to last, on one measure.
 
-    Parameters
+    Attributes
     ----------
     means : tuple[tuple[str, float], ...]
         Groups with their means, in the claimed order.

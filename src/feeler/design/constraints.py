@@ -17,7 +17,7 @@ Positive = Annotated[float, Gt(0)]
 class Constraints(Record):
     """What a design must keep; all are off by default.
 
-    Parameters
+    Attributes
     ----------
     damping_ratio : Positive | None
         Least damping ratio of each of the first ``modes`` modes.

@@ -30,7 +30,7 @@ JOURNAL, FINALS = "journal.jsonl", "finals.json"
 class DesignOutcome:
     """What a plan came to.
 
-    Parameters
+    Attributes
     ----------
     ends : tuple[Optimum, ...]
         Where each start ended, the best on the test draws first.

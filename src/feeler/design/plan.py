@@ -72,7 +72,7 @@ seed = 0
 class DesignPlan(Record):
     """What a design file holds.
 
-    Parameters
+    Attributes
     ----------
     search : dict[str, Any]
         Method, evaluations, starts, far, seed: as for :func:`feeler.design.optimise`.

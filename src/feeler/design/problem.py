@@ -28,7 +28,7 @@ CLEAR = (
 class Candidate:
     """A point that was looked at; ``cost``: its missing bits, or ≥ ``FAR`` if it must not win.
 
-    Parameters
+    Attributes
     ----------
     fate : str
         ``simulated``, ``excluded`` (a constraint), ``diverged`` or ``peak`` (an angle over the
@@ -48,7 +48,7 @@ class Candidate:
 class DesignProblem:
     """Missing bits of designs on the optimiser's draws; counted, and kept in the ``journal``.
 
-    Parameters
+    Attributes
     ----------
     options : dict[str, Any]
         Workers or executor, as for :func:`feeler.touch`.

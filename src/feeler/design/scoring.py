@@ -50,7 +50,7 @@ NOISE_SEED = 0
 class Score:
     """How well touches never met are told apart, means over the speeds.
 
-    Parameters
+    Attributes
     ----------
     bits : float
         Lower bound on the mutual information of class and tensor [bit], at most log₂ K; below 0

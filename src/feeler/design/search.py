@@ -25,7 +25,7 @@ TRIES = 600  # [C] antennas looked at (not simulated) to find one that keeps all
 class Optimum:
     """Where one search ended.
 
-    Parameters
+    Attributes
     ----------
     history : tuple[tuple[int, float], ...]
         Evaluations, and the fewest missing bits until then.

@@ -30,7 +30,7 @@ class Space(Record):
     give the exponential family (of an exponential reference), as many as hinges free each hinge.
     All entries of x are 0 at the reference; ±1 is each bound.
 
-    Parameters
+    Attributes
     ----------
     stiffness : int
         Knots.

@@ -12,7 +12,7 @@ from feeler.task.task import Task
 class DesignTask(Task):
     """A :class:`feeler.task.Task`, and how many touches of each class are learned from and asked.
 
-    Parameters
+    Attributes
     ----------
     train : int
         Touches of each class that the decoder learns from.

@@ -15,7 +15,7 @@ from feeler.tensors.labels import label_like
 class Closest:
     """Each tensor's closest match among the others; labelled where the tensors were.
 
-    Parameters
+    Attributes
     ----------
     trial : Any
         Position of the match (trial,).

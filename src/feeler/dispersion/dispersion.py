@@ -18,7 +18,7 @@ from feeler.errors import InvalidInput
 class Dispersion:
     """The indices of each group: closest match per tensor, group average, interval.
 
-    Parameters
+    Attributes
     ----------
     groups : tuple[Hashable, ...]
         Group names, in order of appearance.

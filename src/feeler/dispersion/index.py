@@ -23,7 +23,7 @@ Block = Callable[[slice, slice], np.ndarray]
 class Index:
     """One way to say how alike two tensors are.
 
-    Parameters
+    Attributes
     ----------
     label : str
         What figures and tables call it.

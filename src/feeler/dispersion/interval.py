@@ -15,7 +15,7 @@ _LEVEL = 0.95
 class Interval:
     """An estimate with its bootstrap percentile interval.
 
-    Parameters
+    Attributes
     ----------
     effect : float
         Of a difference: Cohen's d_z, the mean of the paired differences over their sd.

@@ -26,7 +26,7 @@ from feeler.execute.threads import ThreadExecutor, hold_blas
 class Settings:
     """How to factorise.
 
-    Parameters
+    Attributes
     ----------
     n_lags : int
         Samples that a basis lasts.
@@ -55,7 +55,7 @@ class Settings:
 class Factors:
     """What a factorisation found.
 
-    Parameters
+    Attributes
     ----------
     components : np.ndarray
         (component, sensor, lag)

@@ -14,7 +14,7 @@ from feeler.errors import InvalidInput
 class LocationMapping:
     """How contact location and dominant component hang together, against shuffled locations.
 
-    Parameters
+    Attributes
     ----------
     information : float
         Mutual information between the dominant component and the location [bit].

@@ -30,7 +30,7 @@ LEVER_LEGS = 36  # straight pieces that stand for the lever's quarter circle
 class Impulse:
     """One impulse test, time 0 at first contact.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (sample,) [ms].

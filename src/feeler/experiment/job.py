@@ -42,7 +42,7 @@ Reading = Mapping[str, np.ndarray]
 class Share:
     """Some trials of a set, for one worker.
 
-    Parameters
+    Attributes
     ----------
     store : Path | None
         The store to which the worker adds them as a group of its own; None: they go back to the
@@ -59,7 +59,7 @@ class Share:
 class ShareResult:
     """What became of a share.
 
-    Parameters
+    Attributes
     ----------
     stored : StoredGroup | None
         What the worker has written in place of the readings.
@@ -74,7 +74,7 @@ class ShareResult:
 class Job:
     """How trials become what is kept of them; the same for all of a set.
 
-    Parameters
+    Attributes
     ----------
     variants : SampledAntennas | None
         What takes the antenna's place, trial by trial.

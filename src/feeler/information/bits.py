@@ -35,7 +35,7 @@ _SPAN = (1e-6, 1e6)  # of the greatest distance between tensors: where the noise
 class Information:
     """What an ideal observer learns from one noisy tensor.
 
-    Parameters
+    Attributes
     ----------
     bits : float
         Mutual information with the touch [bit], at most log₂ K.

@@ -18,7 +18,7 @@ from feeler.stimulus.trial import Trial
 class Parameter:
     """One continuous property of a touch.
 
-    Parameters
+    Attributes
     ----------
     step : float
         Default step of the difference, in ``unit``; it is halved once as a check.

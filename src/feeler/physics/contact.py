@@ -50,7 +50,7 @@ DEEP = 0.5  # [C] how deep contacts may sink in, over the smaller radius
 class Softness(NamedTuple):
     """What :class:`Contact` comes to on each segment of an antenna (segment,).
 
-    Parameters
+    Attributes
     ----------
     width : np.ndarray
         At rest [mm].
@@ -84,7 +84,7 @@ class Contact:
     With ``share`` and ``crossing``, width and d_max follow from the antenna and from how fast it is
     touched, as this module derives; those of ``solimp`` are then the least.
 
-    Parameters
+    Attributes
     ----------
     solref : tuple[float, float]
         Time constant [ms], damping ratio.

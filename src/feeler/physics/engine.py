@@ -18,7 +18,7 @@ class Engine:
     """A simulator: ``make(scenes, timestep)`` puts up to ``lanes`` scenes of one segment count into
     a Stepper.
 
-    Parameters
+    Attributes
     ----------
     timestep : float
         What it takes where nothing else is said [ms], see docs/convergence.md [C].

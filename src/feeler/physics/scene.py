@@ -33,7 +33,7 @@ class Scene:
     The antenna's angle and velocity start at ``angle`` [rad] (default: at rest) and ``velocity``
     [rad/ms]. Segment n points along (sin φ, cos φ), φ = heading of the base + Σ angles up to n.
 
-    Parameters
+    Attributes
     ----------
     paths : tuple[Path | None, ...]
         For each object that has one, what it does instead of going on with its velocity.
@@ -134,7 +134,7 @@ class Scene:
 class Motion:
     """What an engine gives back, sampled; forces are those of the step that led to the sample.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (sample,) [ms].

@@ -22,7 +22,7 @@ from feeler.stimulus.trial import Trial
 class Work:
     """Work done on the antenna since time 0 [µJ].
 
-    Parameters
+    Attributes
     ----------
     objects : np.ndarray
         (object,)

@@ -15,7 +15,7 @@ from feeler.physics.scene import Scene
 class State:
     """Where every lane is now; forces are those of the step that led there.
 
-    Parameters
+    Attributes
     ----------
     angle : np.ndarray
         Hinge angles (lane, segment) [rad].
@@ -62,7 +62,7 @@ class State:
 class Contacts:
     """The contacts of one lane's last step, (contact, …).
 
-    Parameters
+    Attributes
     ----------
     object : np.ndarray
         Number of the object.
@@ -139,7 +139,7 @@ class Stepper(Protocol):
     """Scenes in lanes. Commands hold from the next step on; a lane's numbers never depend on its
     neighbours.
 
-    Parameters
+    Attributes
     ----------
     advice : str
         What helps where a simulation diverges.

@@ -14,7 +14,7 @@ from feeler.wall import Approach, DistanceMap, WallTouch, find_peak, find_sweep_
 class Shapes:
     """Antennae beside walls, one per distance, farthest first.
 
-    Parameters
+    Attributes
     ----------
     points : np.ndarray
         (step, node, 2) [mm]

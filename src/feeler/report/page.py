@@ -25,7 +25,7 @@ MIME = {".png": "image/png", ".jpg": "image/jpeg", ".mp4": "video/mp4"}
 class Part:
     """A part of a page that a template has filled, beside those that sections are.
 
-    Parameters
+    Attributes
     ----------
     name : str
         Where links lead to.

@@ -20,7 +20,7 @@ MARKER = "section.json"
 class Section:
     """What one stage leaves behind; ``values`` are the numbers that claims are held against.
 
-    Parameters
+    Attributes
     ----------
     vector : bool
         Whether figures are also kept as pages of a PDF.

@@ -15,7 +15,7 @@ class DampedCosine:
 
     t runs from the first sample.
 
-    Parameters
+    Attributes
     ----------
     frequency : float
         Damped frequency f [kHz].

@@ -18,7 +18,7 @@ PEAK_FLOOR = 1e-3
 class FreeResponse:
     """What was measured on one free response; None where it has no such quantity.
 
-    Parameters
+    Attributes
     ----------
     overdamped : bool
         The response creeps back without crossing its rest position: it has no damped frequency.

@@ -15,7 +15,7 @@ from feeler.robot.touches import Label
 class Answer:
     """The best label, the runner-up, and how they compare with the notes.
 
-    Parameters
+    Attributes
     ----------
     probability : float
         Of ``label``; NaN without contact.

@@ -57,7 +57,7 @@ class _Links(Record):
 class _Factors(Record):
     """Table ``[factors]``: stiffness and damping of a hinge over its theoretical stiffness k_th.
 
-    Parameters
+    Attributes
     ----------
     stiffness : float
         p1 [1]: k = p1·k_th.
@@ -79,7 +79,7 @@ class _Sensors(Record):
 class RobotFile(Record):
     """What a robot file holds.
 
-    Parameters
+    Attributes
     ----------
     folder : Path
         Where the file lies.

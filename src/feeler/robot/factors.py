@@ -28,7 +28,7 @@ _MIN_RINGING = 0.02  # rad; sum of hinge angles below which there is nothing to 
 class Ringing:
     """A free response in two numbers.
 
-    Parameters
+    Attributes
     ----------
     frequency : float
         Damped natural frequency [kHz].
@@ -47,7 +47,7 @@ class Ringing:
 class RobotFit:
     """The factors that make the model ring as the recording does.
 
-    Parameters
+    Attributes
     ----------
     stiffness_factor : float
         p1 [1].

@@ -23,7 +23,7 @@ class Gap(Record):
     ``Gap()`` is one reality gap; ``Gap().scaled(2)`` doubles every entry and ``Gap().scaled(0)``
     removes them all.
 
-    Parameters
+    Attributes
     ----------
     stiffness : float
         sd of the stiffness of all hinges together, as a share.

@@ -50,7 +50,7 @@ FACTS: dict[str, Fact] = {
 class Flexures(Record):
     """Flexure hinges as geometry; each field is one number or one per hinge, base to tip.
 
-    Parameters
+    Attributes
     ----------
     width : np.ndarray
         Width across the antenna [mm].

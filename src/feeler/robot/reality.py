@@ -42,7 +42,7 @@ _N_TEMPER = 2  # [C] surrogate robots on which probabilities are tempered
 class Touches:
     """Aligned touches (trial, sensor, time) with their labels and recordings.
 
-    Parameters
+    Attributes
     ----------
     values : np.ndarray
         Tensors (trial, sensor, time) [rad]; NaN in trials without contact.

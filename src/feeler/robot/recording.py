@@ -25,7 +25,7 @@ _LABELS = ("feature", "size", "location", "speed")
 class Recording(Record):
     """Channels over time exactly as recorded: gaps are NaN, times are as written.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (sample,) [ms].

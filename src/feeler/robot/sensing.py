@@ -22,7 +22,7 @@ _BENCH_INTERVAL = 500.0  # [C] ms between readings
 class Sensing:
     """Eight capacitive channels with their faults; arrays are (hinge,).
 
-    Parameters
+    Attributes
     ----------
     base : np.ndarray
         Capacitance of the straight hinge [pF].

@@ -26,7 +26,7 @@ _MaybePerHinge = Annotated[np.ndarray, "hinge", ALLOW_NAN]
 class SensorCalibration(Record):
     """Lines angle = slope · capacitance + offset, one per hinge, and how far to trust them.
 
-    Parameters
+    Attributes
     ----------
     slope : _PerHinge
         (hinge,) [rad per unit].

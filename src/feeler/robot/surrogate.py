@@ -30,7 +30,7 @@ _RESTING = 0.75 * LEAD  # ms before contact whose mean is taken as the resting a
 class Surrogate:
     """One surrogate robot: its mechanics, its channels and its own calibration.
 
-    Parameters
+    Attributes
     ----------
     antenna : Antenna
         With the compliant mount as segment 1 where the gap has play; its sensors are the eight

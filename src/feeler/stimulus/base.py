@@ -21,7 +21,7 @@ class BaseMotion(Record):
     spline through the samples (twice continuously differentiable, not-a-knot ends), so that forces
     have no jumps.
 
-    Parameters
+    Attributes
     ----------
     velocity : tuple[float, float]
         [mm/ms]

@@ -43,7 +43,7 @@ class Feature(Record, ABC):
     larger on every side and the corners round. It does not move the foremost point, which stays at
     0: the parts are set back by it.
 
-    Parameters
+    Attributes
     ----------
     name : str
         The label that its touches carry; default: the shape's word.

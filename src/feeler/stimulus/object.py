@@ -27,7 +27,7 @@ class Object(Record):
 
     Plain data, as ``to_plain`` gives it, makes the same object: ``Object(**plain)``.
 
-    Parameters
+    Attributes
     ----------
     feature : Feature
         What it is.

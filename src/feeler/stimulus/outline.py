@@ -16,7 +16,7 @@ MAX_CORNERS = 1000  # [C]
 class Outline(Feature):
     """Any simple polygon, grown by ``rounding``; without a name it is called after its corners.
 
-    Parameters
+    Attributes
     ----------
     vertices : np.ndarray
         Corners (corner, 2) [mm] in a frame whose first axis points the way it moves; kept

@@ -21,7 +21,7 @@ ROOM = 1e-12
 class Placement:
     """Where a feature stands at time 0 and how it moves.
 
-    Parameters
+    Attributes
     ----------
     origin : np.ndarray
         The frame's origin (2,) [mm].

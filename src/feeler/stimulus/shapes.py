@@ -8,7 +8,7 @@ from feeler.stimulus.feature import Feature
 class Ball(Feature):
     """A ball (in the plane: a disc): a point grown by its radius.
 
-    Parameters
+    Attributes
     ----------
     radius : float
         Radius [mm], > 0.
@@ -31,7 +31,7 @@ class Ball(Feature):
 class Box(Feature):
     """A box whose face leads; its outer half-width is ``half_width + rounding``.
 
-    Parameters
+    Attributes
     ----------
     half_width : float
         Half the core's extent across the motion [mm], > 0.
@@ -56,7 +56,7 @@ class Box(Feature):
 class Triangle(Feature):
     """A triangle whose vertex leads; its outer half-width is ``half_width + rounding``.
 
-    Parameters
+    Attributes
     ----------
     half_width : float
         Half the core's base, across the motion [mm], > 0.

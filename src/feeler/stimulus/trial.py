@@ -23,7 +23,7 @@ class Trial(Record):
     base moves, the antenna is taken to be carried unbent until then. Plain data, as ``to_plain``
     gives it, makes the same trial: ``Trial(**plain)``.
 
-    Parameters
+    Attributes
     ----------
     feature : Feature
         What touches: Ball, Box, Triangle, Outline, Wall, or any shape that was registered.

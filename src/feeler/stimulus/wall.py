@@ -23,7 +23,7 @@ class Wall(Feature):
     and second coordinate *place*, straight lines between the places; it ends with the profile.
     Parts: one for each stretch between two valleys.
 
-    Parameters
+    Attributes
     ----------
     profile : np.ndarray | None
         Pairs (place along the wall [mm], height towards the antenna [mm]), or two arrays of three

@@ -22,7 +22,7 @@ class Scale:
     """How much is computed. The defaults are paper scale; below it everything that is changed is
     said.
 
-    Parameters
+    Attributes
     ----------
     vector : bool
         Whether figures are also drawn as PDF, which takes a tenth of a quick run.

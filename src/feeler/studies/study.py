@@ -35,7 +35,7 @@ class Study(Record):
 
     A change of a field that is its task's is made there: ``study.replace(speeds=(0.3,))``.
 
-    Parameters
+    Attributes
     ----------
     task : Task
         Objects, places, speeds and nuisances; the seeds of the purposes ``train`` and ``test``.

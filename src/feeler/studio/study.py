@@ -60,7 +60,7 @@ class Stopped(Exception):
 class AntennaStudy:
     """What one antenna's touches at one speed have taught.
 
-    Parameters
+    Attributes
     ----------
     labels : tuple[Label, ...]
         Kind, size [mm] and location of each touch.

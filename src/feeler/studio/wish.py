@@ -37,7 +37,7 @@ Place = Annotated[float, Ge(-1e4), Le(1e4), Unit("mm")]
 class AntennaWish(Record):
     """A preset or an antenna file, and what was changed of it.
 
-    Parameters
+    Attributes
     ----------
     preset : str
         Name of a preset; what is not changed is the preset's own, to the last bit.
@@ -130,7 +130,7 @@ def compute_compliance(stiffness: np.ndarray) -> float:
 class ObjectWish(Record):
     """One more object, which stands somewhere or moves by itself.
 
-    Parameters
+    Attributes
     ----------
     kind, size, friction
         Shape, radius or half-width [mm], and coefficient of friction.
@@ -167,7 +167,7 @@ class ObjectWish(Record):
 class TouchWish(Record):
     """One touch of an antenna: a trial, and objects beside it.
 
-    Parameters
+    Attributes
     ----------
     antenna : AntennaWish
         What is touched.

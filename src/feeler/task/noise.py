@@ -25,7 +25,7 @@ class Noise(Record, kw_only=False):
 
     Its text form is ``"name:size"``, such as ``"relative:0.1"``; see :func:`parse_noise`.
 
-    Parameters
+    Attributes
     ----------
     size : float
         How much, in the unit of the model; 0.1 is 10 % where it is a share.
@@ -130,7 +130,7 @@ NOISES: Registry[type[Noise]] = Registry("noise model")
 class Relative(Noise, kw_only=False):
     """sd = size × the greatest magnitude of each tensor, or of each vector in it (the paper's).
 
-    Parameters
+    Attributes
     ----------
     each : Literal[vector, tensor]
         What has a greatest magnitude of its own: each ``tensor``, or each ``vector`` h_i(t).
@@ -153,7 +153,7 @@ class Relative(Noise, kw_only=False):
 class Common(Noise, kw_only=False):
     """sd = size × ``reference``: the same everywhere, as of a sensor with a fixed noise floor.
 
-    Parameters
+    Attributes
     ----------
     size : float
         In the unit of the tensors [rad], or of the reference.

@@ -47,7 +47,7 @@ class Nuisances(Record):
     whatever is nominal: a range (low, high), a list of three or more choices, a
     :class:`feeler.LogRange` or a distribution of scipy.stats. The defaults are choices [C].
 
-    Parameters
+    Attributes
     ----------
     location : Spread
         ± fraction of the antenna's length.

@@ -26,7 +26,7 @@ SETS = 1 << 64  # what a set's number is multiplied by in a seed
 class Task(Record):
     """Classes (object × place) to be told apart at each speed, each touch drawn within nuisances.
 
-    Parameters
+    Attributes
     ----------
     objects : Any
         What touches: bounded features, or text such as ``"ball:radius=2"``.

@@ -27,7 +27,7 @@ START = 512  # bytes by which a file is recognised
 class Format:
     """One kind of file.
 
-    Parameters
+    Attributes
     ----------
     words : str
         What ``feeler info`` calls it.

@@ -22,7 +22,7 @@ class StoredGroup:
     """A group whose shards are on disk; its trials are finished when the store has written its
     record.
 
-    Parameters
+    Attributes
     ----------
     n_bytes : int
         What its shards take on disk.

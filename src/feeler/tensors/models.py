@@ -24,7 +24,7 @@ FORMAT = "feeler.model/1"
 class Model:
     """The content of a model file.
 
-    Parameters
+    Attributes
     ----------
     kind : str
         The class, for example ``ConvolutiveNMF``.

@@ -21,7 +21,7 @@ PATH = ("trial", "time", "axis")
 class Quantity:
     """One variable or coordinate of a Dataset.
 
-    Parameters
+    Attributes
     ----------
     unit : str
         As the library pint reads it; "1" for a number without unit, empty for text.

@@ -33,7 +33,7 @@ _Kind = TypeVar("_Kind", bound=Record)
 class Layout(Record):
     """The variables of a store, made from its first trials.
 
-    Parameters
+    Attributes
     ----------
     variables : dict[str, Variable]
         Those over (trial, …).
@@ -59,7 +59,7 @@ class Layout(Record):
 class Label(Record):
     """What a store says of itself.
 
-    Parameters
+    Attributes
     ----------
     group : int
         Trials in one group.
@@ -75,7 +75,7 @@ class GroupRecord(Record):
     """One group: its finished trials, their labels, and the digests that each of its shards may
     have.
 
-    Parameters
+    Attributes
     ----------
     shards : dict[str, list[str]]
         While a shard is being replaced, the old and the new one: the trials named here are in both.

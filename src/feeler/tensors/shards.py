@@ -29,7 +29,7 @@ LEVEL = 1  # [C] of zstd: higher ones take 3 times the time for 1 % less
 class Variable(Record):
     """What all trials of one variable share.
 
-    Parameters
+    Attributes
     ----------
     shape : tuple[int, ...]
         Without the trials.

@@ -19,7 +19,7 @@ ANTENNA_LENGTH = 42.0  # [D] mm
 class Exploration:
     """Average maximum angular speeds of several trials.
 
-    Parameters
+    Attributes
     ----------
     mean_peak : np.ndarray
         (trial, side) [rad/ms]; NaN where a side made no sweep.

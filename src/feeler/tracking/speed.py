@@ -24,7 +24,7 @@ MIN_PROMINENCE = (
 class Sweeps:
     """Angular motion of one antenna: arrays (frame,) and the peaks of the absolute speed.
 
-    Parameters
+    Attributes
     ----------
     angle : np.ndarray
         Filtered angle [rad].

@@ -27,7 +27,7 @@ PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 class Found:
     """The content of a tracker's file.
 
-    Parameters
+    Attributes
     ----------
     position : np.ndarray
         (frame, landmark, axis), as in the file.

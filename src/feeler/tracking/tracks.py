@@ -23,7 +23,7 @@ MAX_FRAME_RATE = 1e6  # frames per second; above it the number is no frame rate 
 class Tracks(Record):
     """Landmark positions, y upwards, first pixel at 0.
 
-    Parameters
+    Attributes
     ----------
     position : np.ndarray
         (frame, landmark, axis) [px, or mm after ``scaled``]; NaN where a landmark was not seen.

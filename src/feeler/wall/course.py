@@ -27,7 +27,7 @@ _ROUND = 150.0  # degrees; blocks that turn by more in all are divided, so that 
 class Faces(Feature):
     """A wall's faces along a line of corners with blocks behind them, on the right of the line.
 
-    Parameters
+    Attributes
     ----------
     corners : np.ndarray
         (corner, 2) [mm] seen from above: the body looks along +y, so that the frame's first axis is
@@ -72,7 +72,7 @@ def _measure_turns(along: np.ndarray) -> np.ndarray:
 class Course(Record):
     """A wall that starts along +y and turns; the free side is on the left of its direction.
 
-    Parameters
+    Attributes
     ----------
     lengths : tuple[Annotated[float, Gt(10), Unit(mm)], ...]
         Length of each face [mm], > 10.

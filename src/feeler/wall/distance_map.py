@@ -19,7 +19,7 @@ _FEWEST = 3  # a line through two points always fits
 class DistanceMap:
     """A straight line distance = ``slope`` · position + ``intercept`` and how well it does.
 
-    Parameters
+    Attributes
     ----------
     distance : np.ndarray
         Distances (step,) [mm], farthest first.

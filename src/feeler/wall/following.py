@@ -48,7 +48,7 @@ class Controller(Record):
     from a natural frequency and a damping ratio at any speed v (Cowan, Lee & Full 2006, J Exp Biol
     209:1617, but with a delay).
 
-    Parameters
+    Attributes
     ----------
     target : float
         Distance to keep, from the antenna's base [mm], > 0 [C].
@@ -98,7 +98,7 @@ class Controller(Record):
 class Run:
     """One run along a course.
 
-    Parameters
+    Attributes
     ----------
     time : np.ndarray
         (sample,) [ms]

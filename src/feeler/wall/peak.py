@@ -21,7 +21,7 @@ _FAINTEST = 1e-6  # 1/mm; a shape bent less than this everywhere has no peak
 class Peak:
     """The point of greatest curvature of each shape; NaN where a shape is not bent.
 
-    Parameters
+    Attributes
     ----------
     position : np.ndarray
         Arc length (shape,) from the base [mm].

@@ -18,7 +18,7 @@ class Posture(Record):
     distance (right side) or x = −distance (left). The defaults were fixed before any R² was
     computed; docs/guide/wall.md gives the reasons.
 
-    Parameters
+    Attributes
     ----------
     inter_antennal_angle : float
         [P] about 30 degrees, in (0, 90].

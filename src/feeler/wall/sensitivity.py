@@ -48,7 +48,7 @@ SETUP_CHOICES = (
 class Case:
     """One set-up of one antenna: the choices, how the sweep went and the map.
 
-    Parameters
+    Attributes
     ----------
     n_contact : int
         Distances in contact.

@@ -31,7 +31,7 @@ _CLEARANCE = 0.05
 class WallTouch:
     """Simulated motions of antennae beside a moving wall; all share one clock.
 
-    Parameters
+    Attributes
     ----------
     antenna : Antenna
         The antenna with its slack shape.

@@ -28,7 +28,7 @@ _ROTATION_STEPS = 60  # from backward to the base angle, prebend "rotation"
 class Approach:
     """Equilibria of one antenna at several distances, farthest first.
 
-    Parameters
+    Attributes
     ----------
     antenna : Antenna
         The antenna with its slack shape (mirrored on the left side).

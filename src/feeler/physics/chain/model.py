@@ -26,7 +26,7 @@ class ChainModel:
     ``place`` (object, field), and the convex ``parts`` of all objects, object after object,
     ``owner`` (object + 1,) being the first part of each.
 
-    Parameters
+    Attributes
     ----------
     bounds : np.ndarray
         (part, 4): bounding boxes, rounding included.

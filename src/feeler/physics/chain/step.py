@@ -19,7 +19,7 @@ class Tables(NamedTuple):
     """All that the compiled step reads and writes; each array's last axis is the lane unless said
     otherwise.
 
-    Parameters
+    Attributes
     ----------
     segments : np.ndarray
         Constants as the sweeps read them: without lanes, (field, segment), where all lanes hold one

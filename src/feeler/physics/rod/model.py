@@ -22,7 +22,7 @@ FAR = 1e4  # mm; half length of a face without end
 class _RodModel(NamedTuple):
     """What stays as it is.
 
-    Parameters
+    Attributes
     ----------
     table : np.ndarray
         (segment, column)
@@ -44,7 +44,7 @@ class _RodModel(NamedTuple):
 class RodLane(NamedTuple):
     """What moves.
 
-    Parameters
+    Attributes
     ----------
     heading : np.ndarray
         Of every segment (segment,) [rad].

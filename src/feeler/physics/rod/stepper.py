@@ -21,7 +21,7 @@ BALANCED = 1e-6  # rad; greatest out-of-balance torque over hinge stiffness at r
 class Rest(NamedTuple):
     """How a relaxation ended.
 
-    Parameters
+    Attributes
     ----------
     imbalance : float
         Greatest out-of-balance torque over the hinge's stiffness [rad]; infinite where it got

@@ -28,7 +28,7 @@ COMPARED_CODES = ("sparse", "raw")
 class Comparison:
     """What the page shows.
 
-    Parameters
+    Attributes
     ----------
     dispersion : dict[str, Dispersion]
         By kind of code: sparse activations and tensors.

@@ -31,7 +31,7 @@ _FIELDS = ("accuracy", "hits", "work")
 class Contest(Record):
     """What is compared, and how much of it; :func:`load_contest` reads what was declared.
 
-    Parameters
+    Attributes
     ----------
     sets : int
         How often all touches are drawn anew.

@@ -31,7 +31,7 @@ class Claim(Record):
     the ``target``, ``share`` (the key is the share of a declared family of set-ups in which the
     statement holds), or ``none`` (``why`` says why it is not comparable).
 
-    Parameters
+    Attributes
     ----------
     figure : str
         The figure that it speaks of, and beside which it stands; empty: it stands at the end of its

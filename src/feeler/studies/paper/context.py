@@ -31,7 +31,7 @@ THROUGH = {
 class Context:
     """The one dial and everything it does not turn.
 
-    Parameters
+    Attributes
     ----------
     timestep : float
         [ms]; default: the engine's own.

@@ -32,7 +32,7 @@ FOUND = (
 class Family:
     """R² of every profile in every set-up of the declared family.
 
-    Parameters
+    Attributes
     ----------
     names : tuple[str, ...]
         Profiles compared, in the order claimed.

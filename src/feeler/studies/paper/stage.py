@@ -26,7 +26,7 @@ class Stage:
     Their modules are imported where the stage runs, so that who only hands out stages starts in no
     time.
 
-    Parameters
+    Attributes
     ----------
     figures : tuple[str, ...]
         Modules of ``feeler.studies.paper``, one for each figure.

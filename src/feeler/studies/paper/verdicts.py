@@ -35,7 +35,7 @@ Spread = tuple[float, float, float]
 class Judged:
     """A claim with our numbers, the verdict, and a word why.
 
-    Parameters
+    Attributes
     ----------
     readings : tuple[Judged, ...]
         The verdict under each of the claim's definitions, in their order.
