@@ -59,10 +59,13 @@ def render_page(
 
     Parameters
     ----------
-    lead : the paragraph below the title and the ``opening``.
-    opening : what fills the first screen (Markup; a plain string is escaped).
-    beside : what stands beside the figure of a name, or at the end of a section (``section-`` and
-    its name).
+    lead
+        The paragraph below the title and the ``opening``.
+    opening
+        What fills the first screen (Markup; a plain string is escaped).
+    beside
+        What stands beside the figure of a name, or at the end of a section (``section-`` and its
+        name).
     """
     shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
     css, script = (

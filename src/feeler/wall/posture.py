@@ -34,7 +34,8 @@ class Posture(Record):
         Share of the length that the slack hook takes, in (0, 1], of constant curvature; the rest is
         straight [C].
     tip_heading : float
-        Heading of the slack tip [degrees], 180 is straight backward, in (90, 180] [C].
+        Heading of the slack tip [degrees], above 90; 180 is straight backward, and the most. A
+        choice [C].
     fold_radius : float
         Radius [mm] of the fold in which a ``placed`` antenna is laid, > 0 [C].
     friction : float
