@@ -1,5 +1,9 @@
 """Errors of feeler: each says what is wrong, what was got, what would be right and what to do."""
 
+import re
+import sys
+import warnings
+
 
 class FeelerError(Exception):
     """Base of every error that feeler raises on purpose; the command line turns it into one line
@@ -59,3 +63,23 @@ class StoreError(FeelerError, OSError):
 
 class MissingExtra(FeelerError, ImportError):
     """An optional dependency is not installed; the message holds the install command."""
+
+
+def say_warnings() -> None:
+    """From now on print each kind of warning of feeler once, as one sentence without file and line.
+
+    Two warnings are of one kind if they differ in their numbers alone. Those of other packages
+    stay as they are.
+    """
+    show, said = warnings.showwarning, set()
+
+    def say(message, category, filename, lineno, file=None, line=None) -> None:
+        if not issubclass(category, Inaccurate | Doubtful):
+            show(message, category, filename, lineno, file, line)
+            return
+        kind = re.sub(r"[\d.]+", "", str(message))
+        if kind not in said:
+            print(f"feeler: warning: {message}", file=file or sys.stderr)
+        said.add(kind)
+
+    warnings.showwarning = say

@@ -2,13 +2,14 @@
 
 import os
 import sys
+import warnings
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from feeler.errors import FeelerError
+from feeler.errors import FeelerError, say_warnings
 
 VERBS = (
     "reproduce",
@@ -76,7 +77,9 @@ def _options(
 def main() -> None:
     """Entry point of the ``feeler`` command."""
     try:
-        _run()
+        with warnings.catch_warnings():
+            say_warnings()
+            _run()
     except SystemExit as end:
         if end.code == INTERRUPTED:
             _leave()

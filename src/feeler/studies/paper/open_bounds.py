@@ -178,7 +178,7 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
             ax.plot(
                 sizes,
                 [data["bounds"][shape, kind, s][k] for s in sizes],
-                "k--",
+                "kx--",
                 label="Cramér–Rao bound",
             )
             ax.set(

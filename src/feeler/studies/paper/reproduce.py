@@ -2,9 +2,11 @@
 answer.
 """
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from feeler.errors import say_warnings
 from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.section import Section
@@ -149,7 +151,9 @@ def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iter
 
 
 def _run_task(task: tuple[Stage, Context]) -> Section:
-    return run_stage(*task)
+    with warnings.catch_warnings():
+        say_warnings()
+        return run_stage(*task)
 
 
 def _says_nothing(stage: Stage, context: Context) -> bool:
