@@ -1,6 +1,6 @@
 # feeler: `make reproduce` runs the paper, `make test` the tests. Each sets up .venv by itself; a second call reuses it.
 PYTHON ?= python3
-SCALE ?= quick
+SCALE ?= published
 ROOM ?= planted
 MINUTES ?= 10
 NUMBER ?= 60
@@ -37,7 +37,7 @@ $(BIN)/.docs: $(BIN)/.core
 	@$(PIP) -e '.[docs,active,design]'
 	@touch $@
 
-reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=smoke|quick|paper)
+reproduce: $(BIN)/.core $(if $(filter paper,$(SCALE)),$(BIN)/.cnn)  ## the whole paper: out/report.html (SCALE=quick|published|paper)
 	@$(BIN)/feeler reproduce --scale $(SCALE)
 
 test: $(BIN)/.test  ## the default tests

@@ -26,8 +26,12 @@ _EXAMPLES = """Examples:
 
 def reproduce(
     scale: Annotated[
-        str, typer.Option(help="smoke (seconds; no PDF), quick (a minute) or paper (as published)")
-    ] = "quick",
+        str,
+        typer.Option(
+            help="published (every figure of the paper at its sample sizes), quick (a look),"
+            " smoke (a test) or paper (also the network and the questions beyond the paper)"
+        ),
+    ] = "published",
     out: Annotated[
         Path, typer.Option(help="folder for the report, the figures and the cache")
     ] = Path("out"),
@@ -106,10 +110,16 @@ def _make_reporter(log_json: bool, total: int, start: float):
             }
             print(json.dumps(event), file=sys.stderr, flush=True)
             return
-        word = "..." if section is None else "from the cache" if section.cached else f"{seconds} s"
+        word = "..." if section is None else _say_whence(section)
         typer.echo(f"[{done}/{total}] {time.perf_counter() - start:6.1f} s  {title}  {word}")
 
     return report
+
+
+def _say_whence(section) -> str:
+    if section.kept:
+        return "kept, see the report"
+    return "from the cache" if section.cached else f"{section.seconds:.1f} s"
 
 
 def _make_bars(log_json: bool):

@@ -1,7 +1,7 @@
 """All accuracy curves of one comparison, with their null and their baseline."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,9 @@ from feeler.dispersion.index import check_tensors
 from feeler.task.noise import NOISES, Common
 from feeler.tensors.labels import label_like
 from feeler.tensors.scaling import rectify
+
+PUBLISHED = ("relative",)
+"""The paper's own noise; it reads activations (``joint``) and tensors (``raw``)."""
 
 
 class Curve(NamedTuple):
@@ -144,13 +147,32 @@ def compute_curves(
         kind: max(np.abs(group.codes[kind]).max() for group in groups.values()) for kind in kinds
     }
 
-    def sweep(codes: Mapping[str, np.ndarray], labels: np.ndarray, kind: str) -> dict[Curve, Sweep]:
-        return _sweep_kind(codes, labels, kind, noises, peaks[kind], plan, random_state, fixed)
+    fewer = replace(plan, n_repeats=plan.control_repeats or plan.n_repeats)
+
+    def sweep(
+        codes: Mapping[str, np.ndarray], labels: np.ndarray, kind: str, main: Sequence[str]
+    ) -> dict[Curve, Sweep]:
+        """Those noises with all repeats that are ``main``, the others with those of controls."""
+        return {
+            curve: found
+            for model in noises
+            for curve, found in _sweep_kind(
+                codes,
+                labels,
+                kind,
+                (model,),
+                peaks[kind],
+                plan if model in main else fewer,
+                random_state,
+                fixed,
+            ).items()
+        }
 
     sweeps: dict[Curve, Sweep] = {}
     for name, group in groups.items():
         for kind in kinds:
-            sweeps |= sweep({name: group.codes[kind]}, group.labels, kind)
+            main = PUBLISHED if kind in ("joint", "raw") else ()
+            sweeps |= sweep({name: group.codes[kind]}, group.labels, kind, main)
         report(f"{name}: {len(kinds)} codes")
     # noise on tensors is no known noise of their codes
     if plan.before_repeats and not told:
@@ -168,7 +190,7 @@ def compute_curves(
         codes = {name: fit.codes for name, fit in fits.items()}
         if kind != "joint":
             codes = {reference: _repeat_code(groups[reference], kind)}
-        nulls |= sweep(codes, groups[reference].labels, kind)
+        nulls |= sweep(codes, groups[reference].labels, kind, ())
     peak = float(max(group.tensors.max() for group in groups.values()))
     baselines = {
         name: compute_baseline(group, plan, peak, random_state) for name, group in groups.items()

@@ -13,6 +13,9 @@ class Plan:
         Noise ratios of the main curves.
     n_repeats : int
         Repeats of the main curves; the paper's is ten [P].
+    control_repeats : int | None
+        Repeats of the curves beside them: other noises and codes than the paper's, and nulls. None:
+        as many.
     n_copies : int
         Noisy copies per trial [C].
     other_copies : tuple[int, ...]
@@ -37,6 +40,7 @@ class Plan:
 
     ratios: tuple[float, ...]
     n_repeats: int
+    control_repeats: int | None = None
     n_copies: int = 10
     other_copies: tuple[int, ...] = (3, 30)
     other_kinds: tuple[str, ...] = ("joint", "sparse", "ridge", "raw")

@@ -18,7 +18,12 @@ from markupsafe import Markup
 from feeler.checked import checked
 from feeler.report.section import Section
 
-MIME = {".png": "image/png", ".jpg": "image/jpeg", ".mp4": "video/mp4"}
+MIME = {
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".webp": "image/webp",
+    ".mp4": "video/mp4",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,9 +103,18 @@ def _fill(section: Section, beside: Mapping[str, str]) -> Part:
     blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
     texts = defaultdict(str, beside)
     body = blocks.draw(
-        section.name, section.blocks, lambda name: embed(section.folder / name), texts
+        section.name,
+        section.blocks,
+        lambda name: embed(section.folder / name),
+        texts,
+        _say_kept(section),
     )
     return Part(name=section.name, title=section.title, body=body)
+
+
+def _say_kept(section: Section) -> str:
+    waits = " This run is making its own; this page is written anew when it is there."
+    return section.kept and section.kept + waits * section.waits
 
 
 def embed(path: Path) -> str:

@@ -24,6 +24,12 @@ class Section:
     ----------
     vector : bool
         Whether figures are also kept as pages of a PDF.
+    kept : str
+        What is said of a section that another run made; "" of this run's own.
+    scale : str
+        The scale of the run that made it; "": this run's.
+    waits : bool
+        Whether this run is still making its own.
     """
 
     name: str
@@ -34,6 +40,9 @@ class Section:
     values: dict[str, object] = field(default_factory=dict)
     seconds: float = 0.0
     cached: bool = False
+    kept: str = ""
+    scale: str = ""
+    waits: bool = False
 
     def text(self, words: str) -> None:
         """A paragraph."""

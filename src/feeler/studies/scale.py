@@ -1,5 +1,5 @@
-"""What smoke, quick and paper mean: every knob of a run, in one table. Nothing else asks which
-scale it is.
+"""What smoke, quick, published and paper mean: every knob of a run, in one table. Nothing else
+asks which scale it is.
 """
 
 from collections.abc import Mapping
@@ -26,6 +26,8 @@ class Scale:
     ----------
     vector : bool
         Whether figures are also drawn as PDF, which takes a tenth of a quick run.
+    kept : tuple[str, ...]
+        Stages that this scale does not compute: shown from the kept run at paper scale.
     queue : tuple[str, ...]
         Stages, longest first, so that no core waits at the end; but first tensors, for which most
         others wait.
@@ -86,6 +88,7 @@ class Scale:
 
     name: str
     vector: bool = True
+    kept: tuple[str, ...] = ()
     queue: tuple[str, ...] = (
         *("tensors", "tradeoff", "calibration", "reading", "cnn", "encoding", "gradient"),
         *("bounds", "robot", "wall", "antenna", "design", "tracking"),
@@ -184,10 +187,59 @@ class Scale:
 
 HEADLINE = {"relative": (1.0,), "common": (0.03,)}
 """Of the levels of noise those that the report shows."""
+BEYOND: dict[str, Any] = {
+    "trade_profiles": ("exponential", "constant"),
+    "trade": {"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": HEADLINE},
+    "gradient": {
+        "sets": 1,
+        "draws": 20,
+        "speeds": (0.6,),
+        "rates": (0.0827, 0.0, -0.04, -0.0827),
+    },
+    "regression": {
+        "shapes": ("ball",),
+        "train": 60,
+        "test": 4,
+        "copies": 3,
+        "relative": (0.1, 1.0),
+        "common": (0.003, 0.03),
+    },
+}
+"""The questions beyond the paper below paper scale, where the kept run does not answer them: for
+another antenna, engine or seed.
+"""
+PAPER = Scale(name="paper")
 _REST = ("gradient", "bounds", "design", "antenna", "tracking", "cnn")
+PUBLISHED = replace(
+    PAPER,
+    name="published",
+    vector=False,
+    kept=("cnn", "tradeoff", "gradient", "bounds", "design"),
+    queue=("tensors", "encoding", "reading", "calibration", "wall", "robot", "tradeoff", *_REST),
+    controls=("linear", "constant"),
+    movie_speeds=(),
+    fit_starts=0,
+    refits=0,
+    draws=200,
+    sweep={
+        **PAPER.sweep,
+        "control_repeats": 3,
+        "other_copies": (),
+        "before_repeats": 0,
+        "twins": "ends",
+    },
+    jitters=False,
+    choices=False,
+    network={},
+    **BEYOND,
+)
+"""The default: every figure of the paper with its published sample sizes. Controls of our own have
+fewer repeats, and what is kept is neither the paper's nor quick.
+"""
 QUICK = Scale(
     name="quick",
     vector=False,
+    kept=PUBLISHED.kept,
     controls=("linear", "constant"),
     queue=("tensors", "robot", "reading", "encoding", "wall", "tradeoff", "calibration", *_REST),
     control_speeds=("slow",),
@@ -222,17 +274,7 @@ QUICK = Scale(
     jitters=False,
     choices=False,
     network={},
-    trade_profiles=("exponential", "constant"),
-    trade={"sets": 1, "speeds": (0.3, 0.6, 1.2), "levels": HEADLINE},
-    gradient={"sets": 1, "draws": 20, "speeds": (0.6,), "rates": (0.0827, 0.0, -0.04, -0.0827)},
-    regression={
-        "shapes": ("ball",),
-        "train": 60,
-        "test": 4,
-        "copies": 3,
-        "relative": (0.1, 1.0),
-        "common": (0.003, 0.03),
-    },
+    **BEYOND,
     gaps=(0.0, 1.0, 2.0),
     robots=1,
     variants=(),
@@ -243,6 +285,7 @@ QUICK = Scale(
 SMOKE = replace(
     QUICK,
     name="smoke",
+    kept=(),
     controls=("constant",),
     speeds=("fast", "slow"),
     locations=(LOCATIONS[0], LOCATIONS[-1]),
@@ -281,4 +324,5 @@ SMOKE = replace(
 )
 SCALES.register("smoke", SMOKE)
 SCALES.register("quick", QUICK)
-SCALES.register("paper", Scale(name="paper"))
+SCALES.register("published", PUBLISHED)
+SCALES.register("paper", PAPER)

@@ -41,7 +41,7 @@ class Context:
         Called with (trials done, trials in all) while tensors are made.
     """
 
-    scale: str = "quick"
+    scale: str = "published"
     seed: int = 0
     engine: str = DEFAULT_ENGINE
     timestep: float = None  # type: ignore[assignment]

@@ -31,6 +31,14 @@ OPENING_MOVIE = "movieS2_speeds.mp4"
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
     """Write ``report.html``, ``figures.pdf`` (at paper scale) and ``numbers.json``; copy each
     figure's files and numbers to ``figures/``."""
+    _write_pdf(context.out / "figures.pdf", sections)
+    _copy_figures(context.out / "figures", sections)
+    _write_numbers(context.out / "numbers.json", context, sections, claims)
+    return write_page(context, sections, claims)
+
+
+def write_page(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
+    """Write ``report.html``."""
     templates: Any = open_templates("feeler.studies.paper").get_template("report.html").module
     made = {
         str(block["name"]): section.name
@@ -70,9 +78,6 @@ def write_report(context: Context, sections: list[Section], claims: list[Judged]
     if not context.is_cockroach:
         parts = [first, *sections, places, methods]
     page = render_page(title, _describe(context), parts, opening=opening, beside=beside)
-    _write_pdf(context.out / "figures.pdf", sections)
-    _copy_figures(context.out / "figures", sections)
-    _write_numbers(context.out / "numbers.json", context, sections, claims)
     return _write(context.out / "report.html", page)
 
 

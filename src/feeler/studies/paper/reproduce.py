@@ -11,7 +11,8 @@ from feeler.execute import ProcessExecutor, run_batch
 from feeler.execute.threads import check_workers
 from feeler.report.section import Section
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.report import write_report
+from feeler.studies.paper.kept import find_shipped
+from feeler.studies.paper.report import write_page, write_report
 from feeler.studies.paper.stage import Stage, find_kept, run_stage
 from feeler.studies.paper.verdicts import judge_claims
 
@@ -102,23 +103,37 @@ def reproduce(
 
     Stages run side by side in ``context.workers`` processes (default one per core); the numbers do
     not depend on it. ``report(title, section)`` is called when a stage starts (section None) and
-    when its section is there. For another antenna the sections that speak of the animal's or the
-    robot's own data are left out, with a word why.
+    when its section is there. What this scale does not compute is shown from the kept run; as long
+    as a section is being made its kept one stands on the page, which is written anew with each
+    that is finished. For another antenna the sections that speak of the animal's or the robot's
+    own data are left out, with a word why.
     """
-    kept = {stage.name: section for stage in STAGES if (section := find_kept(stage, context))}
-    made = kept | {
-        stage.name: _leave_out(stage, context) for stage in STAGES if _says_nothing(stage, context)
-    }
+    shipped = {s.name: section for s in STAGES if (section := find_shipped(s, context))}
+    made = {name: shipped[name] for name in context.effort.kept if name in shipped}
+    made |= {s.name: section for s in STAGES if (section := find_kept(s, context))}
+    made |= {s.name: _leave_out(s, context) for s in STAGES if _says_nothing(s, context)}
     for section in made.values():
         report(section.title, section)
     todo = sorted(
         (s for s in STAGES if s.name not in made), key=lambda s: context.effort.queue.index(s.name)
     )
+    waiting = {s.name: replace(shipped[s.name], waits=True) for s in todo if s.name in shipped}
+    if todo:
+        _write_meanwhile(context, waiting | made)
     for section in _run_stages(todo, context, report):
         made[section.name] = section
+        if len(made) < len(STAGES):
+            _write_meanwhile(context, waiting | made)
     ordered = [made[stage.name] for stage in STAGES]
     write_report(context, ordered, judge_claims(ordered, context))
     return ordered
+
+
+def _write_meanwhile(context: Context, found: dict[str, Section]) -> None:
+    """The page as far as it is known, where every section has something to show."""
+    if len(found) == len(STAGES):
+        ordered = [found[stage.name] for stage in STAGES]
+        write_page(context, ordered, judge_claims(ordered, context))
 
 
 def _run_stages(stages: list[Stage], context: Context, report: Callable) -> Iterator[Section]:

@@ -8,7 +8,7 @@ do as well), *not comparable*.
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -84,7 +84,11 @@ class Judged:
 def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
     """The verdict on every claim, also where a section is missing or the claim fails."""
     values = {key: value for section in sections for key, value in section.values.items()}
-    return [judge(claim, values, context) for claim in load_claims()]
+    made = {section.name: section.scale or context.scale for section in sections}
+    return [
+        judge(claim, values, replace(context, scale=made.get(claim.section, context.scale)))
+        for claim in load_claims()
+    ]
 
 
 def count_verdicts(judged: list[Judged], whose: str = "paper") -> dict[str, int]:
