@@ -11,7 +11,7 @@ CODE := src tests benchmarks docs examples
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check size numba-oldest mutants bench peers docs clean
+.PHONY: help reproduce test test-slow check size golden numba-oldest mutants bench peers docs clean
 
 help:  ## list what make can do
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
@@ -59,6 +59,9 @@ check: $(BIN)/.check  ## style and types
 
 size: $(BIN)/.core  ## how large the code is, by room, and how that has gone
 	@$(BIN)/python benchmarks/size.py
+
+golden: $(BIN)/.test  ## keep what the smoke run shows anew, and print what has changed, for review
+	@PYTHONPATH=src $(BIN)/python -m tests.studies.paper._golden out/golden
 
 $(BIN)/.mutants: $(BIN)/.test
 	@$(PIP) -e '.[test,mutants]'

@@ -107,7 +107,7 @@ def _make_total(scale: str, found: dict) -> str:
     command = "`make reproduce`" if scale == "quick" else f"`make reproduce SCALE={scale}`"
     claims = found["claims"]["paper"]
     evidence = [claims[verdict] for verdict in ("reproduced", "partly", "not reproduced")]
-    headline = f"of {sum(claims.values())} claims " + "{} reproduced, {} partly, {} not".format(
+    headline = f"of {sum(claims.values())} statements " + "{} reproduced, {} partly, {} not".format(
         *evidence
     )
     headline += "; the others give no evidence at this scale"

@@ -2,7 +2,7 @@
 the room's tests notice.
 
 ``ROOM=planted`` plants the mistakes of ``planted.toml``, which were made by hand, and runs the
-tests named there.
+tests named there. ``ROOM=report`` swaps, doubles and mislabels what the report shows.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from pathlib import Path
 
 from child import Run, import_packages, run_tests
 from draw import Mutant, draw_mutants
+from report import judge_report
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -52,6 +53,8 @@ def main() -> None:
         )
         if said.room == "planted":
             _judge_planted(copy, said.only)
+        elif said.room == "report":
+            _say_rate("report", *judge_report(copy, said.seed, said.number))
         else:
             _judge_room(copy, said)
 
@@ -110,9 +113,13 @@ def _judge_room(copy: Path, said: argparse.Namespace) -> None:
                 f"UNNOTICED {mutant.path}:{mutant.line}\n  - {mutant.before}\n  + {mutant.after}",
                 flush=True,
             )
+    _say_rate(said.room, noticed, tried)
+
+
+def _say_rate(room: str, noticed: int, tried: int) -> None:
     low, high = _bound(noticed, tried)
     print(
-        f"{said.room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%}"
+        f"{room}: {noticed} of {tried} noticed, {noticed / max(tried, 1):.0%} (95 %: {low:.0%}"
         f" to {high:.0%})"
     )
 

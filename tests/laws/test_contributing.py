@@ -118,6 +118,7 @@ paper = "70"
 tag = "C"
 kind = "value"
 section = "antenna"
+drawn = "nothing"
 figure = "fig2c_antenna"
 keys = ["antenna.half"]
 target = 70.0

@@ -66,7 +66,10 @@ def make_family(r2):
 )
 def test_shares_are_of_the_set_ups_in_which_everything_is_defined(r2, share):
     family = make_family(r2)
-    assert family.share(np.all(np.diff(family.defined, axis=1) < 0, axis=1)) == share
+    assert family.share(np.all(np.diff(family.defined, axis=1) < 0, axis=1)) == {
+        "value": share,
+        "n": 2,
+    }
 
 
 def test_where_too_little_is_defined_nothing_is_judged():

@@ -128,14 +128,17 @@ class Section:
         return cls(**data | {"folder": folder, "cached": True})
 
 
-def make_spread(value: float, low: float, high: float) -> dict[str, float]:
-    """A value with the ends of its spread, in the form in which ``Section.values`` keeps it."""
-    return {"value": float(value), "low": float(low), "high": float(high)}
+def make_spread(value: float, low: float, high: float, *, n: int) -> dict[str, float]:
+    """A value of ``n`` draws with the ends of its spread, in the form in which ``Section.values``
+    keeps it; one draw has no spread, so its ends are left out.
+    """
+    ends = {"low": float(low), "high": float(high)} if n > 1 else {}
+    return {"value": float(value), **ends, "n": int(n)}
 
 
-def make_interval(mean: float, half: float) -> dict[str, float] | float:
-    """``mean`` ± ``half``; the mean alone where there is no interval (``half`` is NaN)."""
-    return make_spread(mean, mean - half, mean + half) if np.isfinite(half) else float(mean)
+def make_interval(mean: float, half: float, *, n: int) -> dict[str, float]:
+    """``mean`` ± ``half`` of ``n`` draws."""
+    return make_spread(mean, mean - half, mean + half, n=n)
 
 
 def to_json(value: object) -> object:

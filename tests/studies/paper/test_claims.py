@@ -3,15 +3,18 @@
 import pytest
 
 from feeler.errors import InvalidInput
-from feeler.studies.paper.claims import Claim, load_claims
+from feeler.report import make_spread
+from feeler.studies.paper.claims import Claim, load_claims, load_effects
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.verdicts import (
     EVIDENCE,
     OTHERS,
+    Judged,
     _name_apart,
     count_verdicts,
     judge,
+    judge_statements,
     summarise_counts,
 )
 
@@ -27,6 +30,7 @@ def make_claim(**fields):
         "tag": "P",
         "kind": "value",
         "section": "s",
+        "drawn": "nothing",
         "keys": ("a",),
     }
     return Claim(**(base | fields))
@@ -67,7 +71,7 @@ def test_there_are_enough_claims_and_each_names_a_section():
         (make_claim(kind="above", target=1.0), {"a": 0.5}, "not reproduced"),
         (make_claim(kind="below", target=1.0), {"a": 0.5}, "reproduced"),
         (make_claim(kind="none", why="lost"), {"a": 0.5}, "not comparable"),
-        (make_claim(), {}, "not comparable"),
+        (make_claim(), {}, "not judged"),
         (make_claim(target=1.0), {"a": {"undefined": "no peak"}}, "not comparable"),
         (
             make_claim(kind="order", keys=("a", "b")),
@@ -97,7 +101,12 @@ def test_rules(claim, values, verdict):
         ),
         ({"target": 2.0, "tolerance": 0.1}, {"a": 1.0}, "off by -50%, tolerance 10%"),
         ({"kind": "share"}, {"a": 0.8}, "holds in 80%; 75% are asked for, 50% are partly"),
-        ({"kind": "above", "target": 1.5}, {"a": 2.0}, "above 1.5 with its whole spread"),
+        ({"kind": "above", "target": 1.5}, {"a": 2.0}, "above 1.5"),
+        (
+            {"kind": "above", "target": 1.5},
+            {"a": {"value": 2.0, "low": 1.6, "high": 3.0}},
+            "above 1.5 with its whole spread",
+        ),
         ({"kind": "below", "target": 1.5}, {"a": 2.0}, "not below 1.5"),
         (
             {"kind": "order", "keys": ("a", "b")},
@@ -116,7 +125,7 @@ def test_rules(claim, values, verdict):
             {"kind": "above", "target": 0.1, "null": ("n",), "apart": "greater"},
             {"a": 0.5, "n": 0.625},
             (
-                "above 0.1 with its whole spread, but identical touches are told apart as much in"
+                "above 0.1, but identical touches are told apart as much in"
                 " at least one group (null 0.625)"
             ),
         ),
@@ -282,9 +291,64 @@ def test_claims_of_our_own_are_counted_by_themselves_and_only_evidence_leads():
         count_verdicts(judged, "ours")["holds"] == sum(count_verdicts(judged, "ours").values()) == 1
     )
     assert summarise_counts(judged).startswith(
-        "claims of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
+        "statements of the paper with evidence: 2 reproduced, 0 partly, 1 not reproduced;"
     )
-    assert summarise_counts(judged).endswith("claims of our own: 1 holds")
+    assert summarise_counts(judged).endswith("statements of our own: 1 holds")
+
+
+@pytest.mark.parametrize("whose", ["paper", "ours"])
+@pytest.mark.parametrize("scale", ["smoke", "quick", "paper"])
+@pytest.mark.parametrize(
+    "value", [2.0, {"value": 2.0}, {"value": 2.0, "n": 1}, make_spread(2.0, 1.9, 2.1, n=1)]
+)
+def test_one_draw_is_not_judged_at_any_scale(value, scale, whose):
+    """Also where a value forgot to say how many draws it has."""
+    claim = make_claim(kind="above", target=1.0, drawn="starts", whose=whose)
+    judged = judge(claim, {"a": value}, Context(scale=scale))
+    assert (judged.verdict, judged.word) == ("not judged", "not judged")
+    assert judged.why == "n = 1 (starts): one draw has no spread"
+    assert "…" not in judged.ours
+
+
+def test_one_draw_of_any_key_or_null_is_enough_not_to_judge():
+    order = {"kind": "order", "keys": ("a", "b"), "drawn": "starts"}
+    values = {key: make_spread(k, k, k, n=2) for k, key in enumerate("abmn")}
+    assert judge(make_claim(**order), values, CONTEXT).verdict == "reproduced"
+    assert judge(make_claim(**order), values | {"b": 1.0}, CONTEXT).verdict == "not judged"
+    null = make_claim(**order, null=("m", "n"))
+    assert judge(null, values | {"n": 3.0}, CONTEXT).verdict == "not judged"
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "together"),
+    [
+        (["reproduced"] * 4, "reproduced"),
+        (["reproduced", "partly"], "partly"),
+        (["reproduced", "not reproduced"], "partly"),
+        (["reproduced", "no evidence"], "partly"),
+        (["partly", "depends on a definition"], "partly"),
+        (["no evidence", "not reproduced"], "not reproduced"),
+        (["not reproduced"] * 2, "not reproduced"),
+        (["no evidence", "no evidence"], "no evidence"),
+        (["depends on a definition", "no evidence"], "depends on a definition"),
+        (["reproduced", "not judged"], "not judged"),
+    ],
+)
+def test_claims_that_read_one_effect_count_once(verdicts, together):
+    judged = [
+        Judged(claim=make_claim(id=str(k), effect="e"), ours="", verdict=verdict, why="")
+        for k, verdict in enumerate(verdicts)
+    ]
+    other = Judged(claim=make_claim(id="e2"), ours="", verdict="reproduced", why="")
+    assert judge_statements([*judged, other]) == {"e": together, "e2": "reproduced"}
+    assert sum(count_verdicts([*judged, other]).values()) == 2
+
+
+def test_every_effect_has_words_and_is_read_by_several_claims():
+    effects = [claim.effect for claim in load_claims() if claim.effect]
+    assert {*effects} == {*load_effects()}
+    assert all(effects.count(effect) > 1 for effect in effects)
+    assert not {*effects} & {claim.id for claim in load_claims()}
 
 
 def test_keys_are_told_apart_by_what_differs():
@@ -320,7 +384,7 @@ def test_the_nearest_definition_is_named():
 
 
 @pytest.mark.parametrize(
-    ("scale", "verdict"), [("smoke", "not comparable"), ("quick", "not reproduced")]
+    ("scale", "verdict"), [("smoke", "not judged"), ("quick", "not reproduced")]
 )
 def test_effort_is_no_verdict_on_the_paper(scale, verdict):
     judged = judge(make_claim(target=90.0, due="quick"), {"a": 16}, Context(scale=scale))
@@ -338,6 +402,7 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
         ({"kind": "valeu"}, "kind must be one of value, .*got 'valeu'"),
         ({"standing": "circular"}, "add a sentence as `why`"),
         ({"kind": "none"}, "add a sentence as `why`"),
+        ({"drawn": ""}, 'set `drawn`, for instance to "starts"'),
         ({"null": ("m", "n")}, "1 keys but 2 nulls"),
         ({"definitions": ("x",)}, "must hold {definition}"),
         ({"definitions": ("x",), "keys": ("{definition}.a", "b")}, "must hold {definition}"),

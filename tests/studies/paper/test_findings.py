@@ -75,7 +75,7 @@ def test_a_topic_counts_the_verdicts_of_its_own_claims_of_the_paper():
         ("bases-", "entropy-", "residual", "duration", "pca"),
     )
     expected = [
-        sum(claim.whose == "paper" and claim.id.startswith(words) for claim in claims)
+        len({c.statement for c in claims if c.whose == "paper" and c.id.startswith(words)})
         for words in prefixes
     ]
     assert counts == expected and min(counts) > 0

@@ -46,6 +46,13 @@ class Claim(Record):
         Whether agreement says anything: ``by construction`` (an input, or arithmetic on inputs) and
         ``circular`` (its target was derived from the same constants) do not, and ``why`` says what
         it stems from.
+    effect : str
+        What its statement says there is, where several claims read it (``[[effect]]`` holds its
+        words): they count once, together. Empty: the claim is a statement by itself.
+    drawn : str
+        What its values are ``n`` of: starts of a fit, repeats, sets of touches …; a value of one
+        draw, or one that says no ``n``, is not judged. ``nothing``: they follow from what is
+        declared, and no chance enters.
     definitions : tuple[str, ...]
         Readings that the paper leaves open. Only where all of them give one verdict is it the
         verdict.
@@ -74,6 +81,8 @@ class Claim(Record):
     due: Annotated[str, OneOf(SCALES)] = "smoke"
     whose: Literal["paper", "ours"] = "paper"
     standing: Literal["evidence", "by construction", "circular"] = "evidence"
+    effect: str = ""
+    drawn: str = ""
     definitions: tuple[str, ...] = ()
     null: tuple[str, ...] = ()
     apart: Literal["greater", "less"] = "greater"
@@ -82,6 +91,11 @@ class Claim(Record):
     unmet: str = ""
 
     def _check(self) -> None:
+        if self.can_fail and not self.drawn:
+            raise InvalidInput(
+                f"claim {self.id!r} does not say what its values are drawn from; set `drawn`, for"
+                ' instance to "starts", or to "nothing" where they follow from what is declared.'
+            )
         if (self.standing != "evidence" or self.kind == "none") and not self.why:
             raise InvalidInput(
                 f"claim {self.id!r} carries no evidence and says not why; add a sentence as `why`."
@@ -95,6 +109,16 @@ class Claim(Record):
             raise InvalidInput(
                 f"claim {self.id!r} has definitions; each of its keys must hold {{definition}}."
             )
+
+    @property
+    def can_fail(self) -> bool:
+        """Whether its verdict would be evidence."""
+        return self.standing == "evidence" and self.kind != "none"
+
+    @property
+    def statement(self) -> str:
+        """What it is counted as: its effect, or itself."""
+        return self.effect or self.id
 
     def list_keys(self) -> set[str]:
         """Every value that a run must write for it."""
@@ -123,3 +147,9 @@ def load_claims() -> tuple[Claim, ...]:
         for whose, name in _FILES.items()
         for entry in read_declared(name)["claim"]
     )
+
+
+@cache
+def load_effects() -> dict[str, str]:
+    """What every effect that several claims read says, in words."""
+    return {one["id"]: one["says"] for one in read_declared(_FILES["paper"])["effect"]}

@@ -5,6 +5,7 @@ are judged.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -52,7 +53,7 @@ class Family:
         """R² where it is defined for every profile (set-up, profile)."""
         return self.r2[np.isfinite(self.r2).all(axis=1)]
 
-    def share(self, holds: np.ndarray) -> float | dict[str, str]:
+    def share(self, holds: np.ndarray) -> dict[str, Any]:
         """Share of the defined set-ups in which something holds (set-up,); undefined where too few
         are defined.
         """
@@ -63,7 +64,7 @@ class Family:
                     " set-ups only"
                 )
             }
-        return float(np.mean(holds))
+        return {"value": float(np.mean(holds)), "n": len(self.defined)}
 
 
 def list_setups(part: str = "") -> tuple[list[Posture], list[dict[str, str]]]:
@@ -180,10 +181,13 @@ def _list_values(
     }
     by_name = dict(zip(family.names, family.defined.T, strict=True))
     for name, r2 in by_name.items():
-        near = np.abs(r2 - targets[name]) <= tolerances[name] * targets[name]
+        # what is left unexplained, within a factor: near 1 a distance of R² itself lets all pass
+        near = np.abs(np.log((1 - r2) / (1 - targets[name]))) <= np.log(tolerances[name])
         values[f"wall.family.{name}"] = family.share(near)
         if r2.size:
-            values[f"wall.median.{name}"] = make_spread(np.median(r2), r2.min(), r2.max())
+            values[f"wall.median.{name}"] = make_spread(
+                np.median(r2), r2.min(), r2.max(), n=len(r2)
+            )
     for other in family.names[1:]:
         higher = by_name[family.names[0]] > by_name[other]
         values[f"wall.family.{family.names[0]} over {other}"] = family.share(higher)

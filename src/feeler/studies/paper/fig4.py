@@ -128,7 +128,7 @@ def prepare(tensors: Any, quantity: str = "angle") -> np.ndarray:
 
 def span_restarts(restarts: np.ndarray) -> dict[str, float]:
     """The best restart, which comes first, and the ends of all."""
-    return make_spread(restarts[0], np.min(restarts), np.max(restarts))
+    return make_spread(restarts[0], np.min(restarts), np.max(restarts), n=len(restarts))
 
 
 def _pick_examples(tensors: Any, codes: np.ndarray) -> dict[str, np.ndarray]:

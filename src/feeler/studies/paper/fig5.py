@@ -118,7 +118,7 @@ def show(context: Context, section: Section) -> None:
             for name, part in (("curves", "noisy"), ("clean", "clean"))
         },
     )
-    section.values |= _collect_values(data.curves, name_speeds(context))
+    section.values |= _collect_values(data.curves, name_speeds(context), plan.n_restarts)
     list_verdicts(
         section, data.verdicts, "The order of accuracies for each kind of code and noise."
     )
@@ -142,18 +142,20 @@ def show(context: Context, section: Section) -> None:
 
 
 def _collect_values(
-    by_comparison: Mapping[str, Curves], speeds: Mapping[str, str]
+    by_comparison: Mapping[str, Curves], speeds: Mapping[str, str], starts: int
 ) -> dict[str, object]:
     """Accuracy of every group, and the variance kept of the first group's codes."""
     values: dict[str, object] = {}
     for curves in by_comparison.values():
         for group, sweep in curves.find("joint").items():
-            values[f"classification.lda.{speeds.get(group, group)}"] = spread_accuracy(sweep)
+            values[f"classification.lda.{speeds.get(group, group)}"] = spread_accuracy(
+                sweep, starts
+            )
     first = next(iter(next(iter(by_comparison.values())).find("joint").values()))
     for ratio in KEPT_AT:
         rows = np.isclose(first.ratios, ratio)
         for name, kept in (("clean codes", first.kept_clean), ("noisy copies", first.kept_noisy)):
-            value = float(np.nanmean(kept[rows])) if rows.any() else None
+            value = {"value": float(np.nanmean(kept[rows])), "n": starts} if rows.any() else None
             values[f"classification.pca.{name} at {100 * ratio:g} % noise"] = value
     return values
 

@@ -156,7 +156,9 @@ def _keep_values(
     for index in INDICES:
         averages = data.dispersion.average[index]
         for name, found in averages.items():
-            spread = make_spread(found.estimate, found.low, found.high)
+            spread = make_spread(
+                found.estimate, found.low, found.high, n=data.dispersion.values(index, name).size
+            )
             section.values[f"dispersion.{WINDOWS[1]}.{index}.{name}"] = spread
             section.values[f"dispersion.{WINDOWS[0]}.{index}.{name}"] = section.values[
                 f"dispersion.tensor.{index}.{name}"

@@ -26,7 +26,7 @@ from feeler.decoding.plan import Plan
 from feeler.decoding.verdict import Verdict, compute_explained, judge_order
 from feeler.dispersion import INDICES, compute_dispersion
 from feeler.encoding import LABELS
-from feeler.report import Section, make_spread
+from feeler.report import Section, make_interval
 from feeler.studies.paper.claims import CLAIMED, READ_BETTER, SPREADS_MORE
 from feeler.studies.paper.context import Context
 from feeler.studies.paper.data import list_profiles, list_speeds, load_tensors
@@ -116,11 +116,15 @@ def name_speeds(context: Context) -> dict[str, str]:
     return {f"{speed:g} m/s": name for name, speed in speeds.items()}
 
 
-def spread_accuracy(sweep: Sweep) -> dict[str, float]:
-    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 1 SD."""
+def spread_accuracy(sweep: Sweep, starts: int | None = None) -> dict[str, float]:
+    """Accuracy over noise ratios above 0, averaged; the spread is that of the repeats, ± 1 SD.
+
+    ``starts`` of the fit whose codes are read: with one, repeated noise tells nothing of the fit.
+    """
     by_repeat = sweep.noisy[sweep.ratios > 0].mean(axis=0)
-    value, sd = by_repeat.mean(), by_repeat.std()
-    return make_spread(value, value - sd, value + sd)
+    n = min(len(by_repeat), starts or len(by_repeat))
+    sd = by_repeat.std(ddof=1) if n > 1 else np.nan
+    return make_interval(by_repeat.mean(), sd, n=n)
 
 
 def list_verdicts(section: Section, verdicts: list[Verdict], caption: str) -> None:

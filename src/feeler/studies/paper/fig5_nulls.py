@@ -19,6 +19,7 @@ from feeler.studies.paper.fig5_data import load, name_speeds, spread_accuracy
 def show(context: Context, section: Section) -> None:
     """Null of each group's dispersion and accuracy, and the twin test, beside the real numbers."""
     data, speeds = load(context), name_speeds(context)
+    starts = context.effort.plan.n_restarts
     section.heading("Identical touches, and every touch twice")
     rows = []
     for comparison, curves in data.curves.items():
@@ -30,11 +31,11 @@ def show(context: Context, section: Section) -> None:
             for index in INDICES:
                 found = null.average[index][group]
                 key = f"dispersion.null.{index}.{name}"
-                section.values[key] = make_spread(found.estimate, found.low, found.high)
+                section.values[key] = make_spread(found.estimate, found.low, found.high, n=starts)
                 cells.append(f"{real.average[index][group].estimate:.3g} / {found.estimate:.3g}")
             alone = curves.find_null("joint", group=group)
             assert alone is not None  # compute_curves makes one for every group
-            section.values[f"classification.null.{name}"] = spread_accuracy(alone)
+            section.values[f"classification.null.{name}"] = spread_accuracy(alone, starts)
             cells.append(f"{100 * sweep.noisy.mean():.0f} / {100 * alone.noisy.mean():.0f}")
             end = "by its tolerance" if fitted.converged else "at the limit"
             rows.append([comparison, group, *cells, f"{fitted.n_iter}, {end}"])
@@ -95,8 +96,13 @@ def _show_twins(
     rows = []
     for group, found in twins.items():
         name = speeds.get(group, group)
-        section.values[f"classification.twin.{name}"] = spread_accuracy(found.other)
-        section.values[f"classification.twin_kept.{name}"] = found.kept
+        section.values[f"classification.twin.{name}"] = spread_accuracy(
+            found.other, plan.n_restarts
+        )
+        section.values[f"classification.twin_kept.{name}"] = {
+            "value": found.kept,
+            "n": plan.n_restarts,
+        }
         accuracies = [
             " / ".join(f"{100 * a:.0f}" for a in sweep.noisy.mean(axis=1))
             for sweep in (found.same, found.other)

@@ -282,7 +282,7 @@ def show(context: Context, section: Section) -> None:
         },
     )
     _write_movie(context, section, data)
-    _list_scores(section, data)
+    _list_scores(context, section, data)
     if context.effort.robot_repeats:
         _compare(context, section)
 
@@ -302,7 +302,7 @@ def _write_movie(context: Context, section: Section, data: SimpleNamespace) -> N
     )
 
 
-def _list_scores(section: Section, data: SimpleNamespace) -> None:
+def _list_scores(context: Context, section: Section, data: SimpleNamespace) -> None:
     parts = list(data.score.correct)
     rows = [
         [f"{size:g}", *(f"{score.share(part)[0]:.2f}" for part in parts), score.total]
@@ -317,7 +317,7 @@ def _list_scores(section: Section, data: SimpleNamespace) -> None:
         [t[1:] == p[1:] for t, p in zip(data.score.true, data.score.predicted, strict=True)]
     )
     section.values |= {
-        "robot.transfer": make_spread(*data.score.share("all")),
+        "robot.transfer": make_spread(*data.score.share("all"), n=context.effort.robots),
         "robot.speed_location": float(speed_location),
         "robot.p1": data.fit.stiffness_factor,
         "robot.p2": data.fit.damping_factor,

@@ -53,7 +53,10 @@ def show(context: Context, section: Section) -> None:
     data, speeds = load(context), name_speeds(context)
     values = {
         f"dispersion.{_KINDS[kind]}.{index}.{speeds.get(group, group)}": make_spread(
-            interval.estimate, interval.low, interval.high
+            *(interval.estimate, interval.low, interval.high),
+            n=context.effort.plan.n_restarts
+            if kind == "joint"
+            else dispersion.values(index, group).size,
         )
         for found in data.dispersions.values()
         for kind, dispersion in found.items()

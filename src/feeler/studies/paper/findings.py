@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from feeler.studies.paper.claims import read_declared
-from feeler.studies.paper.verdicts import EVIDENCE, Judged
+from feeler.studies.paper.verdicts import EVIDENCE, Judged, count_verdicts
 
 FINDINGS = "findings.toml"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
@@ -19,18 +19,12 @@ def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dic
     """The first screen's sentences: ``title``, ``section``, ``words`` and ``counts``.
 
     The words are filled with the run's values, and empty without them; the counts say how many
-    claims of the topic got each verdict that is evidence.
+    statements of the topic got each verdict that is evidence.
     """
     topics = []
     for one in read_declared(FINDINGS)["topic"]:
-        chosen = [
-            found
-            for found in judged
-            if found.claim.whose == "paper" and re.match(one["claims"], found.claim.id)
-        ]
-        counts = {
-            verdict: sum(found.verdict == verdict for found in chosen) for verdict in EVIDENCE
-        }
+        chosen = [found for found in judged if re.match(one["claims"], found.claim.id)]
+        counts = {word: count_verdicts(chosen)[word] for word in EVIDENCE}
         words = fill(" ".join(one["words"].split()), values)
         topics.append(one | {"words": words, "counts": counts})
     return topics

@@ -56,7 +56,9 @@ def show(context: Context, section: Section) -> None:
         )
     for deadline in verdict["deadline"].values:
         one = verdict.sel(deadline=deadline)
-        gain = make_interval(float(one["gain"]), float(one["half"]))
+        gain = make_interval(
+            float(one["gain"]), float(one["half"]), n=stored["measured"].sizes["set"]
+        )
         section.values[f"active.gain.{deadline:g}"] = gain
     section.values |= {
         "active.pays": paying,

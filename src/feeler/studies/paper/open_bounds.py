@@ -194,10 +194,15 @@ def plot(data: Mapping[str, Any], asked: Mapping[str, Any], figure: Figure) -> N
     figure.axes[3].legend(fontsize=6)
 
 
-def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers that claims are held against; ``error`` is that of the best reader, as is each
-    ratio to the bound.
+def _collect_values(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers that claims are held against, each of so many touches; ``error`` is that of the
+    best reader, as is each ratio to the bound.
     """
+    n = asked["test"] * len(asked["shapes"])
+    return {key: {"value": value, "n": n} for key, value in _measure(data, asked).items()}
+
+
+def _measure(data: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, float]:
     found = {
         "bounds.change": float(
             np.median(np.concatenate([values.ravel() for values in data["changes"].values()]))

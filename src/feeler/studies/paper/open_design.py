@@ -140,7 +140,7 @@ def _collect_values(stored: dict[str, Any]) -> dict[str, Any]:
     """The numbers that claims are held against."""
     final, found = stored["final"], {}
     for speed, mean, half in zip(final["speeds"], final["fewer"], final["half"], strict=True):
-        found[f"design.fewer.{speed:g}"] = make_interval(mean, half)
+        found[f"design.fewer.{speed:g}"] = make_interval(mean, half, n=len(final["seeds"]))
     found["design.fewer.least"] = min(final["fewer"])
     return found
 

@@ -157,7 +157,7 @@ def _collect_values(data: xr.Dataset) -> dict[str, Any]:
     for rate, kind, (prefix, speed) in product(data["rate"].values, UNITS_OF_NOISE, ends.items()):
         for part, field in (("", "bits"), ("within.", "within"), ("noise75.", "noise75")):
             one = average_sets(data[field].sel(rate=rate, noise=kind, speed=speed))
-            spread = make_interval(float(one["mean"]), float(one["half"]))
+            spread = make_interval(float(one["mean"]), float(one["half"]), n=data.sizes["set"])
             found[f"gradient.{prefix}{part}{kind}.{rate}"] = spread
     return found
 

@@ -48,9 +48,9 @@ def _collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, 
     for deadline in study.windows["deadlines"]:
         one = best.sel(window=f"{deadline:g} ms")
         found[f"tradeoff.best.{deadline:g}"] = make_spread(
-            *(float(one[name]) for name in ("best", "least", "most"))
+            *(float(one[name]) for name in ("best", "least", "most")), n=study.sets
         )
-        accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]))
+        accuracy = make_interval(100 * float(one["mean"]), 100 * float(one["half"]), n=study.sets)
         found[f"tradeoff.accuracy.{deadline:g}"] = accuracy
     for word, speed in named.items():
         found[f"tradeoff.work.{word}"] = _spread(first["work"].sel(speed=speed))
@@ -61,7 +61,7 @@ def _collect_values(measured: dict[str, xr.Dataset], study: Study) -> dict[str, 
 
 def _spread(values: xr.DataArray) -> dict[str, float] | float:
     one = average_sets(values)
-    return make_interval(float(one["mean"]), float(one["half"]))
+    return make_interval(float(one["mean"]), float(one["half"]), n=values.sizes["set"])
 
 
 def show(context: Context, section: Section) -> None:

@@ -3,11 +3,13 @@
 Evidence: *reproduced*, *partly*, *not reproduced*; of our own claims *holds*, *partly*, *does not
 hold*. Everything else is no evidence for or against and is not counted with it: *by construction*,
 *circular*, *depends on a definition* that the paper does not give, *no evidence* (identical touches
-do as well), *not comparable*.
+do as well), *not judged* (in this run: n = 1, or too small a scale), *not comparable*.
+
+What is counted are statements: the claims that read one effect are one statement together.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -18,7 +20,10 @@ from feeler.studies.paper.context import Context
 from feeler.studies.scale import SCALES
 
 EVIDENCE = ("reproduced", "partly", "not reproduced")
-OTHERS = ("by construction", "circular", "depends on a definition", "no evidence", "not comparable")
+OTHERS = (
+    *("by construction", "circular", "depends on a definition", "no evidence"),
+    *("not judged", "not comparable"),
+)
 VERDICTS = EVIDENCE + OTHERS
 OWN_WORDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 MOST, HALF = 0.75, 0.5
@@ -91,21 +96,45 @@ def judge_claims(sections: list[Section], context: Context) -> list[Judged]:
     ]
 
 
-def count_verdicts(judged: list[Judged], whose: str = "paper") -> dict[str, int]:
-    """How many of the paper's claims, or of ours, got which verdict; evidence first."""
-    chosen = [one for one in judged if one.claim.whose == whose]
-    words = [
-        OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict for verdict in VERDICTS
-    ]
-    return {word: sum(one.word == word for one in chosen) for word in words}
+def judge_statements(judged: Sequence[Judged], whose: str = "paper") -> dict[str, str]:
+    """The verdict on every statement of the paper, or of ours.
+
+    An effect that several claims read is reproduced where all of them are, partly where some are
+    (or are partly), else not reproduced where one is not. It is not judged while one of them is
+    not judged in this run. A statement in which none is evidence has the first claim's verdict.
+    """
+    found: dict[str, list[str]] = {}
+    for one in judged:
+        if one.claim.whose == whose:
+            found.setdefault(one.claim.statement, []).append(one.verdict)
+    return {statement: _join(verdicts) for statement, verdicts in found.items()}
+
+
+def _join(verdicts: Sequence[str]) -> str:
+    if "not judged" in verdicts:
+        return "not judged"
+    if set(verdicts) == {"reproduced"}:
+        return "reproduced"
+    if {"reproduced", "partly"} & set(verdicts):
+        return "partly"
+    return "not reproduced" if "not reproduced" in verdicts else verdicts[0]
+
+
+def count_verdicts(judged: Sequence[Judged], whose: str = "paper") -> dict[str, int]:
+    """How many statements of the paper, or of ours, got which verdict; evidence first."""
+    found = list(judge_statements(judged, whose).values())
+    return {
+        OWN_WORDS.get(verdict, verdict) if whose == "ours" else verdict: found.count(verdict)
+        for verdict in VERDICTS
+    }
 
 
 def summarise_counts(judged: list[Judged]) -> str:
-    """Both counts in a line: those with evidence, those without, our own."""
+    """Both counts of statements in a line: those with evidence, those without, our own."""
     paper, ours = count_verdicts(judged), count_verdicts(judged, "ours")
-    parts = [("claims of the paper with evidence", paper, EVIDENCE), ("without", paper, OTHERS)]
+    parts = [("statements of the paper with evidence", paper, EVIDENCE), ("without", paper, OTHERS)]
     if any(ours.values()):
-        parts.append(("claims of our own", ours, tuple(word for word, n in ours.items() if n)))
+        parts.append(("statements of our own", ours, tuple(word for word, n in ours.items() if n)))
     return "; ".join(
         f"{title}: " + ", ".join(f"{counts[word]} {word}" for word in words)
         for title, counts, words in parts
@@ -172,12 +201,18 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
     def say(verdict: str, why: str) -> Judged:
         return Judged(claim=claim, ours=ours, verdict=verdict, why=why, values=known)
 
-    if why := _find_hindrance(claim, keys, values, context):
-        return say("not comparable", why)
+    if not context.is_cockroach:
+        return say("not comparable", "another antenna than the paper's")
+    if claim.kind == "none":
+        return say("not comparable", claim.why)
+    if why := _find_lack(claim, keys, values, context):
+        return say("not judged", why)
     if undefined := [
         value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
     ]:
         return say("not comparable", f"undefined: {undefined[0]}")
+    if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
+        return say("not judged", why)
     numbers = [_read(value) for value in found]
     verdict, why = RULES[claim.kind](claim, numbers)
     if claim.standing != "evidence":
@@ -200,18 +235,22 @@ def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def _find_hindrance(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:
-    """Why the claim cannot be judged in this run; empty if it can."""
-    if not context.is_cockroach:
-        return "another antenna than the paper's"
-    if claim.kind == "none":
-        return claim.why
+def _find_lack(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:
+    """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
         return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
     missing = [key for key in (*keys, *claim.null) if values.get(key) is None]
     return (
         f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
     )
+
+
+def _find_single(claim: Claim, values: Sequence[object]) -> str:
+    """That one draw is no sample; empty if all values have more, or are not drawn."""
+    if not claim.can_fail or claim.drawn == "nothing":
+        return ""
+    least = min(value.get("n", 1) if isinstance(value, dict) else 1 for value in values)
+    return f"n = 1 ({claim.drawn}): one draw has no spread" if least < 2 else ""
 
 
 def _read(value: object) -> Spread:
@@ -273,7 +312,7 @@ def _judge_bound(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     side, (value, low, high) = f"{claim.kind} {claim.target:g}", numbers[0]
     sign = 1.0 if claim.kind == "above" else -1.0
     if min(sign * low, sign * high) > sign * claim.target:
-        return "reproduced", f"{side} with its whole spread"
+        return "reproduced", side if low == high else f"{side} with its whole spread"
     if sign * value > sign * claim.target:
         return "partly", f"{side}, its spread is not"
     return "not reproduced", f"not {side}"
@@ -301,6 +340,7 @@ def _show(value: object) -> str:
         if "undefined" in value:
             return f"undefined: {value['undefined']}"
         spread = "" if value.get("low") is None else f" ({value['low']:.3g}…{value['high']:.3g})"
+        spread = " (n = 1)" if value.get("n") == 1 else spread
         return f"{value['value']:.3g}{spread}"
     return (
         f"{value:.4g}"
