@@ -398,7 +398,7 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"due": "huge"}, "due must be one of smoke, quick, paper, got 'huge'"),
+        ({"due": "huge"}, "due must be one of smoke, quick, published, paper, got 'huge'"),
         ({"kind": "valeu"}, "kind must be one of value, .*got 'valeu'"),
         ({"standing": "circular"}, "add a sentence as `why`"),
         ({"kind": "none"}, "add a sentence as `why`"),

@@ -1,0 +1,69 @@
+"""What a run does not compute is shown from the kept run, and says so."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from feeler.report.section import Section
+from feeler.studies.paper import kept
+from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.context import Context
+from feeler.studies.paper.kept import find_shipped, keep_sections
+from feeler.studies.paper.stage import Stage
+from feeler.studies.paper.verdicts import judge_claims
+
+
+def show(context, section):
+    section.text("Three antennae.")
+    section.figure("three", "Three lines.", lambda figure: figure.subplots().plot([3, 1, 2]))
+    section.values["three.lines"] = 3.0
+
+
+STAGE = Stage(name="three", title="Three", make=show, reads=("scale", "seed", "engine", "antenna"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """One kept section, of a whole run with seed 0."""
+    folder = tmp_path_factory.mktemp("kept")
+    (made := folder / "made").mkdir()
+    section = Section(name=STAGE.name, title=STAGE.title, folder=made, seconds=41.7)
+    show(None, section)
+    section.save()
+    keep_sections([(STAGE, section)], Context(scale="paper"), folder)
+    return folder
+
+
+def test_a_kept_section_has_its_numbers_and_says_whence(folder):
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.values == {"three.lines": 3.0} and found.scale == "paper"
+    assert re.fullmatch(
+        r"Kept from a run at paper scale of \d{4}-\d\d-\d\d \(seed 0, 42 s\)\.", found.kept
+    )
+    assert (found.folder / found.blocks[1]["file"]).stat().st_size < 100_000
+
+
+@pytest.mark.parametrize("asked", [{"seed": 3}, {"engine": "mujoco"}, {"is_cockroach": False}])
+def test_who_asks_something_else_gets_no_kept_section(folder, asked):
+    assert find_shipped(STAGE, Context(scale="quick", **asked), folder) is None
+
+
+def test_a_section_kept_from_other_code_says_so(folder, monkeypatch):
+    monkeypatch.setattr(kept, "fingerprint", lambda stage: "0" * 16)
+    found = find_shipped(STAGE, Context(scale="quick"), folder)
+    assert found.kept.endswith("The code that made it has changed since.")
+
+
+def test_a_kept_section_is_judged_at_its_own_scale():
+    claim = next(c for c in load_claims() if c.due == "paper" and c.kind != "none")
+    section = Section(name=claim.section, title="", folder=None)
+    judged = {
+        scale: next(
+            one
+            for one in judge_claims([replace(section, scale=scale)], Context(scale="quick"))
+            if one.claim.id == claim.id
+        )
+        for scale in ("", "paper")
+    }
+    assert "due at paper scale" in judged[""].why and "due at" not in judged["paper"].why
