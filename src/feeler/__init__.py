@@ -65,6 +65,7 @@ _ROOMS = (
     "report",
     "response",
     "robot",
+    "spikes",
     "stimulus",
     "studio",
     "tensors",

@@ -36,7 +36,7 @@ LAYERS = (
     {"experiment"},
     {"response", "encoding", "dispersion", "tracking"},
     {"calibration", "decoding", "information", "wall"},
-    {"robot", "learn"},
+    {"robot", "learn", "spikes"},
     {"presets"},
     {"scale", "study"},
     {"plotting"},

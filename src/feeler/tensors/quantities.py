@@ -146,6 +146,15 @@ for _name, _quantity in {
         make=_take("error"),
         optional=True,
     ),
+    "rate": Quantity(
+        unit="Hz", meaning="rate of spikes of the unit", dims=("trial", "unit", "time")
+    ),
+    "spike_time": Quantity(
+        unit="ms",
+        meaning="time of a spike, NaN beyond the unit's last",
+        dims=("trial", "unit", "event"),
+        gaps=True,
+    ),
     "time": _label("ms", "", "time", required=True),
     "position": _label(
         "1", "arc length of the sensor's hinge over antenna length", "sensor", required=True
@@ -154,6 +163,8 @@ for _name, _quantity in {
     "segment_length": _label(
         "mm", "length of the segment that the sensor's hinge carries", "sensor"
     ),
+    "unit_position": _label("1", "arc length of the unit over antenna length", "unit"),
+    "unit_side": _label("", "the side of the antenna that the unit answers to, 1 or -1", "unit"),
     "feature": _label("", "the object's name", required=True),
     "kind": _label("", "the object's shape: ball, box …"),
     "size": _label("mm", "half-width or radius of the object", required=True),

@@ -1,5 +1,7 @@
 """Every claim has a rule, and every rule can fail."""
 
+import re
+
 import pytest
 
 from feeler.errors import InvalidInput
@@ -259,6 +261,60 @@ def test_what_identical_touches_do_as_well_is_no_evidence(apart, ours, null, ver
 
 
 @pytest.mark.parametrize(
+    ("twin", "verdict", "why"),
+    [
+        ((spread(0.7, 0.6, 0.8), spread(0.1, 0.0, 0.2)), "not reproduced", "^reversed.*0.7, 0.1"),
+        ((spread(0.7, 0.1, 0.8), spread(0.1, 0.0, 0.2)), "no evidence", "^in the claimed order"),
+        ((0.1, 0.7), "no evidence", "^in the claimed order"),
+        ((0.1, None), "not judged", "not computed.*: n$"),
+    ],
+)
+def test_what_carries_over_to_a_twin_may_reverse_an_order_that_identical_touches_show_too(
+    twin, verdict, why
+):
+    claim = make_claim(kind="order", keys=("a", "b"), null=("c", "d"), twin=("m", "n"))
+    values = dict(zip("abcdmn", (0.2, 0.9, 0.2, 0.9, *twin), strict=True))
+    judged = judge(claim, values, CONTEXT)
+    assert judged.verdict == verdict and re.search(why, judged.why)
+
+
+def test_a_twin_is_not_asked_where_identical_touches_do_not_do_as_well():
+    claim = make_claim(kind="order", keys=("a", "b"), null=("c", "d"), twin=("m", "n"))
+    values = dict(zip("abcdmn", (0.2, 0.9, 0.1, 0.1, 0.7, 0.1), strict=True))
+    assert judge(claim, values, CONTEXT).verdict == "reproduced"
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        (((2, 1.8, 2.2), (1, 0.8, 1.2)), "reversed: the ends stand in the opposite order"),
+        (((2, 1.1, 2.2), (1, 0.8, 1.2)), "the ends are not in the claimed order"),
+        (((2, 2, 2), (1, 1, 1)), "the ends are not in the claimed order"),  # no spread: not said
+    ],
+)
+def test_an_order_is_reversed_only_beyond_its_spread(values, why):
+    numbers = dict(zip("ab", (spread(*one) for one in values), strict=True))
+    judged = judge(make_claim(kind="order", keys=("a", "b")), numbers, CONTEXT)
+    assert judged.verdict == "not reproduced" and judged.why.startswith(why)
+
+
+def test_each_definition_has_a_null_and_numbers_beside_it_of_its_own():
+    claim = make_claim(
+        kind="order",
+        keys=("{definition}.a", "{definition}.b"),
+        null=("null.{definition}.a", "null.{definition}.b"),
+        shows=("{definition}.c",),
+        definitions=("x", "y"),
+    )
+    values = {"x.a": 1.0, "x.b": 2.0, "y.a": 1.0, "y.b": 2.0, "x.c": 5.0, "y.c": 6.0}
+    nulls = {"null.x.a": 1.0, "null.x.b": 2.0, "null.y.a": 0.1, "null.y.b": 0.1}
+    judged = judge(claim, values | nulls, CONTEXT)
+    assert [one.verdict for one in judged.readings] == ["no evidence", "reproduced"]
+    assert ("y.c", 6.0) in judged.readings[1].values
+    assert claim.list_keys() == {*values, *nulls}
+
+
+@pytest.mark.parametrize(
     ("values", "verdict"),
     [
         ({"x.a": 1.0, "y.a": 1.05}, "reproduced"),
@@ -404,6 +460,8 @@ def test_effort_is_no_verdict_on_the_paper(scale, verdict):
         ({"kind": "none"}, "add a sentence as `why`"),
         ({"drawn": ""}, 'set `drawn`, for instance to "starts"'),
         ({"null": ("m", "n")}, "1 keys but 2 nulls"),
+        ({"twin": ("m", "n")}, "needs two twins.* got 2 and 0"),
+        ({"null": ("m",), "twin": ("n",)}, "needs two twins.* got 1 and 1"),
         ({"definitions": ("x",)}, "must hold {definition}"),
         ({"definitions": ("x",), "keys": ("{definition}.a", "b")}, "must hold {definition}"),
     ],

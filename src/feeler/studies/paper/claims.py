@@ -55,9 +55,12 @@ class Claim(Record):
         declared, and no chance enters.
     definitions : tuple[str, ...]
         Readings that the paper leaves open. Only where all of them give one verdict is it the
-        verdict.
+        verdict. Each stands for ``{definition}`` in ``keys``, ``null`` and ``shows``.
     null : tuple[str, ...]
         For each key what the same pipeline reaches on identical touches.
+    twin : tuple[str, str]
+        What of the first and of the last key carries over to a twin of every touch; asked where
+        identical touches do as well. Empty: nothing was asked.
     apart : Literal[greater, less]
         Which values tell touches apart more: ``greater`` or ``less``; for claims with a ``null``.
     shows : tuple[str, ...]
@@ -85,6 +88,7 @@ class Claim(Record):
     drawn: str = ""
     definitions: tuple[str, ...] = ()
     null: tuple[str, ...] = ()
+    twin: tuple[str, ...] = ()
     apart: Literal["greater", "less"] = "greater"
     shows: tuple[str, ...] = ()
     why: str = ""
@@ -105,6 +109,11 @@ class Claim(Record):
                 f"claim {self.id!r} has {len(self.keys)} keys but {len(self.null)} nulls; give one"
                 " each."
             )
+        if self.twin and (len(self.twin) != 2 or not self.null):
+            raise InvalidInput(
+                f"claim {self.id!r} needs two twins, of its first and its last key, and a null;"
+                f" got {len(self.twin)} and {len(self.null)}."
+            )
         if self.definitions and not all("{definition}" in key for key in self.keys):
             raise InvalidInput(
                 f"claim {self.id!r} has definitions; each of its keys must hold {{definition}}."
@@ -122,14 +131,16 @@ class Claim(Record):
 
     def list_keys(self) -> set[str]:
         """Every value that a run must write for it."""
-        return {key for reading in self.definitions or ("",) for key in self.read_by(reading)} | {
-            *self.null,
-            *self.shows,
-        }
+        readings = [self.read_by(name) for name in self.definitions] or [self]
+        return {key for one in readings for key in (*one.keys, *one.null, *one.twin, *one.shows)}
 
-    def read_by(self, definition: str) -> tuple[str, ...]:
-        """The keys under one definition."""
-        return tuple(key.replace("{definition}", definition) for key in self.keys)
+    def read_by(self, definition: str) -> "Claim":
+        """The claim under one definition alone."""
+        named = {
+            part: tuple(key.replace("{definition}", definition) for key in getattr(self, part))
+            for part in ("keys", "null", "shows")
+        }
+        return self.replace(definitions=(), **named)
 
 
 @cache

@@ -31,6 +31,8 @@ MOST, HALF = 0.75, 0.5
 reproduced, and partly.
 """
 
+REVERSED = "reversed: the ends stand in the opposite order"
+
 Values = Mapping[str, Any]
 Spread = tuple[float, float, float]
 """Value, low, high."""
@@ -145,12 +147,12 @@ def judge(claim: Claim, values: Values, context: Context) -> Judged:
     """Hold one claim against our values."""
     if claim.definitions:
         return _judge_definitions(claim, values, context)
-    return _judge_keys(claim, claim.keys, values, context)
+    return _judge_keys(claim, values, context)
 
 
 def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged:
     """The verdict that all definitions give; where they differ, that it depends on them."""
-    found = [_judge_keys(claim, claim.read_by(name), values, context) for name in claim.definitions]
+    found = [_judge_keys(claim.read_by(name), values, context) for name in claim.definitions]
     named = zip(claim.definitions, found, strict=True)
     ours, keys = (
         "; ".join(f"{name}: {one.ours}" for name, one in named),
@@ -171,7 +173,7 @@ def _judge_definitions(claim: Claim, values: Values, context: Context) -> Judged
     said = "; ".join(
         f"{one.word} by {name}" for name, one in zip(claim.definitions, found, strict=True)
     )
-    why = f"the paper does not say which is meant: {said}{_name_nearest(claim, found)}"
+    why = f"readings that the paper leaves open differ: {said}{_name_nearest(claim, found)}"
     return Judged(verdict="depends on a definition", why=why, **together)
 
 
@@ -187,8 +189,9 @@ def _name_nearest(claim: Claim, found: list[Judged]) -> str:
     return f"; nearest: {min(off, key=off.__getitem__)}" if off else ""
 
 
-def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> Judged:
-    known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.shows))
+def _judge_keys(claim: Claim, values: Values, context: Context) -> Judged:
+    keys = claim.keys
+    known = tuple((key, values.get(key)) for key in (*keys, *claim.null, *claim.twin, *claim.shows))
     found = [values[key] for key in keys if values.get(key) is not None]
     names = _name_apart(keys) if claim.kind in ("order", "dip") and len(found) == len(keys) else ()
     ours = (
@@ -205,13 +208,13 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
         return say("not comparable", "another antenna than the paper's")
     if claim.kind == "none":
         return say("not comparable", claim.why)
-    if why := _find_lack(claim, keys, values, context):
+    if why := _find_lack(claim, values, context):
         return say("not judged", why)
     if undefined := [
         value["undefined"] for value in found if isinstance(value, dict) and "undefined" in value
     ]:
         return say("not comparable", f"undefined: {undefined[0]}")
-    if why := _find_single(claim, (*found, *(values[key] for key in claim.null))):
+    if why := _find_single(claim, (*found, *(values[key] for key in (*claim.null, *claim.twin)))):
         return say("not judged", why)
     numbers = [_read(value) for value in found]
     verdict, why = RULES[claim.kind](claim, numbers)
@@ -220,6 +223,12 @@ def _judge_keys(claim: Claim, keys: tuple[str, ...], values: Values, context: Co
     if claim.null and (
         reason := _match_null(claim, numbers, [_read(values[key]) for key in claim.null])
     ):
+        twin = [_read(values[key]) for key in claim.twin]
+        if twin and twin[-1][2] < twin[0][1]:
+            shown = ", ".join(f"{number[0]:.3g}" for number in twin)
+            return say(
+                "not reproduced", f"{REVERSED} in what carries over to twins ({shown}); {reason}"
+            )
         return say("no evidence", f"{why}, but {reason}")
     return say(verdict, why)
 
@@ -235,11 +244,12 @@ def _name_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def _find_lack(claim: Claim, keys: tuple[str, ...], values: Values, context: Context) -> str:
+def _find_lack(claim: Claim, values: Values, context: Context) -> str:
     """What this run did not compute; empty if it did."""
     if list(SCALES).index(context.scale) < list(SCALES).index(claim.due):
         return f"{context.scale} scale computes too little to judge it; due at {claim.due} scale"
-    missing = [key for key in (*keys, *claim.null) if values.get(key) is None]
+    needed = (*claim.keys, *claim.null, *claim.twin)
+    missing = [key for key in needed if values.get(key) is None]
     return (
         f"not computed in this run (scale {context.scale}): {', '.join(missing)}" if missing else ""
     )
@@ -291,6 +301,8 @@ def _judge_value(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
 def _judge_order(claim: Claim, numbers: list[Spread]) -> tuple[str, str]:
     points = [number[0] for number in numbers]
     apart = numbers[-1][1] > numbers[0][2]
+    if numbers[-1][1] < numbers[-1][2] < numbers[0][1]:  # said only where there is a spread
+        return "not reproduced", f"{REVERSED}, beyond the spreads of the ends"
     if points[-1] <= points[0]:
         return "not reproduced", "the ends are not in the claimed order"
     if not all(b > a for a, b in pairwise(points)):

@@ -1,0 +1,257 @@
+"""Populations: which sensilla sit where on an antenna, and the rates that a touch gives them."""
+
+import warnings
+from typing import Annotated, Literal
+
+import numpy as np
+import xarray as xr
+
+from feeler.checked import checked
+from feeler.errors import Doubtful, InvalidInput
+from feeler.record import Len, Of, Record
+from feeler.spikes.kernel import TABLE, encode_touch
+from feeler.spikes.sensillum import CAMPANIFORM, Sensillum
+from feeler.tensors.dataset import label_units
+from feeler.tensors.unit import in_unit
+
+STIFFEST = 1.0
+"""Of one step; up to here rates are within 5 % of their peak."""
+_UNITS = {"angle": "rad", "curvature": "1/mm"}
+_UNEVEN = 1e-6  # [C] share by which steps of time may differ
+
+
+class Population(Record):
+    """Sensilla along an antenna, from base to tip; a unit is one of them with its nerve fibre.
+
+    Attributes
+    ----------
+    position : np.ndarray
+        (unit,) arc length over the antenna's length; bending between two sensors is interpolated.
+    side : np.ndarray
+        (unit,) 1 answers to bending of positive sign, −1 to the other, which it cannot feel at all.
+    gain : np.ndarray
+        (unit,) or one number: u per unit of ``quantity``.
+    sensilla : tuple[Sensillum, ...]
+        One for each unit, or one for all.
+    quantity : Literal[angle, curvature]
+        What bends them: the hinge's ``angle`` [rad] or its ``curvature`` [1/mm].
+
+    Raises
+    ------
+    InvalidInput
+        A unit without a place on the antenna, a side other than ±1, a gain that is not above 0, or
+        other numbers of them than units.
+    """
+
+    position: Annotated[np.ndarray, "unit"]
+    side: Annotated[np.ndarray, "unit", Of(int)]
+    gain: Annotated[np.ndarray, "unit?"]
+    sensilla: Annotated[tuple[Sensillum, ...], Len(1)] = (CAMPANIFORM,)
+    quantity: Literal["angle", "curvature"] = "angle"
+
+    def _check(self) -> None:
+        count = self.position.size
+        if not count:
+            raise InvalidInput("a population needs at least one unit.")
+        if not np.all((self.position >= 0) & (self.position <= 1)):
+            raise InvalidInput(
+                "each unit needs a place between 0 (base) and 1 (tip), got"
+                f" {self.position[(self.position < 0) | (self.position > 1)][0]:g}."
+            )
+        if not np.isin(self.side, (-1, 1)).all():
+            raise InvalidInput("the side of a unit is 1 or −1.")
+        if not np.all(self.gain > 0):
+            raise InvalidInput(f"gains must be > 0, got {self.gain.min():g}; side says the sign.")
+        if len(self.sensilla) not in (1, count):
+            raise InvalidInput(
+                f"{count} units but {len(self.sensilla)} sensilla; give one for all or one for"
+                " each."
+            )
+        vars(self)["gain"] = np.broadcast_to(self.gain, (count,))
+
+    @property
+    def table(self) -> np.ndarray:
+        """Parameters of the units (parameter, unit), as the compiled steps read them."""
+        rows = [[getattr(one, name) for one in self.sensilla] for name in TABLE]
+        return np.ascontiguousarray(np.broadcast_to(rows, (len(rows), self.position.size)), float)
+
+    def pick(self, units: np.ndarray) -> "Population":
+        """Only these units, by number or as a mask."""
+        chosen = np.arange(self.position.size)[units]
+        many = len(self.sensilla) > 1
+        return self.replace(
+            position=self.position[chosen],
+            side=self.side[chosen],
+            gain=self.gain[chosen],
+            sensilla=tuple(self.sensilla[k] for k in chosen) if many else self.sensilla,
+        )
+
+    def find_taps(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """For each unit the sensor on its base's side, and its share of the way to the next.
+
+        Raises
+        ------
+        InvalidInput
+            Fewer than two sensors, or a unit further from them than they are from each other.
+        """
+        places = np.asarray(position, dtype=float)
+        if places.size < 2:
+            raise InvalidInput("sensilla need at least two sensors to stand between.")
+        widest = np.diff(places).max()
+        out = np.maximum(places[0] - self.position, self.position - places[-1])
+        if out.max() > widest:
+            raise InvalidInput(
+                f"the unit at {self.position[out.argmax()]:g} lies beyond the sensors, which stand"
+                f" from {places[0]:g} to {places[-1]:g}; give it a place among them."
+            )
+        found = np.searchsorted(places, self.position, side="right") - 1
+        taps = np.clip(found, 0, places.size - 2)
+        shares = (self.position - places[taps]) / (places[taps + 1] - places[taps])
+        return taps, np.clip(shares, 0.0, 1.0)
+
+    @checked
+    def encode(self, touches: xr.Dataset, *, limit: float = STIFFEST) -> xr.Dataset:
+        """The touches with ``rate`` (trial, unit, time) [Hz] beside them.
+
+        Parameters
+        ----------
+        touches
+            A Dataset of the data contract. Each touch begins at rest: adapted to no bending.
+        limit
+            Stiffness above which the sampling is refused; ``np.inf`` for white noise, whose
+            steps are the signal.
+
+        Raises
+        ------
+        InvalidInput
+            Time steps that differ, or too long for the adaptation; the message says which would do.
+        """
+        rates = self._encode(touches, limit)
+        best = rates.max(axis=(0, 1))
+        if best.any() and np.all((best == 0) | (best >= self.table[-1])):
+            warnings.warn(
+                "every unit that fires reaches its greatest rate; a lower gain would tell touches"
+                " apart by how strongly they bend.",
+                Doubtful,
+                stacklevel=3,
+            )
+        known = {"unit", "event"} & {*touches.dims}
+        found = touches.drop_dims(known).assign_coords(
+            unit=("unit", np.arange(1, self.position.size + 1)),
+            unit_position=("unit", self.position),
+            unit_side=("unit", self.side),
+        )
+        return label_units(found.assign(rate=(("trial", "unit", "time"), rates.swapaxes(1, 2))))
+
+    def _encode(self, touches: xr.Dataset, limit: float) -> np.ndarray:
+        """Rates (trial, time, unit)."""
+        if self.quantity not in touches:
+            raise InvalidInput(f"sensilla feel {self.quantity!r}, which these touches lack.")
+        time = in_unit(touches["time"], "ms").values
+        step = find_step(time)
+        bent = in_unit(touches[self.quantity], _UNITS[self.quantity])
+        samples = np.ascontiguousarray(bent.transpose("trial", "time", "sensor"), dtype=float)
+        refuse_gaps(samples)
+        rates = np.empty((len(samples), time.size, self.position.size))
+        fixed = (*self.find_taps(touches["position"].values), self.side * self.gain, self.table)
+        for touch, rate in zip(samples, rates, strict=True):
+            refuse_coarse(encode_touch(touch, *fixed, step, rate), step, limit)
+        return rates
+
+
+def find_step(time: np.ndarray) -> float:
+    """The step of evenly spaced times [ms]."""
+    steps = np.diff(time)
+    if not steps.size or np.ptp(steps) > _UNEVEN * steps.mean():
+        raise InvalidInput("sensilla need samples at even steps of time, at least two.")
+    return float(steps.mean())
+
+
+def refuse_gaps(samples: np.ndarray) -> None:
+    """Raise where bending is missing, which would pass for none."""
+    if not np.isfinite(samples).all():
+        raise InvalidInput("the bending is not finite; fill gaps, or leave the trial out.")
+
+
+def refuse_coarse(stiffness: float, step: float, limit: float = STIFFEST) -> None:
+    """Raise where one step was longer than the threshold needs to follow."""
+    if stiffness > limit:
+        raise InvalidInput(
+            f"the samples, {step:g} ms apart, are too coarse for how fast these sensilla adapt."
+            f" Sample every {step * limit / stiffness:.2g} ms (sample_interval=), or lower the"
+            " gain."
+        )
+
+
+@checked
+def place_sensilla(
+    position: np.ndarray,
+    gain: float | np.ndarray,
+    *,
+    sensillum: Sensillum = CAMPANIFORM,
+    quantity: str = "angle",
+) -> Population:
+    """A population with a unit on each of both sides at each place.
+
+    Parameters
+    ----------
+    position
+        Places (place,): an antenna's own sensors, ``touches["position"]``, which for the cockroach
+        are 56, as its campaniform sensilla are counted [P], spread evenly [C]; or any others, such
+        as ``np.linspace(0.1, 0.9, 20)``.
+    gain
+        u per unit of ``quantity``, one number or (place,) [C].
+    sensillum
+        What sits there.
+    quantity
+        ``angle`` [rad] or ``curvature`` [1/mm].
+
+    Returns
+    -------
+    Population
+        First all units of side 1 from base to tip, then all of side −1.
+    """
+    places = np.atleast_1d(np.asarray(position, dtype=float))
+    gains = np.broadcast_to(np.asarray(gain, dtype=float), places.shape)
+    return Population(
+        position=np.tile(places, 2),
+        side=np.repeat((1, -1), places.size),
+        gain=np.tile(gains, 2),
+        sensilla=(sensillum,),
+        quantity=quantity,  # type: ignore[arg-type]
+    )
+
+
+@checked
+def find_gain(touches: xr.Dataset, population: Population, rate: float = 400.0) -> Population:
+    """The population with all gains scaled so that half of the touches drive a unit beyond a rate.
+
+    Parameters
+    ----------
+    touches
+        A Dataset of the data contract.
+    population
+        Its gains are scaled by one number.
+    rate
+        Median over the touches of each one's greatest rate [Hz]; 400 is what is seen in
+        recordings from cockroach antennae [A].
+
+    Raises
+    ------
+    InvalidInput
+        No gain gives that rate.
+    """
+    low, high = 1e-6, 1e6
+    peak = float(np.abs(touches[population.quantity]).max())
+    start = population.replace(gain=population.gain / max(peak * population.gain.max(), 1e-12))
+    for _ in range(40):
+        middle = float(np.sqrt(low * high))
+        found = start.replace(gain=start.gain * middle)._encode(touches, np.inf)
+        enough = np.median(found.max(axis=(1, 2))) >= rate
+        low, high = (low, middle) if enough else (middle, high)
+    if not 1e-5 < high < 1e5:
+        raise InvalidInput(
+            f"no gain makes half of the touches reach {rate:g} Hz: these touches bend the antenna"
+            " too little, or the sensilla's ceiling is lower."
+        )
+    return start.replace(gain=start.gain * high)

@@ -1,0 +1,110 @@
+"""Readers of spikes: the ideal observer against brute force, codes, deadlines."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import poisson
+from sklearn.base import clone
+
+from feeler.decoding import measure_reader
+from feeler.errors import InvalidInput
+from feeler.spikes import SPIKE_CODES, PoissonReader, SpikeReader
+
+
+def make_rates(seed=0):
+    """Four touches of three classes (touch, unit, time) [Hz]; one unit is silent in some."""
+    rates = np.random.default_rng(seed).gamma(1.0, 300.0, (4, 2, 3))
+    rates[0, 1] = rates[2, 0] = 0.0
+    return rates, ["b", "a", "c", "a"]
+
+
+def test_the_ideal_observer_is_bayes_rule():
+    rates, labels = make_rates()
+    reader = PoissonReader(step=2.0).fit(rates, labels)
+    counts = np.random.default_rng(1).poisson(rates[[0, 1, 2, 3, 3]] * 2e-3)
+    chance = np.stack([poisson.pmf(counts, one * 2e-3).prod(axis=(1, 2)) for one in rates], axis=1)
+    by_class = np.stack([chance[:, [1, 3]].sum(axis=1), chance[:, 0], chance[:, 2]], axis=1)
+    np.testing.assert_allclose(
+        reader.predict_proba(counts), by_class / by_class.sum(axis=1, keepdims=True), rtol=1e-10
+    )
+
+
+def test_its_accuracy_and_bits_are_those_summed_over_all_trains():
+    rates = np.array([[[150.0, 400.0]], [[300.0, 100.0]], [[0.0, 250.0]]])
+    reader = PoissonReader(step=4.0).fit(rates, list("abc"))
+    trains = np.array([*product(range(16), repeat=2)])[:, None, :]
+    chance = np.stack([poisson.pmf(trains, one * 4e-3).prod(axis=(1, 2)) for one in rates])
+    posterior = np.nan_to_num(np.asarray(reader.predict_proba(trains)))
+    accuracy = (chance.T * (posterior == posterior.max(axis=1, keepdims=True))).sum() / 3
+    drawn = np.random.default_rng(2).poisson(np.repeat(rates, 20000, axis=0) * 4e-3)
+    found, bits = measure_reader(reader, drawn, np.repeat(list("abc"), 20000))
+    assert found == pytest.approx(accuracy, abs=0.01)
+    true = (chance.T / 3 * np.log2(np.maximum(posterior, 1e-300))).sum() + np.log2(3)
+    assert bits == pytest.approx(true, abs=0.02)
+
+
+def test_a_train_that_no_known_touch_can_give_has_no_answer():
+    rates, labels = make_rates()
+    counts = np.zeros((1, 2, 3))
+    counts[0, :, 0] = 1, 1
+    rates[:, 1] = 0.0
+    assert np.isnan(PoissonReader().fit(rates, labels).predict_proba(counts)).all()
+    assert np.isfinite(PoissonReader(floor=1.0).fit(rates, labels).predict_proba(counts)).all()
+
+
+def make_rasters(seed, n_each=40):
+    """Three classes: which of two units fires first, or both late; told apart by their timing."""
+    rng = np.random.default_rng(seed)
+    rates = np.zeros((3, 4, 60))
+    rates[0, 0, 12:], rates[0, 1, 30:] = 300.0, 300.0
+    rates[1, 1, 12:], rates[1, 0, 30:] = 300.0, 300.0
+    rates[2, 2:, 40:] = 300.0
+    labels = np.repeat(list("abc"), n_each)
+    coords = {"time": np.arange(60.0), "lead": ("trial", np.full(labels.size, 10.0))}
+    counts = rng.poisson(np.repeat(rates, n_each, axis=0) * 1e-3)
+    return xr.DataArray(counts, coords, ("trial", "unit", "time")), labels, rates
+
+
+@pytest.mark.parametrize("code", SPIKE_CODES)
+def test_every_code_tells_by_a_deadline_and_sees_nothing_beyond(code):
+    lessons, taught, rates = make_rasters(0)
+    met, true, _ = make_rasters(1)
+    reader = SpikeReader(code, width=3 if code == "counts" else 1).fit(lessons, taught)
+    ideal = PoissonReader().fit(rates, list("abc"))
+    assert reader.score(met, true) > 0.85
+    early = reader.score(met, true, until=20.0)
+    assert early < reader.score(met, true)
+    assert early <= ideal.score(met, true, until=20.0) + 0.05
+    other = met.copy()
+    other[:, :, 35:] = 3
+    np.testing.assert_array_equal(*(reader.predict_proba(x, 20.0).values for x in (met, other)))
+    assert clone(reader).get_params() == reader.get_params()
+
+
+@pytest.mark.parametrize(
+    ("code", "width", "expected"),
+    [
+        ("counts", 2, [[2, 1, 1, 0, 0, 0]]),
+        ("first", 1, [[1, 5]]),
+        ("first", 2, [[0, 2]]),
+        ("latency", 1, [[0, 4]]),
+    ],
+)
+def test_codes_are_what_they_say(code, width, expected):
+    raster = np.array([[[0, 2, 1, 0, 1], [0, 0, 0, 0, 0]]])
+    assert SPIKE_CODES[code](raster, width).tolist() == expected
+
+
+def test_what_cannot_be_learned_is_refused():
+    with pytest.raises(InvalidInput, match="same code 'counts', as where no unit fires"):
+        SpikeReader().fit(np.zeros((6, 2, 30)), list("aabbcc"))
+    with pytest.raises(InvalidInput, match="must be ≥ 0"):
+        PoissonReader().fit(-make_rates()[0], list("abcd"))
+    with pytest.raises(InvalidInput, match="unknown code of spikes 'phase'; valid: counts"):
+        SpikeReader("phase").fit(*make_rasters(0)[:2])
+    with pytest.raises(InvalidInput, match="4 touches, 2 labels"):
+        PoissonReader().fit(make_rates()[0], list("ab"))
+    with pytest.raises(InvalidInput, match="step must be > 0"):
+        PoissonReader(step=0).fit(*make_rates())

@@ -1,0 +1,194 @@
+"""Trains against what is known of renewal processes; rasters, thinning, recorded trains."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from feeler.errors import Doubtful, InvalidInput
+from feeler.spikes import (
+    Firing,
+    SensillaStream,
+    attach_trains,
+    count_spikes,
+    draw_spikes,
+    place_sensilla,
+    thin_spikes,
+)
+from tests.spikes._touches import POSITION, make_bent
+
+
+def make_rates(hertz, steps=400, n=1, units=4):
+    """Touches whose units all fire at this rate [Hz], a number or (time,)."""
+    touches = make_bent(n, steps)
+    rates = np.broadcast_to(hertz, (n, units, steps)).astype(float)
+    return touches.assign(rate=(("trial", "unit", "time"), rates, {"units": "Hz"}))
+
+
+def list_intervals(spikes):
+    times = spikes["spike_time"].values
+    return np.diff(times, axis=2)[np.isfinite(np.diff(times, axis=2))]
+
+
+@pytest.mark.parametrize("order", [1, 4])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_any_window_holds_the_expected_number_of_spikes(order, seed):
+    rate = 60 + 50 * np.sin(np.arange(90) / 9)
+    drawn = draw_spikes(make_rates(rate, 90, n=40, units=50), Firing(order=order), seed=seed)
+    counts = count_spikes(drawn).values.reshape(2000, 90)
+    for window in (slice(0, 4), slice(20, 50), slice(0, 90)):
+        own, expected = counts[:, window].sum(axis=1), rate[window].sum() * 1e-3
+        error = own.std() / np.sqrt(own.size)
+        assert abs(own.mean() - expected) < 4 * error
+    long = counts.sum(axis=1)
+    assert long.var() / long.mean() == pytest.approx({1: 1.0, 4: 0.31}[order], rel=0.12)
+
+
+def test_poisson_counts_follow_the_poisson_distribution():
+    counts = count_spikes(draw_spikes(make_rates(80, 60, n=50, units=60), seed=4)).sum("time")
+    seen = np.bincount(counts.values.ravel(), minlength=14)[:14]
+    expected = stats.poisson(4.8).pmf(np.arange(14)) * counts.size
+    enough = expected > 20
+    assert (
+        stats.chisquare(
+            np.append(seen[enough], counts.size - seen[enough].sum()),
+            np.append(expected[enough], counts.size - expected[enough].sum()),
+        ).pvalue
+        > 1e-3
+    )
+
+
+@pytest.mark.parametrize("order", [1, 3])
+def test_intervals_are_the_refractory_period_and_a_gamma(order):
+    drawn = draw_spikes(make_rates(200, 4000, units=6), Firing(order=order, refractory=2.0), seed=2)
+    intervals = list_intervals(drawn)
+    law = stats.gamma(order, loc=2.0, scale=5.0 / order)
+    assert stats.kstest(intervals, law.cdf).pvalue > 1e-3
+    assert intervals.min() >= 2.0 and intervals.mean() == pytest.approx(7.0, rel=0.05)
+
+
+def test_latency_moves_all_spikes_and_its_spread_each():
+    rates = make_rates(100, 300, units=8)
+    plain, late = (draw_spikes(rates, Firing(latency=x), seed=3)["spike_time"] for x in (0, 7.5))
+    first, moved = (x.values[np.isfinite(x.values)] for x in (plain, late))
+    np.testing.assert_allclose(
+        np.sort(first + 7.5)[: moved.size // 2], np.sort(moved)[: moved.size // 2]
+    )
+    spread = draw_spikes(make_rates(20, 4000, units=30), Firing(spread=1.5, latency=9.0), seed=3)
+    times = spread["spike_time"].values
+    assert np.all(np.diff(times, axis=2)[np.isfinite(np.diff(times, axis=2))] >= 0)
+    assert list_intervals(spread).mean() == pytest.approx(50, rel=0.1)
+
+
+def test_a_trial_has_the_same_spikes_alone_or_among_others():
+    rates = make_rates(150, 50, n=4)
+    whole, alone = (
+        draw_spikes(part, seed=5)["spike_time"] for part in (rates, rates.isel(trial=[2]))
+    )
+    own = whole.values[2][np.isfinite(whole.values[2])]
+    np.testing.assert_array_equal(own, alone.values[np.isfinite(alone.values)])
+    assert not np.array_equal(own, whole.values[1][np.isfinite(whole.values[1])])
+
+
+@pytest.mark.parametrize(
+    "firing", [Firing(), Firing(order=3, refractory=1.0, latency=2.0, spread=0.5)]
+)
+def test_a_stream_gives_the_numbers_of_the_batch(firing):
+    touches = make_bent(2)
+    population = place_sensilla(np.array([0.2, 0.5, 0.8]), 25.0)
+    drawn = draw_spikes(population.encode(touches), firing, seed=6)
+    stream = SensillaStream(population, POSITION, firing=firing, seed=6, trial=1)
+    for _ in range(2):  # reset begins again
+        found = [[] for _ in range(6)]
+        for k, sample in enumerate(touches["angle"].values[1].T):
+            for unit, time in zip(*stream.push(sample), strict=True):
+                found[unit].append(time)
+            np.testing.assert_array_equal(stream.rate, drawn["rate"].values[1, :, k])
+        for own, train in zip(found, drawn["spike_time"].values[1], strict=True):
+            kept = sorted(time for time in own if -1 < time <= 89)
+            np.testing.assert_array_equal(kept, train[np.isfinite(train)])
+        stream.reset()
+    assert sum(map(len, found)) > 10
+
+
+def test_a_stream_refuses_what_it_cannot_follow():
+    stream = SensillaStream(place_sensilla(POSITION, 100.0), POSITION)
+    with pytest.raises(InvalidInput, match="5 sensors, got shape"):
+        stream.push(np.zeros(4))
+    with pytest.raises(InvalidInput, match="not finite"):
+        stream.push(np.full(5, np.nan))
+    with pytest.raises(InvalidInput, match="too coarse"):
+        stream.push(np.full(5, 0.5))
+
+
+def test_the_same_numbers_come_without_compiled_code():
+    code = (
+        "from tests.spikes._touches import make_bent, POSITION\n"
+        "from feeler.spikes import *\n"
+        "firing = Firing(order=2, refractory=1.5, spread=0.2)\n"
+        "rates = place_sensilla(POSITION, 25.0).encode(make_bent(1, 60))\n"
+        "times = draw_spikes(rates, firing, seed=8)['spike_time'].values\n"
+        "print(repr(float(rates['rate'].sum())), times[times == times].tolist())"
+    )
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for off in ("0", "1")
+    ]
+    (first, *one), (second, *two) = ([float(x.strip("[],")) for x in text.split()] for text in said)
+    assert len(one) == len(two) > 5 and first == pytest.approx(second, rel=1e-12)
+    np.testing.assert_allclose(one, two, rtol=1e-12)
+
+
+def test_a_spike_belongs_to_the_first_sample_at_or_after_it():
+    touches = make_bent(2, steps=5)
+    trains = [[[0.0, 0.3, 1.0], []], [[], [3.2]]]
+    raster = count_spikes(attach_trains(touches, trains, ["a", "b"]))
+    assert raster.values[0].tolist() == [[1, 2, 0, 0, 0], [0] * 5]
+    assert raster.values[1].tolist() == [[0] * 5, [0, 0, 0, 0, 1]]
+    assert raster["unit"].values.tolist() == ["a", "b"] and "lead" in raster.coords
+
+
+@pytest.mark.parametrize(
+    ("trains", "units", "words"),
+    [
+        ([[[1.0], [2.0]]], ["a", "a"], "two trains of unit 'a'"),
+        ([[[1.0]]], ["a", "b"], "trial 0 has 1 trains for 2 units"),
+        ([[[1.0]], [[1.0]]], ["a"], "1 trials but trains of 2"),
+        ([[[2.0, 1.0]]], ["a"], "train of unit 'a' in trial 0 must rise within the record, 0 to 4"),
+        ([[[7.0]]], ["a"], "must rise within the record"),
+    ],
+)
+def test_recorded_trains_that_cannot_be_are_refused(trains, units, words):
+    with pytest.raises(InvalidInput, match=words):
+        attach_trains(make_bent(1, steps=5), trains, units)
+
+
+def test_thinned_trains_keep_the_share_asked_for_and_nothing_is_made_up():
+    counts = np.random.default_rng(0).poisson(0.2, (300, 8, 40))
+    thin = thin_spikes(counts, 20.0, seed=1)
+    per_trial = thin.sum(axis=(1, 2))
+    assert np.all(thin <= counts) and per_trial.mean() == pytest.approx(20, rel=0.03)
+    assert per_trial.var() == pytest.approx(20, rel=0.35)  # thinned Poisson is Poisson
+    np.testing.assert_array_equal(thin_spikes(counts, 1e6), counts)
+
+
+def test_silence_is_said():
+    with pytest.warns(Doubtful, match="no unit fired in any trial"):
+        drawn = draw_spikes(make_rates(0, 20))
+    assert count_spikes(drawn).sum() == 0
+
+
+def test_negative_rates_are_refused():
+    with pytest.raises(InvalidInput, match="rates must be ≥ 0 Hz"):
+        draw_spikes(make_rates(-1, 20))
+    with pytest.raises(InvalidInput, match=r"population.encode\(touches\) gives them"):
+        draw_spikes(make_bent())
