@@ -23,9 +23,19 @@ if (matchMedia("(prefers-reduced-motion: reduce)").matches)
 const setPans = () => { for (const pan of document.querySelectorAll(".pan")) pan.tabIndex = pan.scrollWidth > pan.clientWidth ? 0 : -1; };
 addEventListener("resize", setPans);
 addEventListener("load", setPans);
-// On paper everything is open.
+// A link into a closed part opens it.
+const reveal = () => {
+  const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  for (const inner of target.querySelectorAll(":scope > details")) inner.open = true;
+  for (let one = target.closest("details"); one; one = one.parentElement.closest("details")) one.open = true;
+  target.scrollIntoView();
+};
+addEventListener("hashchange", reveal);
+addEventListener("load", reveal);
+// On paper the first screen and the story stand by themselves; a page without a story is open.
 addEventListener("beforeprint", () => {
-  for (const one of document.querySelectorAll("details")) one.open = true;
+  if (!document.querySelector(".told")) for (const one of document.querySelectorAll("details")) one.open = true;
   for (const one of document.images) one.loading = "eager";
 });
 // Values under the pointer: the picture's own colours, read back through its colour scale.

@@ -58,7 +58,9 @@ def render_page(
     parts: Sequence[Section | Part],
     *,
     opening: str = "",
+    story: str = "",
     beside: Mapping[str, str] | None = None,
+    closed: bool = False,
 ) -> str:
     """Parts and sections, in order, as one page of HTML.
 
@@ -68,9 +70,13 @@ def render_page(
         The paragraph below the title and the ``opening``.
     opening
         What fills the first screen (Markup; a plain string is escaped).
+    story
+        What follows it, before the contents (Markup).
     beside
         What stands beside the figure of a name, or at the end of a section (``section-`` and its
         name).
+    closed
+        Whether every part is closed until it is asked for.
     """
     shown = [part if isinstance(part, Part) else _fill(part, beside or {}) for part in parts]
     css, script = (
@@ -82,6 +88,8 @@ def render_page(
         title=title,
         lead=lead,
         opening=opening,
+        story=story,
+        closed=closed,
         parts=shown,
         css=css,
         script=script,
@@ -107,14 +115,9 @@ def _fill(section: Section, beside: Mapping[str, str]) -> Part:
         section.blocks,
         lambda name: embed(section.folder / name),
         texts,
-        _say_kept(section),
+        section.say_kept(),
     )
     return Part(name=section.name, title=section.title, body=body)
-
-
-def _say_kept(section: Section) -> str:
-    waits = " This run is making its own; this page is written anew when it is there."
-    return section.kept and section.kept + waits * section.waits
 
 
 def embed(path: Path) -> str:

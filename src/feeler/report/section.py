@@ -114,6 +114,11 @@ class Section:
         text = json.dumps({key: to_json(value) for key, value in arrays.items()}, sort_keys=True)
         (self.folder / f"{name}.json").write_text(text)
 
+    def say_kept(self) -> str:
+        """What a reader must know of a section that another run made; "" of this run's own."""
+        waits = " This run is making its own; this page is written anew when it is there."
+        return self.kept and self.kept + waits * self.waits
+
     def save(self) -> None:
         """Close the PDF and write ``section.json``, which says that the section is whole."""
         if "_pictures" in self.__dict__:

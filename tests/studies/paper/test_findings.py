@@ -2,14 +2,15 @@
 
 import pytest
 
-from feeler.studies.paper.claims import load_claims
+from feeler.studies.paper.claims import load_claims, read_declared
 from feeler.studies.paper.findings import (
     PLACE,
     _load_findings,
+    choose_answer,
     fill,
     list_findings,
-    list_numbers,
-    list_topics,
+    list_headlines,
+    list_screens,
 )
 from feeler.studies.paper.reproduce import STAGES
 from feeler.studies.paper.verdicts import Judged
@@ -39,44 +40,51 @@ def test_without_numbers_nothing_is_said():
     assert list_findings({}) == []
 
 
-VALUES = {
-    "complete.common.exponential": 0.93,
-    "complete.common.constant": 0.37,
-    "dispersion.tensor.nmi.slow": {"value": 0.312, "low": 0.1, "high": 0.5},
-    "dispersion.tensor.nmi.fast": 0.624,
-    "generalise.size.exponential": 0.183,
-    "generalise.size.constant": 0.447,
-    "classification.null.slow": 0.912,
+def judge_all(verdict, *but):
+    """Every claim with one verdict, those named with the other."""
+    other = {"reproduced": "partly"}.get(verdict, "reproduced")
+    return [
+        Judged(claim=claim, verdict=other if claim.id in but else verdict, ours="", why="")
+        for claim in load_claims()
+    ]
+
+
+STORY = read_declared("story.toml")
+KEYS = {
+    key: 0.81
+    for part in ("headline", "screen")
+    for one in STORY[part]
+    for text in one.values()
+    if isinstance(text, str)
+    for key, _ in PLACE.findall(text)
 }
 
 
-def test_the_first_screen_shows_the_run_s_own_numbers():
-    assert [number for number, _ in list_numbers(VALUES)] == ["0.31 : 0.62", "93% : 37%", "91%"]
-    (slow, whole, null), words = list_numbers(VALUES), list_topics(VALUES, [])[0]["words"]
-    assert (
-        "slow : fast" in slow[1] and "exponential : constant" in whole[1] and "identical" in null[1]
-    )
-    assert "whole touches" in whole[1]  # in the paper's window profiles are not comparable
-    assert f"chance, {1 / 30:.0%}".replace("%", " %") in null[1]  # all of one speed
-    assert (
-        "slow touches are alike their closest match with an NMI of 0.31, those of fast ones with"
-        " 0.62" in words
-    )
-    assert [number for number, _ in list_numbers({"classification.null.slow": 0.2})] == ["20%"]
+def test_the_answer_is_yes_only_while_what_it_rests_on_holds():
+    answers = [one["words"] for one in STORY["answer"]]
+    assert choose_answer(judge_all("reproduced")) == answers[0]
+    assert choose_answer(judge_all("partly")) == answers[-1]
+    for name in STORY["answer"][0]["holds"]:
+        assert choose_answer(judge_all("reproduced", name)) == answers[1]
 
 
-def test_a_topic_counts_the_verdicts_of_its_own_claims_of_the_paper():
-    claims = load_claims()
-    judged = [Judged(claim=claim, verdict="partly", ours="", why="") for claim in claims]
-    counts = [topic["counts"]["partly"] for topic in list_topics({}, judged)]
-    prefixes = (
-        ("speed-", "lda-speed", "cnn-speed"),
-        ("profile-", "lda-profile", "cnn-profile", "entropy-order", "wall-order"),
-        ("bases-", "entropy-", "residual", "duration", "pca"),
-    )
-    expected = [
-        len({c.statement for c in claims if c.whose == "paper" and c.id.startswith(words)})
-        for words in prefixes
-    ]
-    assert counts == expected and min(counts) > 0
-    assert all(topic["words"] == "" for topic in list_topics({}, judged))
+@pytest.mark.parametrize("answer", STORY["answer"], ids=lambda one: one["words"][:9])
+def test_the_answer_is_short_and_rests_on_claims_that_exist(answer):
+    assert len(answer["words"].split()) <= 25
+    assert {*answer["holds"]} <= {claim.id for claim in load_claims()}
+
+
+def test_a_headline_needs_its_numbers_and_its_claims():
+    shown = list_headlines(KEYS, judge_all("reproduced"))
+    assert [one["number"] for one in shown] == ["81%", "0.81 m/s", "81%"]
+    assert list_headlines({}, judge_all("reproduced")) == []
+    resting = [one for one in STORY["headline"] if one["holds"]]
+    assert resting and len(list_headlines(KEYS, judge_all("partly"))) == 3 - len(resting)
+
+
+def test_a_screen_leaves_out_the_sentence_that_it_cannot_fill():
+    full, empty = list_screens(KEYS), list_screens({})
+    assert len(full) == len(empty) <= 9
+    for one, less in zip(full, empty, strict=True):
+        assert "{" not in one["words"] + less["words"] and less["words"]
+        assert len(less["words"]) <= len(one["words"])

@@ -1,5 +1,5 @@
-"""What the verdicts do not say in one line: sentences of the report's first page, filled with the
-run's own numbers.
+"""What the report says in words: the answer, the story, and what verdicts do not say in one line;
+sentences filled with the run's own numbers.
 """
 
 import re
@@ -8,35 +8,49 @@ from functools import cache
 from typing import Any
 
 from feeler.studies.paper.claims import read_declared
-from feeler.studies.paper.verdicts import EVIDENCE, Judged, count_verdicts
+from feeler.studies.paper.verdicts import Judged
 
-FINDINGS = "findings.toml"
+FINDINGS, STORY = "findings.toml", "story.toml"
 PLACE = re.compile(r"\{([^{}:]+):([^{}]+)\}")
 """``{key of a value:format}``"""
 
 
-def list_topics(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, Any]]:
-    """The first screen's sentences: ``title``, ``section``, ``words`` and ``counts``.
+def choose_answer(judged: Sequence[Judged]) -> str:
+    """The answer to the report's question: the first of ``story.toml`` whose claims all hold."""
+    hold = _list_held(judged)
+    return next(one["words"] for one in read_declared(STORY)["answer"] if hold >= {*one["holds"]})
 
-    The words are filled with the run's values, and empty without them; the counts say how many
-    statements of the topic got each verdict that is evidence.
+
+def list_headlines(values: Mapping[str, Any], judged: Sequence[Judged]) -> list[dict[str, str]]:
+    """The first screen's findings whose claims hold and which this run can fill: ``number``,
+    ``words``, ``when`` it is true and the ``section`` that shows it.
     """
-    topics = []
-    for one in read_declared(FINDINGS)["topic"]:
-        chosen = [found for found in judged if re.match(one["claims"], found.claim.id)]
-        counts = {word: count_verdicts(chosen)[word] for word in EVIDENCE}
-        words = fill(" ".join(one["words"].split()), values)
-        topics.append(one | {"words": words, "counts": counts})
-    return topics
-
-
-def list_numbers(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The first screen's numbers that this run has, each with what it is."""
+    hold, texts = _list_held(judged), ("number", "words", "when", "section")
     found = [
-        (fill(one["number"], values), fill(" ".join(one["words"].split()), values))
-        for one in read_declared(FINDINGS)["number"]
+        {name: fill(one[name], values) for name in texts}
+        for one in read_declared(STORY)["headline"]
+        if hold >= {*one["holds"]}
     ]
-    return [(number, words) for number, words in found if number and words]
+    return [one for one in found if all(one.values())]
+
+
+def _list_held(judged: Sequence[Judged]) -> set[str]:
+    return {one.claim.id for one in judged if one.verdict == "reproduced"}
+
+
+def list_screens(values: Mapping[str, Any]) -> list[dict[str, str]]:
+    """The story: ``title``, ``figure`` and ``words`` of every screen; sentences that this run
+    cannot fill are left out.
+    """
+    return [
+        one | {"words": " ".join(filter(None, (fill(s, values) for s in _split(one["words"]))))}
+        for one in read_declared(STORY)["screen"]
+    ]
+
+
+def _split(words: str) -> list[str]:
+    """Sentences."""
+    return re.split(r"(?<=[.?!]) (?=[A-Z])", " ".join(words.split()))
 
 
 @cache

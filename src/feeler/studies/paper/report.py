@@ -6,7 +6,6 @@ import json
 import os
 import platform
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +14,13 @@ from pypdf import PdfReader, PdfWriter
 
 from feeler.physics.contact import get_contact
 from feeler.provenance import describe_versions, list_versions
-from feeler.report.page import Part, embed, open_templates, render_page
+from feeler.report.page import Part, open_templates, render_page
 from feeler.report.section import MARKER, PAGES, Section, to_json
 from feeler.studies.paper.claims import read_declared
 from feeler.studies.paper.context import Context
-from feeler.studies.paper.findings import list_findings, list_numbers, list_topics
+from feeler.studies.paper.findings import list_findings
+from feeler.studies.paper.story import open_report, tell_story
 from feeler.studies.paper.verdicts import EVIDENCE, OTHERS, Judged, count_verdicts
-
-QUESTION = (
-    "Does an antenna that is stiff at its base, soft at its tip, and slow to touch, feel more?"
-)
-OPENING_MOVIE = "movieS2_speeds.mp4"
 
 
 def write_report(context: Context, sections: list[Section], claims: list[Judged]) -> Path:
@@ -46,9 +41,11 @@ def write_page(context: Context, sections: list[Section], claims: list[Judged]) 
         for block in section.blocks
         if "name" in block
     }
-    opening, beside = Markup(""), dict[str, Markup]()
+    opening, story, beside = Markup(""), Markup(""), dict[str, Markup]()
+    shown: list[Section] = sections
     if context.is_cockroach:
-        opening, beside = _open(templates, sections, claims), _group(templates, claims, made)
+        opening, beside = open_report(templates, sections, claims), _group(templates, claims, made)
+        story, shown = tell_story(templates, sections, claims, beside)
         findings = list_findings(
             {key: value for section in sections for key, value in section.values.items()}
         )
@@ -74,10 +71,18 @@ def write_page(context: Context, sections: list[Section], claims: list[Judged]) 
     other = f"The antenna '{context.antenna.name}', touched"
     title = "Soft antennae, touched" if context.is_cockroach else other
     parts: list[Section | Part]
-    parts = [*map(_leave_opening, sections), first, places, methods]
+    parts = [*shown, first, places, methods]
     if not context.is_cockroach:
-        parts = [first, *sections, places, methods]
-    page = render_page(title, _describe(context), parts, opening=opening, beside=beside)
+        parts = [first, *shown, places, methods]
+    page = render_page(
+        title,
+        _describe(context),
+        parts,
+        opening=opening,
+        story=story,
+        beside=beside,
+        closed=context.is_cockroach,
+    )
     return _write(context.out / "report.html", page)
 
 
@@ -88,38 +93,6 @@ def _fill_verdicts(
     evidence, others = ({word: paper[word] for word in words} for words in (EVIDENCE, OTHERS))
     ours = count_verdicts(claims, "ours")
     return templates.verdicts(claims, evidence, others, ours, findings, made)
-
-
-def _open(templates: Any, sections: list[Section], claims: list[Judged]) -> Markup:
-    """The first screen: the question, a movie, what holds and what does not, and a few numbers."""
-    values = {key: value for section in sections for key, value in section.values.items()}
-    counts = {word: count_verdicts(claims)[word] for word in EVIDENCE}
-    found: dict[str, str] = {"movie": "", "still": "", "caption": ""}
-    for section in sections:
-        for block in section.blocks:
-            if block.get("name") == OPENING_MOVIE:
-                movie = section.folder / OPENING_MOVIE
-                found = {
-                    "movie": embed(movie),
-                    "still": embed(movie.with_suffix(".jpg")),
-                    "caption": str(block["caption"]),
-                }
-    name = OPENING_MOVIE.removesuffix(".mp4")
-    return templates.opening(
-        QUESTION,
-        name,
-        numbers=list_numbers(values),
-        topics=list_topics(values, claims),
-        counts=counts,
-        **found,
-    )
-
-
-def _leave_opening(section: Section) -> Section:
-    """The section without the movie that the page opens with: a page carries each movie once."""
-    return replace(
-        section, blocks=[block for block in section.blocks if block.get("name") != OPENING_MOVIE]
-    )
 
 
 def _group(templates: Any, claims: list[Judged], made: Mapping[str, str]) -> dict[str, Markup]:

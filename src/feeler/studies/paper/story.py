@@ -1,0 +1,96 @@
+"""How the report begins: the first screen, then the paper in its own order, a figure a screen."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from markupsafe import Markup
+
+from feeler.report.page import embed, open_templates
+from feeler.report.section import Section
+from feeler.studies.paper.claims import load_effects
+from feeler.studies.paper.findings import choose_answer, list_headlines, list_screens
+from feeler.studies.paper.verdicts import EVIDENCE, Judged, judge_statements
+
+QUESTION = (
+    "Does an antenna that is stiff at its base, soft at its tip, and slow to touch, feel more?"
+)
+OPENING_MOVIE = "movieS2_speeds.mp4"
+
+
+def open_report(templates: Any, sections: Sequence[Section], claims: list[Judged]) -> Markup:
+    """The first screen: the question, its answer, a movie, three findings, and what holds."""
+    words = load_effects() | {one.claim.id: one.claim.says for one in claims}
+    found = {name: word for name, word in judge_statements(claims).items() if word in EVIDENCE}
+    return templates.opening(
+        QUESTION,
+        choose_answer(claims),
+        OPENING_MOVIE.removesuffix(".mp4"),
+        headlines=list_headlines(_collect_values(sections), claims),
+        held=sum(word == "reproduced" for word in found.values()),
+        counted=len(found),
+        failed=[words[name] for name, word in found.items() if word != "reproduced"],
+        **_find_movie(sections),
+    )
+
+
+def tell_story(
+    templates: Any,
+    sections: Sequence[Section],
+    claims: list[Judged],
+    beside: Mapping[str, Markup],
+) -> tuple[Markup, list[Section]]:
+    """The screens after the first, and the sections without what now stands in the story."""
+    blocks: Any = open_templates("feeler.report").get_template("blocks.html").module
+    known = {
+        str(block["name"]): (section, block)
+        for section in sections
+        for block in section.blocks
+        if block["kind"] == "figure"
+    }
+    screens = []
+    for screen in list_screens(_collect_values(sections)):
+        if screen["figure"] in known:
+            section, block = known[screen["figure"]]
+            picture = blocks.picture(block, _embed_from(section), defaultdict(str, beside))
+            screens.append(screen | {"picture": picture, "kept": section.say_kept()})
+    unmet = [
+        one
+        for one in claims
+        if one.claim.whose == "paper" and one.is_evidence and one.verdict != "reproduced"
+    ]
+    told = {screen["figure"] for screen in screens}
+    *before, last = (templates.screen(screen) for screen in screens)
+    story = Markup("").join([*before, templates.failures(unmet), last])
+    return story, [_leave(section, told) for section in sections]
+
+
+def _embed_from(section: Section):
+    return lambda name: embed(section.folder / name)
+
+
+def _leave(section: Section, told: set[str]) -> Section:
+    """The section with links in place of the figures of the story; a page carries each once."""
+    return replace(
+        section,
+        blocks=[
+            {"kind": "moved", "figure": block["name"]} if block.get("name") in told else block
+            for block in section.blocks
+            if block.get("name") != OPENING_MOVIE
+        ],
+    )
+
+
+def _collect_values(sections: Sequence[Section]) -> dict[str, Any]:
+    return {key: value for section in sections for key, value in section.values.items()}
+
+
+def _find_movie(sections: Sequence[Section]) -> dict[str, str]:
+    for section in sections:
+        for block in section.blocks:
+            if block.get("name") == OPENING_MOVIE and block["kind"] == "movie":
+                path = section.folder / OPENING_MOVIE
+                still, caption = embed(path.with_suffix(".jpg")), str(block["caption"])
+                return {"movie": embed(path), "still": still, "caption": caption}
+    return {"movie": "", "still": "", "caption": ""}
