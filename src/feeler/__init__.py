@@ -1,6 +1,6 @@
 """feeler: insect-like tactile sensors, from mechanics to what they can tell apart.
 
-An antenna is touched; a touch becomes a tensor; a tensor becomes a code; a code becomes an answer.
+Describe an antenna, touch it, and learn from its tactile tensors what it can tell apart.
 Units are g, mm, ms (so N, N·mm, MPa and m/s) and rad throughout.
 """
 
