@@ -40,7 +40,10 @@ def reproduce(
         list[str], typer.Option("--set", help="scale a quantity, as in stiffness=2 (repeatable)")
     ] = [],  # noqa: B006
     engine: Annotated[
-        str, typer.Option(help="chain-consistent (default), chain (solves exactly MuJoCo's equations) or mujoco itself")
+        str,
+        typer.Option(
+            help="chain-consistent (default), chain (solves exactly MuJoCo's equations) or mujoco itself"
+        ),
     ] = "chain-consistent",
     timestep: Annotated[float | None, typer.Option(help="integration step [ms]")] = None,
     seed: Annotated[int, typer.Option(min=0, help="root of all randomness")] = 0,

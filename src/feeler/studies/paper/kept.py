@@ -17,14 +17,14 @@ from feeler.report.section import MARKER, Section
 from feeler.studies.paper.context import KEYED, Context
 from feeler.studies.paper.stage import Stage
 
-KEPT = Path(str(files("feeler.studies.paper") / "kept"))
-SCALE = "paper"
+SHIPPED = Path(str(files("feeler.studies.paper") / "kept"))
+_SCALE = "paper"
 _LABEL = "kept.json"
 _WIDTH, _QUALITY = 1400, 72  # of a kept picture: enough to read at the width of a page
 
 
 def keep_sections(
-    sections: Iterable[tuple[Stage, Section]], context: Context, folder: Path = KEPT
+    sections: Iterable[tuple[Stage, Section]], context: Context, folder: Path = SHIPPED
 ) -> None:
     """Keep these sections of a run, with the day, the seed and the fingerprint of their code.
 
@@ -44,7 +44,7 @@ def keep_sections(
         (target / _LABEL).write_text(json.dumps(label, sort_keys=True) + "\n")
 
 
-def find_shipped(stage: Stage, context: Context, folder: Path = KEPT) -> Section | None:
+def find_shipped(stage: Stage, context: Context, folder: Path = SHIPPED) -> Section | None:
     """The kept section of a stage, labelled as such; None where this run asks something else."""
     path = folder / stage.name
     reads = [name for name in stage.reads if name in KEYED and name != "scale"]
@@ -53,12 +53,12 @@ def find_shipped(stage: Stage, context: Context, folder: Path = KEPT) -> Section
         return None
     label = json.loads((path / _LABEL).read_text())
     words = (
-        f"Kept from a run at {SCALE} scale of {label['date']} (seed {label['seed']},"
+        f"Kept from a run at {_SCALE} scale of {label['date']} (seed {label['seed']},"
         f" {label['seconds']} s)."
     )
     if label["code"] != fingerprint(stage):
         words += " The code that made it has changed since."
-    return replace(Section.load(path), kept=words, scale=SCALE)
+    return replace(Section.load(path), kept=words, scale=_SCALE)
 
 
 def fingerprint(stage: Stage) -> str:
