@@ -11,13 +11,12 @@ from datetime import UTC, datetime
 import mujoco
 import numpy as np
 import pytest
+from awkward_touches import INTERVAL, N_SAMPLES, SENSORS, list_trials, make_antenna, make_set
 
 import feeler
 from feeler.physics.mjcf import write_mjcf
 from feeler.robot import load_robot, write_robot
 from feeler.tensors.formats import save
-
-from awkward_touches import INTERVAL, N_SAMPLES, SENSORS, list_trials, make_antenna, make_set
 
 TIME = INTERVAL * np.arange(N_SAMPLES)
 TENSORS = ("angle", "curvature", "tip", "force", "base_force", "base_moment", "base_pose")
