@@ -57,6 +57,7 @@ def write(
     dims=1,
     topics=("/joint_states", "/antenna/touch"),
     period=2_000_000,
+    begin=SENT + 125,
 ):
     """A bag of joint states, an array and a text; in ``parts`` files where there are more."""
     for part in range(parts):
@@ -73,7 +74,9 @@ def write(
             for k in np.array_split(np.arange(50), parts)[part].tolist():
                 at = SENT + period * k + 125
                 if "/joint_states" in topics:
-                    header = {"stamp": {"sec": at // 10**9, "nanosec": at % 10**9}, "frame_id": ""}
+                    stamp = 0 if begin is None else begin + period * k
+                    header = {"stamp": {"sec": stamp // 10**9, "nanosec": stamp % 10**9}}
+                    header["frame_id"] = ""
                     state = {"header": header, "name": names(k) if callable(names) else names}
                     state |= {"position": ANGLE[k].tolist(), "velocity": [], "effort": []}
                     bag.write_message(
@@ -111,6 +114,16 @@ def test_a_recording_of_several_seconds_keeps_its_clock(tmp_path):
         assert table.values.shape == (50, 1 + n)
         expected = 61.700003 * np.arange(50)
         np.testing.assert_allclose(table.values[:, 0], expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("begin", "late"), [(0, 0.0), (None, 0.9)], ids=["simulated", "none"])
+def test_one_clock_is_taken_for_all_messages(tmp_path, begin, late):
+    """A simulation's stamps begin at 0, which is a stamp; who stamps nothing says 0 always, and the
+    times of sending are taken."""
+    path = write(tmp_path / "run.mcap", begin=begin)
+    time = read_bag(str(path), "joint_states").values[:, 0]
+    expected = 2.0 * np.arange(50) + late * (np.arange(50) % 2)
+    np.testing.assert_allclose(time, expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(

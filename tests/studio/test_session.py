@@ -186,6 +186,23 @@ def test_a_run_by_hand_can_be_repeated_to_the_last_bit():
     assert page.join("base")[-1, 0] > 0
 
 
+def test_what_a_hand_says_before_its_run_has_begun_is_heard():
+    """A quick hand has moved, or let go, before the simulation stands."""
+    page = Page()
+    wish = {"antenna": {}, "location": 0.6}
+    page.ask({"type": "hand", "wish": wish}).ask({"type": "aim", "what": "end"}).wait()
+    assert len(page.find("touch", "end")) == 1
+    page = Page().ask({"type": "hand", "wish": wish, "pace": 1.0})
+    page.ask({"type": "aim", "what": 0, "x": 3.0, "y": 25.0})
+    end = time.monotonic() + 60
+    while not page.find("touch", "piece"):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    page.ask({"type": "aim", "what": "end"}).wait()
+    commands = page.find("touch", "end")[0][0]["commands"]
+    assert any(what == 0 and vx > 0 for _, what, vx, *_ in commands)
+
+
 @pytest.mark.parametrize("kind", ["touch", "objects", "hand"])
 def test_the_script_gives_the_same_tensor(kind, capsys):
     page, wish = Page(), {"antenna": CHANGED, "kind": "triangle", **SHORT}

@@ -55,11 +55,15 @@ class Hand:
         """End the run."""
         self._ended.set()
 
+    def begin(self) -> None:
+        """A run is asked for: the one before ends, and what is said from now on is for this one."""
+        with self._lock:
+            self._ended.set()
+            self._ended, self._aims = Event(), {}
+
     def run(self, wish: TouchWish, pace: float, say: Say, stop: Event) -> None:
         """Simulate until the hand lets go; ``pace`` is simulated time per real time."""
-        with self._lock:
-            self._aims = {}
-        self._ended.clear()
+        ended = self._ended
         simulation, readings, commands = make_simulation(wish), Readings(), _hold_all(wish)
         apply(simulation, commands)
         antenna = wish.antenna.make()
@@ -67,7 +71,7 @@ class Hand:
         readings.add(simulation)
         sensed = [readings.angle[find_sensed(antenna)]]
         done, sent, due = 1, 0, 1.0
-        while not (stop.is_set() or self._ended.is_set()):
+        while not (stop.is_set() or ended.is_set()):
             began = time.monotonic()
             due = min(due + pace * 1e3 * FRAME / INTERVAL, done + 40)
             while done < min(int(due), LONGEST) and not stop.is_set():
@@ -86,7 +90,7 @@ class Hand:
                 sent = done
             if done >= LONGEST:
                 break
-            self._ended.wait(max(0.0, FRAME - (time.monotonic() - began)))
+            ended.wait(max(0.0, FRAME - (time.monotonic() - began)))
         if not stop.is_set():
             tensor = np.array(sensed).T
             end = {

@@ -46,6 +46,7 @@ def make_file(message: dict[str, Any]) -> Leaving:
     wish = TouchWish.from_plain(message.get("wish"))
     commands = read_commands(message["commands"]) if message.get("commands") else None
     samples = int(read_number(message.get("samples", count_samples(wish)), "samples", 2, LONGEST))
+    unsure = read_number(message.get("unsure", study.UNSURE), "unsure", 0.0, 0.5)
     what, quantity = message.get("what"), str(message.get("quantity", "angle"))
     makers: dict[str, tuple[str, Callable[[], bytes]]] = {
         "toml": ("application/toml", lambda: write_antenna(wish.antenna.make()).encode()),
@@ -57,7 +58,7 @@ def make_file(message: dict[str, Any]) -> Leaving:
         "mp4": ("video/mp4", partial(_film, wish, commands)),
         "html": (
             "text/html",
-            lambda: _write_html(wish, message.get("other"), commands, samples).encode(),
+            lambda: _write_html(wish, message.get("other"), commands, samples, unsure).encode(),
         ),
     }
     if not isinstance(what, str) or what not in makers:
@@ -120,19 +121,25 @@ def _film(wish: TouchWish, commands: list | None) -> bytes:
         return write_touch_movie(antenna, trial, tensors, Path(folder) / "touch.mp4").read_bytes()
 
 
-def _write_html(wish: TouchWish, other: Any, commands: list | None, samples: int) -> str:
+def _write_html(
+    wish: TouchWish, other: Any, commands: list | None, samples: int, unsure: float
+) -> str:
     slots = {"A": wish} | ({"B": TouchWish.from_plain(other)} if other is not None else {})
     records = []
     for slot, one in slots.items():
         one = one if not one.preview else TouchWish.from_plain(one.to_plain() | {"preview": False})
         given = commands if slot == "A" else None
         readings = _read_whole(one, given, samples)
-        records += _record_touch(slot, one, readings, by_hand=given is not None)
+        records += _record_touch(slot, one, readings, unsure, by_hand=given is not None)
     return write_player(records)
 
 
 def _record_touch(
-    slot: str, wish: TouchWish, readings: dict[str, np.ndarray], by_hand: bool = False
+    slot: str,
+    wish: TouchWish,
+    readings: dict[str, np.ndarray],
+    unsure: float,
+    by_hand: bool = False,
 ) -> list:
     """Headers and arrays of a recorded touch, in the order in which a page hears them."""
     antenna = wish.antenna.make()
@@ -159,7 +166,7 @@ def _record_touch(
             {},
         ),
     ]
-    known = study.find_study(antenna, wish.speed)
+    known = study.find_study(antenna, wish.speed, unsure)
     if known is not None and not by_hand and tensor.shape[1] >= known.encoder.n_lags:
         posterior, noticed = known.decode(tensor[:, : known.tensors.shape[2]], Event())
         learned = {

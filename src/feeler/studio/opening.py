@@ -102,6 +102,7 @@ def _open_recording(
             f" {find_sensed(antenna).size} sensors (and the robot {find_sensed(robot).size}). Set"
             " the number of sensors, or open the antenna's own file first."
         )
+    rate = 1e3 / float(np.median(np.diff(recording.time)))  # its own; what is shown is resampled
     recording = repair(recording, gaps="bridge")
     angle, interval = recording.values.T, float(recording.time[1] - recording.time[0])
     every = -(-len(angle) // MAX_SHOWN)
@@ -113,6 +114,7 @@ def _open_recording(
         "rims": [],
         "preview": False,
         "interval": interval * every,
+        "rate": rate,
         "source": recording.source,
         "total": len(shown),
         "robot": fitting is not antenna,

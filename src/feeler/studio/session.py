@@ -95,7 +95,7 @@ class Session:
             )
             return
         if message["type"] == "hand":
-            self._hand.end()
+            self._hand.begin()
         self._desk.give(f"{about['of']} {about['slot']}", partial(self._work, task, about, message))
 
     def _answer(self, header: dict[str, Any], stop: Event) -> None:

@@ -79,7 +79,8 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
     from mcap_ros2.decoder import DecoderFactory
 
     parts = sorted(Path(path).glob("*.mcap"), key=_count) if os.path.isdir(path) else [Path(path)]
-    time: list[int] = []
+    sent: list[int] = []
+    stamped: list[int] = []
     rows: list[Any] = []
     names: list[str] = []
     about: dict[str, Any] = {"notes": {}, "unit": "", "topic": topic}
@@ -110,11 +111,14 @@ def read_topic(path: str, topic: str) -> tuple[dict[str, Any], dict[str, Any]]:
                         " many."
                     )
                 rows.append(found)
-                stamp = message.header.stamp if kinds[chosen] == JOINTS else None
-                sent = stamp and stamp.sec * 10**9 + stamp.nanosec
-                time.append(sent or item.message.publish_time)
+                sent.append(item.message.publish_time)
+                if kinds[chosen] == JOINTS:
+                    stamp = message.header.stamp
+                    stamped.append(stamp.sec * 10**9 + stamp.nanosec)
     if not rows:
         raise InvalidInput(f"{about['topic']} holds no message.")
+    # one clock for all: a simulation's stamps may begin at 0, and who stamps nothing says 0 always
+    time = stamped if any(stamped) else sent
     since = np.array([at - time[0] for at in time], dtype=float)
     return {**about, "names": names}, {"time": since, "values": np.array(rows, dtype=float)}
 

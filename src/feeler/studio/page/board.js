@@ -27,7 +27,7 @@ export function makeBoardPanel(app) {
       `A board sends a line per sample: one number per sensor, the time in ms before them if it likes. ${app.calibrated ? "The sensors' calibration is open." : "Angles in rad; for capacitance open the calibration (.json) first."} A recording (.csv) is opened, or dropped on the page. The verdict knows thirty simulated touches at the speed below, and nothing else.`;
     speed.update();
     const rows = record.live ? [["samples a second", write(1000 / record.interval)], ["missing", String(record.missing)], ["lines that are none", String(record.damaged)]]
-      : record.name ? [["recording", record.name], ["samples a second", write(1000 / record.interval)], ["source", record.source]] : [];
+      : record.name ? [["recording", record.name], ["samples a second", write(record.rate)], ["source", record.source]] : [];
     facts.replaceChildren(...rows.flatMap(([name, value]) => [make("dt", { text: name }), make("dd", { text: value })]));
     show(facts, rows.length > 0);
   }

@@ -114,6 +114,10 @@ export function makeVerdictPanel(app) {
       setWords("", app.studying.A ? "" : "No decoder yet for this antenna and speed.");
       return;
     }
+    if (reading.old || app.isStale()) {
+      setWords("", "Not read yet: what is drawn faintly is of another touch, antenna or speed.");
+      return;
+    }
     const found = readVerdict(reading, study, Math.round(app.time));
     if (found.since < 0) setWords("no touch noticed yet", "");
     else if (found.probability >= SURE) setWords(found.best, `${write(found.probability, 2)} · decided ${found.decided} ms after contact`);
@@ -133,7 +137,7 @@ export function makeVerdictPanel(app) {
   const row = make("div", { class: "row spread unsure" }, make("span", { class: "caption", text: "speed known to" }), unsure.element);
   const element = makePanel("Verdict", "verdict-panel", make("div", { class: "stack" }, words, canvas, legend, row));
   function update() {
-    element.classList.toggle("old", app.isStale());
+    element.classList.toggle("old", app.isStale() || app.records.A.hand);
     unsure.update();
     show(row, app.link.live);
   }
@@ -212,7 +216,7 @@ export function makeCodePanel(app) {
   const element = makePanel("Code", "code-panel", canvas);
   return /** @type {Panel} */ ({
     element, place: "right", isShown: () => app.isLearned() && Boolean(app.studies.A) && app.store.state.mode !== "board",
-    update: () => element.classList.toggle("old", app.isStale()), redraw,
+    update: () => element.classList.toggle("old", app.isStale() || app.records.A.hand), redraw,
   });
 }
 
@@ -326,7 +330,7 @@ export function makeSetPanel(app) {
     const parts = ["A", "B"].filter((slot) => app.studies[slot] && (slot === "A" || app.store.state.B)).map((slot) => {
       const dot = make("i");
       dot.style.background = SLOT_COLOURS[/** @type {"A"} */ (slot)];
-      return make("span", { "data-tag": "own" }, dot, `${slot}: ${write(app.studies[slot].averages[index], 2)}`);
+      return make("span", { "data-tag": "own" }, dot, `${slot}: ${app.isStale(slot) ? "–" : write(app.studies[slot].averages[index], 2)}`);
     });
     numbers.replaceChildren(make("span", { text: "closest match, mean" }), ...parts);
     redraw();

@@ -110,7 +110,7 @@ export function makeAntennaPanel(app) {
       ["first mode, damped", mode ? (mode.frequency ? `${write(mode.frequency * 1e3)} Hz` : "does not swing") : "–", "derived"],
       ["damping ratio", mode ? write(mode.damping_ratio) : "–", "derived"],
     ];
-    const text = rows.map((row) => row[1]).join();
+    const text = rows.flat().join();
     if (facts.dataset.now === text) return;
     facts.dataset.now = text;
     facts.replaceChildren(...rows.flatMap(([name, value, tag]) => [make("dt", { text: name }), make("dd", { text: value, "data-tag": tag, tabindex: "0" })]));

@@ -51,6 +51,7 @@ export class TouchRecord {
     this.dropped = 0;
     this.missing = this.damaged = 0;
     this.source = "";
+    this.rate = 0; // samples a second of a recording; those that are shown may be others
     this.interval = 1;
     this.name = "";
     /** @type {any[]} */
@@ -75,7 +76,8 @@ export class TouchRecord {
     const same = this.antenna && this.antenna.segments.length === header.antenna.segments.length &&
       this.antenna.sensors.join() === header.antenna.sensors.join() && this.rims.length === header.rims.length &&
       this.total === header.total && !this.hand && !header.hand && !header.live;
-    Object.assign(this, { id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
+    const sameAntenna = JSON.stringify(this.antenna) === JSON.stringify(header.antenna);
+    Object.assign(this, { mode: sameAntenna ? this.mode : null, id: header.id, antenna: header.antenna, rims: header.rims, total: header.total, hash: "",
       preview: header.preview, hand: Boolean(header.hand), live: Boolean(header.live), dropped: 0, missing: 0, damaged: 0, filled: 0, ended: false, commands: [], name: header.name || "",
       interval: header.interval || 1, reading: same ? this.reading : null });
     if (this.reading) this.reading.old = true;

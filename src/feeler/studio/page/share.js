@@ -67,7 +67,7 @@ export function makeShare(app) {
       app.say(state.mode === "wall" ? "A run along a wall leaves as picture only; go back to Touch to save the rest." : "What a real antenna felt leaves as Recording (CSV), and its model as TOML.");
       return;
     }
-    const message = { type: "save", what, quantity: app.quantity, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
+    const message = { type: "save", what, quantity: app.quantity, unsure: state.unsure, wish: makeWish(state, "A", false), other: state.B && !record.hand ? makeWish(state, "B", false) : null };
     if (record.hand) Object.assign(message, { commands: record.commands, samples: record.filled });
     if (app.away) {
       app.say("The server is away: nothing can be saved until it is back.", true);

@@ -168,7 +168,7 @@ export class App {
       const key = keyStudy(state, slot);
       if (this.studies[slot] && this.studies[slot].key === key) continue;
       if (this.studying[slot] && this.studying[slot].key === key) continue;
-      this.studying[slot] = { key, doing: "beginning", share: 0 };
+      this.studying[slot] = { key, id: this.id + 1, doing: "beginning", share: 0 };
       this.send({ type: "study", slot, antenna: state[slot], speed: state.touch.speed, unsure: state.unsure });
     }
     this.refresh();
@@ -260,8 +260,9 @@ export class App {
   /** @param {any} header @param {any} arrays */
   hearStudy(header, arrays) {
     const doing = this.studying[header.slot];
+    if (this.link.live && (!doing || header.id !== doing.id)) return; // of an earlier antenna or speed
     if (header.part === "doing") {
-      if (doing) Object.assign(doing, { doing: header.doing, share: header.share });
+      Object.assign(doing, { doing: header.doing, share: header.share });
       return;
     }
     const key = doing ? doing.key : "recorded";
@@ -290,7 +291,7 @@ export class App {
     this.own(header.robot);
     record.begin(header);
     record.add(0, arrays);
-    Object.assign(record, { ended: true, source: header.source, reading: arrays.posterior ? record.judge(header.contact) : null });
+    Object.assign(record, { ended: true, source: header.source, rate: header.rate, reading: arrays.posterior ? record.judge(header.contact) : null });
     this.studySoon();
     if (again) return;
     this.time = 0;
@@ -426,10 +427,9 @@ export class App {
     return this.store.state.mode !== "wall" && (this.link.live || Boolean(this.studies.A));
   }
 
-  /** Whether the study of A is of an earlier antenna or speed. */
-  isStale() {
-    const other = Boolean(this.studies.A) && this.link.live && this.studies.A.key !== keyStudy(this.store.state, "A");
-    return other || this.records.A.hand;
+  /** Whether the study of an antenna is of an earlier one, or of another speed. */
+  isStale(slot = "A") {
+    return Boolean(this.studies[slot]) && this.link.live && this.studies[slot].key !== keyStudy(this.store.state, slot);
   }
 
   draw() { this.want(true); }

@@ -140,15 +140,16 @@ export function makeTensor(app) {
   /** The chosen sensor over time. @param {CanvasRenderingContext2D} c @param {number} w @param {number} h @param {any} colours @param {number} peak */
   function drawTrace(c, w, h, colours, peak) {
     const top = h - BOTTOM - TRACE, high = TRACE - 8, wide = w - LEFT - RIGHT;
-    const record = app.records.A, sensor = app.hover ? app.hover.sensor : findPeakSensor(record);
+    const two = app.store.state.B && app.store.state.mode === "touch";
+    const named = two && app.hover && app.hover.slot === "B" ? "B" : "A", record = app.records[named];
+    const sensor = app.hover ? app.hover.sensor : findPeakSensor(record);
     c.strokeStyle = colours.line;
     c.lineWidth = 1;
     c.beginPath();
     c.moveTo(LEFT, top + high * 0.85);
     c.lineTo(LEFT + wide, top + high * 0.85);
     c.stroke();
-    const slots = app.store.state.B && app.store.state.mode === "touch" ? ["B", "A"] : ["A"];
-    for (const slot of slots) {
+    for (const slot of two ? ["B", "A"] : ["A"]) {
       const one = app.records[slot];
       if (!one.shown || sensor >= one.index.length) continue;
       const factor = app.quantity === "curvature" ? 1 / one.antenna.segments[one.index[sensor]] : 1;
@@ -162,13 +163,14 @@ export function makeTensor(app) {
       }
       c.stroke();
     }
-    if (!record.shown || !record.antenna) return;
-    const hinge = record.antenna.sensors[sensor], k = Math.min(Math.round(app.time / record.interval), record.shown - 1);
+    if (!record.shown || !record.antenna || sensor >= record.index.length) return;
+    const hinge = record.antenna.sensors[sensor], k = Math.max(0, Math.min(Math.round(app.time / record.interval), record.shown - 1));
     c.fillStyle = colours.soft;
     c.font = "11px system-ui, sans-serif";
     c.textAlign = "left";
-    const degrees = (record.angle(sensor, Math.max(k, 0)) * 180) / Math.PI;
-    c.fillText(`${app.hover ? "" : "greatest: "}sensor ${sensor + 1}, hinge ${hinge}: ${write(degrees, 3)}° at ${write(app.time, 3)} ms`, LEFT + 4, top + 9);
+    const degrees = (record.angle(sensor, k) * 180) / Math.PI;
+    const words = `${two ? `${named}, ` : ""}${app.hover ? "" : "greatest: "}sensor ${sensor + 1}, hinge ${hinge}`;
+    c.fillText(`${words}: ${write(degrees, 3)}° at ${write(k * record.interval, 4)} ms`, LEFT + 4, top + 9);
   }
 
   /** The sensor with the greatest angle. @param {any} record */

@@ -1,0 +1,419 @@
+"""Every number that the studio shows, in words or drawn, is feeler's, with its unit, in a real
+Chromium: of a touch, of two antennae, of a study, of a wall, by hand and of a recording.
+"""
+
+import re
+import time
+
+import numpy as np
+import pytest
+
+import feeler
+from feeler.antenna.modes import compute_modes
+from feeler.dispersion import find_closest
+from feeler.stimulus.ninety import trials as list_ninety
+from feeler.studio import Studio, study
+from feeler.tensors.scaling import rectify, scale_common
+from feeler.wall import FOLLOWING, calibrate, follow, make_turn
+
+APP = "const app = document.getElementById('studio').studio; "
+LISTEN = """const plain = CanvasRenderingContext2D.prototype;
+for (const name of ['fillText', 'clearRect']) {
+    const before = plain[name];
+    plain[name] = function (...given) {
+        if (name === 'fillText') (this.canvas.texts ||= []).push(given[0]);
+        else this.canvas.texts = [];
+        return before.apply(this, given);
+    };
+}"""
+SPEED, PLACE, SIZE = 0.37, 0.83, 2.2
+WISH = (
+    "s.touch.kind = 'triangle'; s.touch.size = 2.2; s.touch.location = 0.83; s.touch.speed = 0.37;"
+    " s.touch.lead = 7; s.touch.side = 'right';"
+)
+
+
+def make_antenna():
+    """What the page is asked for: the preset 'linear', 33 mm long, with 23 sensors."""
+    antenna = feeler.presets.make_preset("linear")
+    factor = 33 / antenna.length
+    return antenna.replace(
+        segment_length=factor * antenna.segment_length,
+        segment_mass=factor * antenna.segment_mass,
+        sensors=feeler.antenna.antenna.make_even_sensors(antenna.n_segments, 23),
+    )
+
+
+def make_touch(antenna, **more):
+    trial = feeler.Trial(
+        feature=feeler.Triangle(half_width=SIZE),
+        location=PLACE,
+        speed=SPEED,
+        lead=7,
+        side="right",
+    )
+    return feeler.touch(antenna, trial, **more)
+
+
+@pytest.fixture(scope="module")
+def studio():
+    running = Studio(port=0)
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="module")
+def page(studio, browser):
+    """A page whose canvases remember what was written on them since they were cleared."""
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": LISTEN})
+    browser.get(studio.address)
+    return Page(browser)
+
+
+class Page:
+    """What can be asked of the page, and what it shows."""
+
+    def __init__(self, browser):
+        self.browser = browser
+        self.wait("app && app.records.A.ended && app.status == 'exact'")
+        self.run("app.play(false); clearTimeout(app.studyTimer)")
+
+    def ask(self, words):
+        return self.browser.execute_script(APP + "return " + words)
+
+    def run(self, words):
+        self.browser.execute_script(APP + words)
+
+    def wait(self, words, seconds=240.0):
+        end = time.monotonic() + seconds
+        while not self.ask(words):
+            assert time.monotonic() < end, f"never came true: {words}"
+            time.sleep(0.05)
+
+    def change(self, words, learn=False):
+        self.run(f"app.store.change(s => {{ {words} }}); clearTimeout(app.studyTimer)")
+        self.wait("app.records.A.ended && app.status == 'exact'")
+        if learn:
+            self.run("app.study()")
+            self.wait("app.studies.A && !app.studying.A && !app.isStale() && app.records.A.ended")
+            self.wait("app.records.A.reading && !app.records.A.reading.old", 30)
+        self.run("app.play(false)")
+
+    def draw(self):
+        """Once more, and whole."""
+        wait = "const tell = arguments[0]; app.refresh();"
+        wait += " requestAnimationFrame(() => requestAnimationFrame(() => tell()));"
+        self.browser.execute_async_script(APP + wait)
+
+    def seek(self, ms):
+        self.run(f"app.play(false); app.seek({ms})")
+        self.draw()
+
+    def drawn(self, css):
+        """What is written on a canvas."""
+        return self.ask(f"document.querySelector('canvas.{css}').texts")
+
+    def text(self, css):
+        return " ".join(self.browser.find_element("css selector", css).text.split())
+
+
+def read(words):
+    """Numbers of a text as the page writes them: 3.21, −4, 1.2·10⁻⁴."""
+    powers = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+    found = re.findall(r"-?\d+(?:\.\d+)?(?:·10[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+)?", words)
+    return [float(one.translate(powers).replace("·10", "e")) for one in found]
+
+
+def shown(value, digits=3):
+    """A number to the digits that the page gives."""
+    return pytest.approx(float(f"{value:.{digits}g}"), rel=1.01 * 10 ** (1 - digits) / 2, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def touched(page):
+    """The page after a touch, and what feeler makes of the same."""
+    page.change("s.A = { preset: 'linear', length: 33, sensors: 23 }; " + WISH)
+    return make_touch(make_antenna())
+
+
+def test_a_sensor_is_named_with_its_hinge_and_its_degrees(page, touched):
+    degrees = np.degrees(touched["angle"].values[0])
+    for sensor, ms in ((4, 60), (17, 91), (22, 140)):
+        page.run(f"app.setHover({{ slot: 'A', sensor: {sensor} }})")
+        page.seek(ms)
+        words = next(text for text in page.drawn("tensor") if "sensor" in text)
+        hinge = touched["segment"].values[sensor]
+        assert hinge != sensor + 1
+        assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}: ")
+        assert read(words.partition(": ")[2]) == [shown(degrees[sensor, ms]), ms]
+        assert "° at " in words and words.endswith(" ms")
+    page.run("app.setHover(null)")
+    page.seek(91)
+    words = next(text for text in page.drawn("tensor") if "greatest" in text)
+    best = np.unravel_index(np.abs(degrees[:, ::4]).argmax(), degrees[:, ::4].shape)[0]
+    hinge = touched["segment"].values[best]
+    assert words.startswith(f"greatest: sensor {best + 1}, hinge {hinge}:")
+    assert read(words.partition(": ")[2].partition(": ")[2])[0] == shown(degrees[best, 91])
+
+
+def test_the_scale_is_the_greatest_angle_or_curvature(page, touched):
+    page.draw()
+    text = page.text(".tensor-panel .scale")
+    assert text == f"0 … {read(text)[1]:g}°"
+    assert read(text)[1] == shown(np.degrees(np.abs(touched["angle"].values).max()))
+    page.run("app.quantity = 'curvature'; app.refresh()")
+    page.draw()
+    text = page.text(".tensor-panel .scale")
+    page.run("app.quantity = 'angle'; app.refresh()")
+    assert text.endswith(" /mm")
+    assert read(text)[1] == shown(np.abs(touched["curvature"].values).max())
+
+
+def test_the_force_is_in_micronewtons_and_the_clock_in_milliseconds(page, touched):
+    force = np.hypot(*touched["force"].values[0].T)
+    on = np.flatnonzero(np.isfinite(touched["contact_place"].values[0]) & (force > 0))
+    for ms in (int(on[1]), int(on[on.size // 2])):
+        page.seek(ms)
+        words = next(text for text in page.drawn("stage") if text.endswith("µN"))
+        assert read(words) == [shown(1e6 * force[ms])]
+        assert page.text(".clock") == f"{ms} ms"
+    page.seek(0)
+    assert not [text for text in page.drawn("stage") if "N" in text.split()]
+
+
+def test_facts_of_the_antenna(page, touched):
+    antenna = make_antenna()
+    page.draw()
+    terms = page.ask("[...document.querySelectorAll('.antenna-panel dt')].map(e => e.textContent)")
+    said = page.ask("[...document.querySelectorAll('.antenna-panel dd')].map(e => e.textContent)")
+    facts = dict(zip(terms, said, strict=True))
+    modes = compute_modes(antenna, 1)
+    ratio = modes.damping_ratio[0]
+    damped = 1e3 * modes.frequency[0] * np.sqrt(1 - ratio**2)
+    assert damped < 0.95e3 * modes.frequency[0]
+    expected = {
+        "stiffest": (antenna.stiffness.max(), "N·mm/rad"),
+        "softest": (antenna.stiffness.min(), "N·mm/rad"),
+        "compliance Σ 1/k": ((1 / antenna.stiffness).sum(), "rad/(N·mm)"),
+        "first mode, damped": (damped, "Hz"),
+        "damping ratio": (ratio, ""),
+    }
+    assert facts.keys() == expected.keys()
+    for name, (value, unit) in expected.items():
+        number, _, rest = facts[name].partition(" ")
+        assert (read(number), rest) == ([shown(value)], unit), name
+
+
+def test_sliders_say_what_was_asked_for_with_its_unit(page, touched):
+    page.draw()
+    names = "[...document.querySelectorAll('.slider')].filter(e => e.offsetParent)"
+    said = dict(
+        page.ask(
+            names + ".map(e => [e.querySelector('.name').textContent,"
+            " e.querySelector('output').textContent])"
+        )
+    )
+    assert said["Length"] == "33 mm" and said["Sensors"] == "23"
+    assert said["Half-width"] == "2.2 mm" and said["Place"] == "0.83 of the length"
+    assert said["Speed"] == "0.37 m/s"
+    k = make_antenna().stiffness
+    assert read(said["Stiffness gradient"])[0] == shown(k[0] / k[-1], 2)
+
+
+def test_of_two_antennae_each_number_is_its_own(page, touched):
+    page.change("s.B = { preset: 'exponential' };")
+    page.wait("app.records.B.ended")
+    other = np.degrees(make_touch(feeler.presets.cockroach())["angle"].values[0])
+    hinges = feeler.presets.cockroach().sensors
+    try:
+        for slot, sensor, expected, hinge in (
+            ("B", 51, other, hinges[51]),
+            ("A", 9, np.degrees(touched["angle"].values[0]), touched["segment"].values[9]),
+        ):
+            page.run(f"app.setHover({{ slot: '{slot}', sensor: {sensor} }})")
+            page.seek(88)
+            words = next(text for text in page.drawn("tensor") if "sensor" in text)
+            assert words.startswith(f"{slot}, sensor {sensor + 1}, hinge {hinge}: ")
+            assert read(words.partition(": ")[2]) == [shown(expected[sensor, 88]), 88]
+    finally:
+        page.run("app.setHover(null)")
+        page.change("s.B = null;")
+
+
+@pytest.fixture(scope="module")
+def learned(page, touched):
+    """The page after a study of this antenna at this speed."""
+    page.change("", learn=True)
+    return study.find_study(make_antenna(), SPEED)
+
+
+def tell(known, ms, angle):
+    """The kind's probability after each sample, summed from the decoder's own classes."""
+    stream, kinds = known.decoder.start(), []
+    for sample in known.loudness * angle.T:
+        state = stream.update(sample)
+        kinds.append({})
+        for label, p in zip(known.decoder.classes_, state.posterior, strict=True):
+            kinds[-1][label[0]] = kinds[-1].get(label[0], 0.0) + p
+    noticed = next(k for k, _ in enumerate(kinds) if is_noticed(known, angle, k))
+    best = max(kinds[ms], key=kinds[ms].get)
+    decided = ms
+    while decided > 0 and kinds[decided - 1][best] >= 0.9:
+        decided -= 1
+    return best, kinds[ms][best], max(0, decided - noticed), noticed
+
+
+def is_noticed(known, angle, last):
+    stream = known.decoder.start()
+    for sample in known.loudness * angle.T[: last + 1]:
+        state = stream.update(sample)
+    return state.since_contact >= 0
+
+
+def test_the_verdict_is_the_decoder_s_and_its_time_is_since_contact(page, touched, learned):
+    angle = touched["angle"].values[0]
+    said = []
+    for ms in (200, 340):
+        best, probability, decided, noticed = tell(learned, ms, angle)
+        page.seek(ms)
+        text = page.text(".verdict-panel .verdict")
+        said.append(text)
+        sure = bool(probability >= 0.9)
+        words = (f"not sure yet perhaps a {best}, #", f"{best} # · decided # ms after contact")
+        assert re.sub(r"[\d.]*\d", "#", text) == words[sure]
+        assert read(text) == [shown(probability, 2), decided][: 1 + sure]
+    assert any("decided" in text for text in said)
+    assert noticed > 5  # the lead, so that counting from the beginning would be seen
+    page.seek(noticed - 2)
+    assert page.text(".verdict-panel .verdict") == "no touch noticed yet"
+    assert {"0 ms", "380"} <= {*page.drawn("chart")}
+
+
+def test_the_set_s_numbers_are_those_of_thirty_touches(page, learned):
+    made = list_ninety(speeds=[SPEED])
+    tensors = scale_common(rectify(feeler.touch(make_antenna(), made)["angle"].values))
+    for index, compute in study.INDEX_NAMES.items():
+        matrix = np.asarray(compute(tensors))
+        average = find_closest(matrix, greatest=True).value.mean()
+        label = {"nmi": "NMI", "pearson": "Pearson", "ssim": "SSIM"}[index]
+        page.browser.find_element("xpath", f"//button[text()='{label}']").click()
+        page.draw()
+        assert page.text(".set-panel .numbers").startswith("closest match, mean A: ")
+        assert read(page.text(".set-panel .numbers")) == [shown(average, 2)]
+        row, column = 4, 23
+        aim(page, row, column)
+        one, other = (
+            f"{made[k].feature.kind} {made[k].feature.size:g} mm at {made[k].location:g} L"
+            for k in (row, column)
+        )
+        words = page.text(".set-panel .caption")
+        assert words.startswith(f"{one} · {other}: {label} ")
+        assert read(words)[-1] == shown(matrix[row, column])
+
+
+def aim(page, row, column):
+    """The pointer on a pair of the matrix."""
+    script = """const c = document.querySelector('canvas.matrix'), b = c.getBoundingClientRect();
+    const size = Math.min(c.clientWidth, c.clientHeight) / 30, [row, column] = arguments;
+    c.dispatchEvent(new PointerEvent('pointermove', { clientX: b.left + (column + 0.5) * size,
+        clientY: b.top + (row + 0.5) * size, bubbles: true }));"""
+    page.browser.execute_script(script, row, column)
+
+
+def test_nothing_is_kept_from_an_earlier_speed_or_antenna(page, learned):
+    page.change("s.touch.speed = 0.21;")
+    page.seek(300)
+    assert read(page.text(".verdict-panel .verdict")) == []
+    assert page.text(".set-panel .numbers") == "closest match, mean A: –"
+    page.change("s.A.length = 44;")
+    page.run("app.store.change(s => { s.A.length = 50; }, false)")  # while it is dragged
+    page.wait("app.records.A.preview && app.records.A.ended")
+    page.draw()
+    assert page.text(".antenna-panel .facts").endswith("first mode, damped – damping ratio –")
+    page.change("s.touch.speed = 0.37; s.A.length = 33;", learn=True)
+    page.seek(340)
+    assert "·" in page.text(".verdict-panel .verdict")
+
+
+@pytest.mark.parametrize("speed", [0.7, 0.2])
+def test_a_wall_s_run_is_calibrated_at_its_own_speed(page, speed):
+    """The second speed after the first: the map of the first is not kept for it."""
+    page.run(
+        "app.store.change(s => { s.mode = 'wall'; s.A = { preset: 'exponential' };"
+        f" s.wall = {{ turn: -20, speed: {speed} }}; }})"
+    )
+    page.wait("app.walls.A.end && app.status == 'exact'")
+    antenna, course = feeler.presets.cockroach(), make_turn(-20.0, (120.0, 150.0))
+    known = calibrate(antenna, speed=speed)
+    run = follow(antenna, course, speed=speed, distance_map=known)
+    page.seek(50)
+    words = page.ask("[...document.querySelectorAll('canvas.tensor')].at(-1).texts")
+    assert not run.collided
+    said = next(text for text in words if "target" in text)
+    assert said.startswith("off target by ") and said.endswith(" mm (rms)")
+    assert read(said) == [shown(run.error, 2)]
+    assert "20 mm" in words and "0 ms" in words
+    sent = np.array(page.ask("[...app.walls.A.end.distance]"))
+    np.testing.assert_allclose(sent, run.distance, rtol=1e-6)
+    assert page.ask("app.walls.A.header.heading") == FOLLOWING.base_angle
+
+
+def test_by_hand_the_numbers_are_those_of_the_same_commands(page):
+    page.change("s.mode = 'touch'; s.A = { preset: 'linear', length: 33, sensors: 23 };" + WISH)
+    page.run("app.store.change(s => { s.mode = 'hand'; })")
+    page.wait("app.root.dataset.mode == 'hand' && app.status == 'exact' && app.records.A.ended")
+    page.run("app.startHand(); app.aim(0, -6, 27, 0)")
+    page.wait("app.records.A.hand && app.records.A.peak > 0.002", 60)
+    page.run("app.endHand()")
+    page.wait("!app.handOn && app.records.A.ended")
+    trial = make_trial()
+    simulation = feeler.Simulation(make_antenna(), [trial])
+    commands = page.ask("app.records.A.commands")
+    rows, forces = [simulation.angle], [np.zeros(2)]
+    for k in range(1, page.ask("app.records.A.filled")):
+        while commands and commands[0][0] <= k:
+            _, what, vx, vy, turn = commands.pop(0)
+            simulation.move_object(what, (vx, vy), turn)
+        simulation.step(1.0)
+        rows.append(simulation.angle)
+        forces.append(simulation.force.sum(axis=0))
+    ms = int(np.abs(np.array(rows)).max(axis=1).argmax())
+    sensor = 11
+    page.run(f"app.setHover({{ slot: 'A', sensor: {sensor} }})")
+    page.seek(ms)
+    hinge = make_antenna().sensors[sensor]
+    words = next(text for text in page.drawn("tensor") if "sensor" in text)
+    assert words.startswith(f"sensor {sensor + 1}, hinge {hinge}: ")
+    assert read(words.partition(": ")[2]) == [shown(np.degrees(rows[ms][hinge - 1])), ms]
+    force = [text for text in page.drawn("stage") if text.endswith("µN")]
+    assert read(" ".join(force)) == [shown(1e6 * np.hypot(*forces[ms]))]
+    assert page.text(".verdict-panel .verdict").startswith("No verdict by hand")
+    page.run("app.setHover(null)")
+
+
+def make_trial():
+    return feeler.Trial(
+        feature=feeler.Triangle(half_width=SIZE), location=PLACE, speed=SPEED, lead=7, side="right"
+    )
+
+
+def test_a_recording_says_its_rate_and_its_degrees(page):
+    n, interval = 90, 2.5
+    turn = 0.3 * np.sin(0.11 * np.arange(n))[:, None] * np.linspace(1.0, 0.2, 8)
+    head = ",".join(["time_ms", *(f"hinge{k + 1}_rad" for k in range(8))])
+    rows = [",".join([f"{k * interval}", *(f"{v:.7f}" for v in turn[k])]) for k in range(n)]
+    page.run("app.store.change(s => { s.mode = 'touch'; })")
+    drop = """const data = new DataTransfer();
+    data.items.add(new File([arguments[0]], 'mine.csv'));
+    app.root.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true,
+        cancelable: true }));"""
+    page.browser.execute_script(APP + drop, "\n".join([head, *rows]) + "\n")
+    page.wait("app.records.A.name == 'mine.csv' && app.records.A.ended")
+    page.run("app.play(false); app.setHover({ slot: 'A', sensor: 5 })")
+    page.seek(140)
+    words = next(text for text in page.drawn("tensor") if "sensor" in text)
+    assert words.startswith("sensor 6, hinge 6: ")
+    assert read(words.partition(": ")[2]) == [shown(np.degrees(turn[56, 5])), 140]
+    facts = page.text(".board-panel .facts")
+    assert "samples a second 400" in facts and "recording mine.csv" in facts
+    page.run("app.setHover(null); app.store.change(s => { s.mode = 'touch'; })")

@@ -1,0 +1,199 @@
+"""Every export of what ``feeler.touch`` makes, opened by its foreign reader and compared number by
+number.
+"""
+
+import csv
+import json
+import re
+import tomllib
+from datetime import UTC, datetime
+
+import mujoco
+import numpy as np
+import pytest
+from awkward_touches import INTERVAL, N_SAMPLES, SENSORS, list_trials, make_antenna, make_set
+
+import feeler
+from feeler.physics.mjcf import write_mjcf
+from feeler.robot import load_robot, write_robot
+from feeler.tensors.formats import save
+
+TIME = INTERVAL * np.arange(N_SAMPLES)
+TENSORS = ("angle", "curvature", "tip", "force", "base_force", "base_moment", "base_pose")
+LABELS = ("feature", "size", "location", "speed", "lead", "friction", "approach", "side", "seed")
+
+
+@pytest.fixture(scope="module")
+def tensors():
+    made = make_set()
+    assert (made["segment"].values == SENSORS).all()
+    assert np.abs(made["angle"].values).max(axis=(1, 2)).min() > 0.01
+    return made
+
+
+def test_hdf5_holds_every_variable_of_a_netcdf_file(tensors, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    save(tensors, tmp_path / "a.nc")
+    with h5py.File(tmp_path / "a.nc") as file:
+        for name in (*TENSORS, "contact_place", "sink", "time", "position", "segment"):
+            np.testing.assert_array_equal(file[name][()], tensors[name].values, name)
+            assert _decode(file[name].attrs.get("units", "")) == tensors[name].attrs.get(
+                "units", ""
+            )
+        for name in LABELS:
+            assert [*map(_decode, file[name][()])] == tensors[name].values.tolist()
+
+
+def _decode(value):
+    return value.decode() if isinstance(value, bytes) else value
+
+
+def test_scipy_holds_every_variable_of_a_matlab_file(tensors, tmp_path):
+    from scipy.io import loadmat
+
+    save(tensors, tmp_path / "a.mat")
+    found = loadmat(tmp_path / "a.mat")
+    for name in (*TENSORS, "contact_place"):
+        np.testing.assert_array_equal(found[name], tensors[name].values, name)
+    np.testing.assert_allclose(found["time"], TIME[None], rtol=1e-14)
+    np.testing.assert_array_equal(found["segment"], [SENSORS])
+    np.testing.assert_array_equal(found["speed"], [[0.37, 0.61, 0.23]])
+    assert [text.strip() for text in found["feature"]] == ["triangle", "ball", "box"]
+    units = json.loads(found["feeler_description"][0])["variables"]
+    assert units["curvature"]["attributes"]["units"] == "1/mm"
+
+
+@pytest.mark.parametrize("way", ["saved", "stored"])
+def test_zarr_holds_every_variable(tensors, tmp_path, way):
+    zarr = pytest.importorskip("zarr")
+    options = {"duration": INTERVAL * N_SAMPLES, "sample_interval": INTERVAL, "seed": 5}
+    if way == "saved":
+        save(tensors, tmp_path / "a.zarr")
+    else:
+        feeler.touch(make_antenna(), list_trials(), store=tmp_path / "a.zarr", **options)
+    group = zarr.open_group(tmp_path / "a.zarr", mode="r")
+    names = TENSORS if way == "saved" else [n for n in TENSORS if n != "curvature"]
+    for name in (*names, "time", "segment", "position"):
+        np.testing.assert_array_equal(group[name][:], tensors[name].values, name)
+        assert group[name].attrs.get("units", "") == tensors[name].attrs.get("units", "")
+    for name in LABELS:
+        assert group[name][:].tolist() == tensors[name].values.tolist()
+
+
+def test_pynwb_finds_each_touch_at_its_rate_with_its_labels(tensors, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    pytest.importorskip("ndx_pose")
+    start = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
+    save(tensors, tmp_path / "a.nwb", session_start=start, identifier="a")
+    with pynwb.NWBHDF5IO(str(tmp_path / "a.nwb"), "r") as io:
+        file = io.read()
+        for k in range(3):
+            for name in TENSORS:
+                series = file.acquisition[f"{name}_{k:06d}"]
+                np.testing.assert_array_equal(series.data[:], _pick(tensors, name, k))
+                assert series.unit == tensors[name].attrs.get("units", "unknown")
+                assert series.rate == pytest.approx(1e3 / INTERVAL, rel=1e-9)
+                assert series.starting_time == pytest.approx(k * (1 + TIME[-1] * 1e-3), rel=1e-12)
+            row = file.trials.to_dataframe().iloc[k]
+            assert [row[name] for name in LABELS] == [tensors[n].values[k] for n in LABELS]
+            length = row["stop_time"] - row["start_time"]
+            assert length == pytest.approx(TIME[-1] * 1e-3, rel=1e-9)
+
+
+def _pick(tensors, name, k):
+    """One touch's numbers, time first."""
+    return tensors[name].isel(trial=k).transpose("time", ...).values
+
+
+@pytest.mark.parametrize(("variable", "unit"), [("angle", "rad"), ("curvature", "per_mm")])
+def test_a_spreadsheet_finds_one_touch_in_a_csv(tensors, tmp_path, variable, unit):
+    save(tensors, tmp_path / "a.csv", variable=variable, trial=1)
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
+    assert header == ["time_ms", *(f"sensor{n}_{unit}" for n in range(1, 6))]
+    table = np.array(rows, dtype=float)
+    np.testing.assert_array_equal(table[:, 0], tensors["time"].values)
+    np.testing.assert_array_equal(table[:, 1:].T, tensors[variable].values[1])
+    notes = dict(line[2:].split(": ", 1) for line in lines if re.match(r"# \w+: ", line))
+    assert notes["feature"] == "ball" and float(notes["speed"]) == 0.61
+    assert notes["unit"] == tensors[variable].attrs["units"]
+
+
+MOVING = list_trials()[:2]
+
+
+@pytest.mark.parametrize("trial", MOVING, ids=lambda trial: trial.name)
+def test_mujoco_plays_an_exported_scene_as_the_chain_does(tmp_path, trial):
+    """From the keyframe, by MuJoCo's own step and nothing of ours, though MuJoCo's angle is the
+    hinge's and its clock in seconds is our milliseconds."""
+    antenna, timestep = make_antenna(), 0.01
+    write_mjcf(antenna, trial, tmp_path / "scene.xml", timestep)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    rows = []
+    for _ in range(N_SAMPLES):
+        rows.append(data.qpos[:11].copy())
+        for _ in range(round(INTERVAL / timestep)):
+            mujoco.mj_step(model, data)
+    options = {"duration": INTERVAL * N_SAMPLES, "sample_interval": INTERVAL, "timestep": timestep}
+    found = feeler.touch(antenna, trial, engine="chain", all_hinges=True, **options)
+    expected = found["angle"].values[0].T
+    peak = np.abs(expected - expected[0]).max()
+    assert peak > 0.01
+    assert np.abs(np.array(rows) - expected).max() < 1e-3 * peak
+
+
+def test_a_picture_of_an_antenna_is_its_outline_in_millimetres():
+    antenna = make_antenna()
+    picture = antenna._repr_html_()
+    points = re.search(r'<polyline points="([^"]+)"', picture)[1]
+    drawn = np.array([pair.split(",") for pair in points.split()], dtype=float)
+    expected = antenna.shape() * [1, -1]
+    np.testing.assert_allclose(drawn - drawn[0], expected - expected[0], atol=2e-3)
+    assert f'stroke-width="{2 * antenna.radius.mean():.4g}"' in picture
+
+
+def test_an_antenna_file_is_read_by_any_toml_reader(tmp_path):
+    antenna = make_antenna()
+    feeler.save_antenna(antenna, tmp_path / "a.toml")
+    found = tomllib.loads((tmp_path / "a.toml").read_text())
+    units = {
+        "segment_length": "mm",
+        "segment_mass": "g",
+        "radius": "mm",
+        "stiffness": "N·mm/rad",
+        "damping": "N·mm·ms/rad",
+        "rest_angle": "rad",
+    }
+    for name, unit in units.items():
+        written = found[name]
+        assert written["unit"] == unit
+        ends = [written[key] for key in ("base", "tip") if key in written]
+        values = written.get("values", np.linspace(*ends, 11) if ends else None)
+        np.testing.assert_allclose(values, getattr(antenna, name), rtol=1e-15, atol=1e-18)
+    assert found["sensors"]["hinges"] == [*SENSORS] and found["name"] == "awkward"
+
+
+def test_a_robot_file_means_what_its_comments_say(tmp_path):
+    """k = p1 E·w·t³/(12·ℓ) and c = p2 E·w·t³/(12·ℓ), from the file's own numbers."""
+    write_robot(tmp_path / "r.toml", 4)
+    text = (tmp_path / "r.toml").read_text()
+    for old, new in (
+        ("stiffness = 1.0", "stiffness = 1.19"),
+        ("damping = 2.0", "damping = 2.06"),
+        ("thickness = 0.05", "thickness = [0.05, 0.06, 0.045, 0.03]"),
+        ("mass = [0.03, 0.03, 0.03, 0.03]", "mass = [0.031, 0.027, 0.022, 0.013]"),
+        ("hinges = [1, 2, 3, 4]", "hinges = [1, 3, 4]"),
+    ):
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (tmp_path / "r.toml").write_text(text)
+    found, antenna = tomllib.loads(text), load_robot(tmp_path / "r.toml").antenna
+    own = {name: np.array(value) for name, value in found["hinges"].items()}
+    k_th = own["modulus"] * own["width"] * own["thickness"] ** 3 / (12 * own["length"])
+    np.testing.assert_allclose(antenna.stiffness, 1.19 * k_th, rtol=1e-12)
+    np.testing.assert_allclose(antenna.damping, 2.06 * k_th, rtol=1e-12)
+    np.testing.assert_allclose(antenna.segment_mass, found["links"]["mass"])
+    np.testing.assert_allclose(antenna.segment_length, found["links"]["length"])
+    assert antenna.sensors.tolist() == [1, 3, 4]
